@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Needs Python >= 3.11 and make; everything else is installed into .venv at the versions in requirements/.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
+JOBS   ?= 2
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help demo test test-full check format docs bench lock clean
+
+help:  ## list the targets
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write out/rolling_disk/report.html
+	$(BIN)/kane demo --out out
+
+test: $(VENV)/.dev-stamp  ## the quick tests (5 minutes at most)
+	$(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=quick -q
+
+test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at most)
+	KANE_FULL=1 $(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=full -q
+
+check: $(VENV)/.dev-stamp  ## style, format, types, layers
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy --strict
+	$(BIN)/lint-imports --no-logo
+
+format: $(VENV)/.dev-stamp  ## rewrite the sources as `make check` wants them
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+docs: $(VENV)/.dev-stamp  ## the documentation, in docs/_build/html
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+
+bench: $(VENV)/.dev-stamp  ## operation counts and timings
+	$(BIN)/python benchmarks/run.py
+
+lock:  ## resolve the dependency groups anew into requirements/ (any machine with pip's index)
+	bash requirements/lock.sh $(PYTHON)
+
+clean:  ## remove everything made here, the environment too
+	rm -rf $(VENV) out dist build docs/_build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage htmlcov
+	find src tests benchmarks examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+# The stamps: .run-stamp says that the run-time packages and kane itself are installed, .dev-stamp that all are.
+# The second implies the first, so either order of `make demo` and `make test` does the least.
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "kane needs Python 3.11 or later; set PYTHON=")'
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run-stamp: pyproject.toml requirements/run.txt | $(BIN)/python
+	$(PIP) install --no-compile -r requirements/run.txt
+	$(PIP) install --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(VENV)/.dev-stamp: pyproject.toml requirements/dev.txt requirements/run.txt | $(BIN)/python
+	$(PIP) install --no-compile -r requirements/dev.txt
+	$(PIP) install --no-deps --no-build-isolation -e .
+	@touch $(VENV)/.run-stamp $@

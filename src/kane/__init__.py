@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equations of motion by Kane's method: derived, compiled, simulated and shown.
+
+Declare frames, points, bodies, loads and generalized speeds, gather them in a `System`, and `derive` its `Equations`.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from kane.dynamics.derive import derive
+from kane.dynamics.equations import Equations
+from kane.errors import (
+    ExpressionError,
+    KaneError,
+    KaneWarning,
+    ModelError,
+    NotAffineError,
+    ReactionError,
+    SimulationError,
+    SingularError,
+    SpaceError,
+    SpeedsError,
+    ValueMissingError,
+)
+from kane.expr.affine import affine
+from kane.expr.build import rational as Rational
+from kane.expr.count import Operations, count_operations
+from kane.expr.diff import diff, gradient, jacobian, time_derivative
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.functions import (
+    abs,
+    acos,
+    asin,
+    atan,
+    atan2,
+    cos,
+    cosh,
+    exp,
+    less,
+    log,
+    max,
+    min,
+    sign,
+    sin,
+    sinh,
+    sqrt,
+    tan,
+    tanh,
+    where,
+)
+from kane.expr.latex import to_latex
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr, pi
+from kane.expr.solve import solve_linear
+from kane.expr.substitute import substitute
+from kane.expr.symbols import (
+    AuxiliarySpeed,
+    Coordinate,
+    Input,
+    Parameter,
+    Rate,
+    Reaction,
+    Speed,
+    Symbol,
+    coordinate,
+    coordinates,
+    input,
+    parameter,
+    parameters,
+    speed,
+    speeds,
+    time,
+)
+from kane.expr.text import to_text
+from kane.model.bodies import Particle, RigidBody
+from kane.model.events import Event
+from kane.model.inertia import (
+    box,
+    cylindrical_shell,
+    inertia,
+    parallel_axis,
+    ring,
+    rod,
+    solid_cone,
+    solid_cylinder,
+    solid_sphere,
+    spherical_shell,
+    thin_disk,
+)
+from kane.model.loads import (
+    Force,
+    Gravity,
+    Load,
+    Torque,
+    action_reaction,
+    gravity,
+    linear_damper,
+    linear_spring,
+    torque_pair,
+    torsional_damper,
+    torsional_spring,
+)
+from kane.model.reactions import auxiliary_speed, reaction
+from kane.model.system import System
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Dyadic, Vector
+
+if TYPE_CHECKING:
+    from kane.interop.sympy import from_sympy, to_sympy
+    from kane.present.report import report
+    from kane.simulate.run import simulate
+    from kane.simulate.solution import Solution
+
+__version__ = "0.1.0.dev0"
+
+_LAZY = {
+    "simulate": "kane.simulate.run",
+    "Solution": "kane.simulate.solution",
+    "report": "kane.present.report",
+    "to_sympy": "kane.interop.sympy",
+    "from_sympy": "kane.interop.sympy",
+}
+
+
+def __getattr__(name: str) -> Any:
+    module = _LAZY.get(name)
+    if module is None:
+        raise AttributeError(f"module 'kane' has no attribute {name!r}")
+    value = getattr(import_module(module), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+# In reading order: declare, derive, look, run.
+__all__ = [
+    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "time", "pi", "Rational",
+    "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
+    "min", "max", "where", "less",
+    "Frame", "Point", "Vector", "Dyadic",
+    "RigidBody", "Particle", "inertia", "rod", "thin_disk", "ring", "solid_sphere", "spherical_shell", "solid_cylinder",
+    "cylindrical_shell", "solid_cone", "box", "parallel_axis",
+    "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
+    "torsional_damper", "action_reaction", "torque_pair",
+    "reaction", "auxiliary_speed", "Event",
+    "System", "derive", "Equations", "simulate", "Solution", "report",
+    "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
+    "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
+    "free_symbols", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
+    "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "SpeedsError", "ReactionError",
+    "SingularError", "ValueMissingError", "SimulationError", "KaneWarning",
+    "__version__",
+]  # fmt: skip

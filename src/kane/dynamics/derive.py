@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`derive`: from a declared system to its equations of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kane.dynamics.assemble import forcing_terms, generalized, homes, mass_matrix, moving_bodies
+from kane.dynamics.checks import check_mass, check_reaction_places
+from kane.dynamics.equations import Equations
+from kane.dynamics.reduce import solve_motion
+from kane.errors import NotAffineError, ReactionError
+from kane.expr.affine import affine_forms
+from kane.expr.build import mul
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.expr.ops import DIV, SQRT
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import postorder
+from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Speed
+from kane.kinematics.motion import Kinematics, cuts_of
+from kane.kinematics.speeds import Speeds, generalized_speeds
+from kane.model.events import Event
+from kane.model.loads import Load
+from kane.model.reactions import Cut, cut_of
+from kane.model.system import System
+
+
+def derive(system: System) -> Equations:
+    """Equations of motion of `system` by Kane's method, classical route.
+
+    M u̇ = f + G R for the generalized speeds and M_a u̇ = f_a + G_a R for the auxiliary ones (Kane & Levinson 1985, ch. 4 to 6),
+    solved together for u̇ and the reactions R.
+
+    Raises
+    ------
+    SpeedsError
+        if the generalized speeds do not determine the rates
+    ReactionError
+        if a reaction enters nonlinearly, or its direction is free already
+    ModelError
+        if a speed moves no mass
+    """
+    speeds = generalized_speeds(system)
+    auxiliary, pairs = auxiliary_speeds(system)
+    home, inertias = homes(system)
+    kinematics = Kinematics(speeds, cuts_of(auxiliary), home)
+    check_reaction_places(system, kinematics)
+    bodies = moving_bodies(system, kinematics, inertias)
+    loads = loads_in_speeds(system.loads, speeds)
+    forces, torques = forcing_terms(system, kinematics, bodies, loads)
+    u: Sequence[Expr] = speeds.speeds
+    mass = mass_matrix(bodies, u, u)
+    mass_a = mass_matrix(bodies, auxiliary, u)
+    rows = [*u, *auxiliary]
+    right = [generalized(forces, r) + generalized(torques, r) for r in rows]
+    plain, coupling = _reaction_form(right, system, rows)
+    for i, s in enumerate(auxiliary):
+        for j, reaction in enumerate(system.reactions):
+            coupling[len(u) + i][j] = coupling[len(u) + i][j] + pairs.get((s, reaction), ZERO)
+    check_mass(system, u, mass)
+    n = len(u)
+    solved = solve_motion(mass, plain[:n], coupling[:n], mass_a, plain[n:], coupling[n:])
+    return Equations(
+        system=system,
+        speeds=tuple(speeds.speeds),
+        auxiliary_speeds=auxiliary,
+        reactions=system.reactions,
+        coordinates=system.coordinates,
+        parameters=system.parameters,
+        inputs=system.inputs,
+        kinematical=speeds,
+        kinematics=kinematics,
+        bodies=bodies,
+        loads=(*loads_in_speeds(system.all_loads(), speeds),),
+        pairs=pairs,
+        rates=speeds.coordinate_rates(),
+        mass_matrix=Matrix(mass),
+        auxiliary_mass_matrix=Matrix(mass_a, (len(auxiliary), n)),
+        forcing=tuple(_with_reactions(plain[i], coupling[i], system.reactions) for i in range(n)),
+        auxiliary_forcing=tuple(_with_reactions(plain[i], coupling[i], system.reactions) for i in range(n, len(rows))),
+        solved=solved,
+        events=(*_slip_events(loads), *(_event_in_speeds(e, speeds) for e in system.events)),
+    )
+
+
+def auxiliary_speeds(
+    system: System,
+) -> tuple[tuple[AuxiliarySpeed, ...], dict[tuple[Expr, Expr], Expr]]:
+    """Auxiliary speeds, one a reaction, and what the action–reaction pairs put into their equations: n_a·n_b at one cut."""
+    explicit = iter(system.auxiliary_speeds)
+    made: list[AuxiliarySpeed] = []
+    for r in system.reactions:
+        cut = cut_of(r)
+        if cut is None:
+            made.append(next(explicit))
+        else:
+            made.append(AuxiliarySpeed.declare(f"u_{r.name}", None, "", f"auxiliary speed of {r.name}", cut))
+    pairs: dict[tuple[Expr, Expr], Expr] = {}
+    for a in made:
+        for r in system.reactions:
+            here, there = cut_of(a), cut_of(r)
+            if isinstance(here, Cut) and isinstance(there, Cut) and here.at is there.at:
+                pairs[a, r] = here.along.dot(there.along)
+    return tuple(made), pairs
+
+
+def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:
+    """The loads with every rate written in speeds."""
+    memo: dict[Expr, tuple[object, Expr]] = {}
+
+    def convert(e: Expr) -> Expr:
+        return speeds.in_speeds(e, memo)  # type: ignore[arg-type]
+
+    if not any(_has_rates(x) for load in loads for x in _scalars(load)):
+        return tuple(loads)
+    return tuple(
+        Load(
+            load.name,
+            tuple((p, v.map(convert)) for p, v in load.forces),
+            tuple((f, v.map(convert)) for f, v in load.torques),
+            load.potential,
+        )
+        for load in loads
+    )
+
+
+def _scalars(load: Load) -> list[Expr]:
+    return [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
+
+
+def _has_rates(e: Expr) -> bool:
+    return any(isinstance(s, Rate | QuasiRate) for s in free_symbols([e]))
+
+
+def _reaction_form(right: list[Expr], system: System, rows: Sequence[Expr]) -> tuple[list[Expr], list[list[Expr]]]:
+    if not any(isinstance(s, Reaction) for s in free_symbols(right)):
+        return right, [[ZERO] * len(system.reactions) for _ in rows]
+    try:
+        forms = affine_forms(right, system.reactions)
+    except NotAffineError as error:
+        raise ReactionError(
+            f"Expected loads linear in the reactions, so that they can be solved for together with u': {error}"
+        ) from error
+    return [rest for _, rest in forms], [[c.get(r, ZERO) for r in system.reactions] for c, _ in forms]
+
+
+def _with_reactions(plain: Expr, coefficients: Sequence[Expr], reactions: Sequence[Expr]) -> Expr:
+    total = plain
+    for c, r in zip(coefficients, reactions, strict=True):
+        total = total + mul(c, r)
+    return total
+
+
+def _slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
+    """One event for each speed |v| that a load divides by: there the direction of the load is lost."""
+    found: dict[Expr, str] = {}
+    for load in loads:
+        for node in postorder(_scalars(load)):
+            if node.op is DIV and node.args[1].op is SQRT:
+                speed = node.args[1]
+                if any(isinstance(s, Speed) for s in free_symbols([speed])):
+                    found.setdefault(speed, load.name)
+    return tuple(
+        Event(
+            f"onset of rolling ({name})",
+            speed,
+            SLIP_THRESHOLD,
+            -1,
+            True,
+            f"the slip speed of the {name} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the load "
+            "takes from the slip is lost. The sliding model ends here",
+        )
+        for speed, name in found.items()
+    )
+
+
+SLIP_THRESHOLD = 1e-4
+"""Speed (m/s) below which a load along a slip direction v/|v| is taken to have lost it."""
+
+
+def _event_in_speeds(event: Event, speeds: Speeds) -> Event:
+    quantity = speeds.in_speeds(event.quantity, {})
+    return Event(event.name, quantity, event.threshold, event.direction, event.terminal, event.message)

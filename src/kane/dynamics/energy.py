@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Energies, power, mass centre and momenta."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from kane.dynamics.assemble import Moving
+from kane.expr.build import add, mul, neg
+from kane.expr.node import ZERO, Expr
+from kane.kinematics.motion import acceleration_form
+from kane.model.system import total_mass
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+if TYPE_CHECKING:
+    from kane.dynamics.equations import Equations
+
+
+def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
+    """½ Σ m v·v + ω·I·ω."""
+    twice = ZERO
+    for b in bodies:
+        twice = add(twice, mul(b.body.mass, b.center.total.dot(b.center.total)))
+        if b.rotation is not None and b.inertia is not None:
+            w = b.rotation.total.express(b.inertia.frame)
+            twice = add(twice, w.dot(b.inertia.times(w)))
+    return twice / 2
+
+
+def power(eom: Equations) -> Expr:
+    """P with dE/dt = P.
+
+    Loads with a potential are in E. Loads without one give Σ F·v + T·ω. Prescribed motions, through the parts v_t and ω_t of the
+    velocities that no speed multiplies, give −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their
+    reactions do.
+    """
+    total = ZERO
+    for load in eom.loads:
+        for point, f in load.forces:
+            motion = eom.kinematics.point(point)
+            if load.potential is None:
+                total = add(total, motion.total.dot(f))
+            total = add(total, neg(motion.rest.dot(f)))
+        for frame, t in load.torques:
+            motion = eom.kinematics.frame(frame)
+            if load.potential is None:
+                total = add(total, motion.total.dot(t))
+            total = add(total, neg(motion.rest.dot(t)))
+    for b in eom.bodies:
+        total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.body.mass))
+        if b.rotation is not None and b.inertia is not None and not b.rotation.rest.is_zero:
+            spin = b.rotation.total.express(b.inertia.frame)
+            torque = b.inertia.times(acceleration_form(b.rotation)) + spin.cross(b.inertia.times(spin))
+            total = add(total, b.rotation.rest.dot(torque))
+    return total
+
+
+def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:
+    """Σ m r / Σ m from `origin`."""
+    moment = Vector()
+    for b in bodies:
+        moment = moment + b.body.mass_center.position(origin) * b.body.mass
+    return moment / total_mass(b.body for b in bodies)
+
+
+def linear_momentum(bodies: Sequence[Moving]) -> Vector:
+    """Σ m v."""
+    total = Vector()
+    for b in bodies:
+        total = total + b.center.total * b.body.mass
+    return total
+
+
+def angular_momentum(bodies: Sequence[Moving], about: Point) -> Vector:
+    """Σ I·ω + r × m v about a point fixed in the inertial frame."""
+    total = Vector()
+    for b in bodies:
+        total = total + b.body.mass_center.position(about).cross(b.center.total * b.body.mass)
+        if b.rotation is not None and b.inertia is not None:
+            total = total + b.inertia.times(b.rotation.total)
+    return total

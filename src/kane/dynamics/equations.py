@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frozen result of a derivation: each of the seven steps can be read off it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from kane.dynamics import energy, forces
+from kane.dynamics.assemble import Moving
+from kane.dynamics.reduce import Solved
+from kane.dynamics.steps import Step, seven_steps
+from kane.dynamics.values import evaluate_along
+from kane.expr.count import Operations, count_operations
+from kane.expr.diff import tangent
+from kane.expr.matrix import Matrix
+from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Reaction, Speed, Time, rate
+from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
+from kane.kinematics.speeds import Speeds
+from kane.model.events import Event
+from kane.model.loads import Load
+from kane.model.system import System
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class Table(Mapping[K, V], Generic[K, V]):
+    """A read-only mapping that computes each value when it is first read."""
+
+    __slots__ = ("_keys", "_known", "_make")
+
+    def __init__(self, keys: Sequence[K], make: Callable[[K], V]) -> None:
+        self._keys, self._make, self._known = dict.fromkeys(keys), make, {}  # type: ignore[var-annotated]
+
+    def __getitem__(self, key: K) -> V:
+        if key not in self._known:
+            if key not in self._keys:
+                raise KeyError(f"Expected one of {', '.join(map(_label, self._keys))}, got {_label(key)}.")
+            self._known[key] = self._make(key)
+        found: V = self._known[key]
+        return found
+
+    def __iter__(self) -> Iterator[K]:
+        return iter(self._keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    def __repr__(self) -> str:
+        return "{" + ", ".join(f"{_label(k)}: {self[k]}" for k in self) + "}"
+
+
+def _label(key: object) -> str:
+    if isinstance(key, tuple):
+        return "(" + ", ".join(map(_label, key)) + ")"
+    return str(getattr(key, "name", key))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Equations:
+    """Equations of motion M u̇ = f of a system, with everything that led to them.
+
+    `mass_matrix` (n × n) and `forcing` (n) hold the equations as derived; `forcing` may contain reactions. `accelerations` (u̇)
+    and `reaction_values` are solved for, as functions of q, u, t, parameters and inputs; `rates` gives q̇ = W u + X.
+    """
+
+    system: System
+    speeds: tuple[Speed, ...]
+    auxiliary_speeds: tuple[AuxiliarySpeed, ...]
+    reactions: tuple[Reaction, ...]
+    coordinates: tuple[Coordinate, ...]
+    parameters: tuple[Parameter, ...]
+    inputs: tuple[Input, ...]
+    kinematical: Speeds
+    kinematics: Kinematics
+    bodies: tuple[Moving, ...]
+    loads: tuple[Load, ...]
+    pairs: dict[tuple[Expr, Expr], Expr]
+    rates: tuple[Expr, ...]
+    mass_matrix: Matrix
+    auxiliary_mass_matrix: Matrix
+    forcing: tuple[Expr, ...]
+    auxiliary_forcing: tuple[Expr, ...]
+    solved: Solved
+    events: tuple[Event, ...]
+
+    @property
+    def accelerations(self) -> tuple[Expr, ...]:
+        """u̇, solved."""
+        return self.solved.accelerations
+
+    @property
+    def reaction_values(self) -> tuple[Expr, ...]:
+        """The reactions, solved."""
+        return self.solved.reactions
+
+    @property
+    def right_hand_side(self) -> tuple[Expr, ...]:
+        """(q̇, u̇) as functions of the state."""
+        return (*self.rates, *self.accelerations)
+
+    @cached_property
+    def operations(self) -> Operations:
+        """Operations of one evaluation of the whole right-hand side, solution included."""
+        return count_operations((*self.right_hand_side, *self.reaction_values))
+
+    # Steps 3 and 4: kinematics ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def _matrices(self) -> tuple[Matrix, tuple[Expr, ...], Matrix, tuple[Expr, ...]]:
+        return self.kinematical.matrices()
+
+    @property
+    def Y(self) -> Matrix:
+        """Y of u = Y q̇ + z."""
+        return self._matrices[0]
+
+    @property
+    def z(self) -> tuple[Expr, ...]:
+        """z of u = Y q̇ + z."""
+        return self._matrices[1]
+
+    @property
+    def W(self) -> Matrix:
+        """W = Y⁻¹ of q̇ = W u + X."""
+        return self._matrices[2]
+
+    @property
+    def X(self) -> tuple[Expr, ...]:
+        """X of q̇ = W u + X."""
+        return self._matrices[3]
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The frames of the system."""
+        return self.system.frames
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The points of the system."""
+        return self.system.points
+
+    @cached_property
+    def angular_velocities(self) -> Mapping[Frame, Vector]:
+        """ω of each frame in the inertial frame, in speeds."""
+        return Table(self.frames, lambda f: velocity_form(self.kinematics.frame(f)))
+
+    @cached_property
+    def velocities(self) -> Mapping[Point, Vector]:
+        """v of each point in the inertial frame, in speeds."""
+        return Table(self.points, lambda p: velocity_form(self.kinematics.point(p)))
+
+    @cached_property
+    def angular_accelerations(self) -> Mapping[Frame, Vector]:
+        """α of each frame, in speeds and u̇."""
+        return Table(self.frames, lambda f: acceleration_form(self.kinematics.frame(f)))
+
+    @cached_property
+    def point_accelerations(self) -> Mapping[Point, Vector]:
+        """a of each point, in speeds and u̇."""
+        return Table(self.points, lambda p: acceleration_form(self.kinematics.point(p)))
+
+    @cached_property
+    def partial_angular_velocities(self) -> Mapping[Frame, Mapping[Expr, Vector]]:
+        """ω_r of each frame for each speed, auxiliary ones too."""
+        return Table(self.frames, lambda f: self._partials(self.kinematics.frame(f)))
+
+    @cached_property
+    def partial_velocities(self) -> Mapping[Point, Mapping[Expr, Vector]]:
+        """v_r of each point for each speed, auxiliary ones too."""
+        return Table(self.points, lambda p: self._partials(self.kinematics.point(p)))
+
+    def _partials(self, motion: Motion) -> Mapping[Expr, Vector]:
+        return Table((*self.speeds, *self.auxiliary_speeds), lambda s: motion.partials.get(s, Vector()))
+
+    # Steps 5 to 7: generalized forces ------------------------------------------------------------------------------------
+
+    @property
+    def all_speeds(self) -> tuple[Expr, ...]:
+        """Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star."""
+        return (*self.speeds, *self.auxiliary_speeds)
+
+    @cached_property
+    def Fr_contributions(self) -> Mapping[tuple[Expr, Load], Expr]:
+        """What each load contributes to each generalized active force."""
+        keys = [(s, load) for s in self.all_speeds for load in self.loads]
+        return Table(keys, lambda key: forces.active(self.kinematics, *key))
+
+    @cached_property
+    def Fr_star_contributions(self) -> Mapping[tuple[Expr, Any], Expr]:
+        """What each body contributes to each generalized inertia force."""
+        by_body = {b.body: b for b in self.bodies}
+        keys = [(s, body) for s in self.all_speeds for body in by_body]
+        return Table(keys, lambda key: forces.inertia(by_body[key[1]], key[0]))
+
+    @cached_property
+    def Fr(self) -> tuple[Expr, ...]:
+        """Generalized active forces F_r; the auxiliary ones hold the reactions they bring into evidence."""
+        return tuple(
+            forces.sum_of([self.Fr_contributions[s, load] for load in self.loads])
+            + forces.sum_of([self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs])
+            for s in self.all_speeds
+        )
+
+    @cached_property
+    def Fr_star(self) -> tuple[Expr, ...]:
+        """Generalized inertia forces F*_r, in u̇."""
+        return tuple(
+            forces.sum_of([self.Fr_star_contributions[s, b.body] for b in self.bodies]) for s in self.all_speeds
+        )
+
+    @cached_property
+    def steps(self) -> tuple[Step, ...]:
+        """The seven steps of the method, each with its results."""
+        return seven_steps(self)
+
+    # Energies and momenta ----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def kinetic_energy(self) -> Expr:
+        """K = ½ Σ m v·v + ω·I·ω."""
+        return energy.kinetic_energy(self.bodies)
+
+    @cached_property
+    def potential_energy(self) -> Expr:
+        """V, the sum of the loads' potentials; gravity's is zero at the root point's height."""
+        return forces.sum_of([load.potential for load in self.loads if load.potential is not None])
+
+    @cached_property
+    def energy(self) -> Expr:
+        """E = K + V."""
+        return self.kinetic_energy + self.potential_energy
+
+    @cached_property
+    def power(self) -> Expr:
+        """P with dE/dt = P: the power of the loads without a potential and of prescribed motions."""
+        return energy.power(self)
+
+    def mass_center(self, origin: Point) -> Vector:
+        """Position of the system's mass centre from `origin`."""
+        return energy.mass_center(self.bodies, origin)
+
+    def linear_momentum(self) -> Vector:
+        """Σ m v."""
+        return energy.linear_momentum(self.bodies)
+
+    def angular_momentum(self, about: Point) -> Vector:
+        """Σ I·ω + r × m v about a point fixed in the inertial frame."""
+        return energy.angular_momentum(self.bodies, about)
+
+    # Numbers --------------------------------------------------------------------------------------------------------------
+
+    def time_derivative(self, e: Any) -> Expr:
+        """de/dt along the motion: q̇ = W u + X, u̇ as the leaves u'."""
+        known: dict[Expr, Expr] = dict(zip(self.coordinates, self.rates, strict=True))
+
+        def leaf_rate(leaf: Expr) -> Expr:
+            if isinstance(leaf, Time):
+                return ONE
+            if isinstance(leaf, Speed | Input):
+                return rate(leaf)
+            return known.get(leaf, ZERO)
+
+        return tangent(self.in_speeds(e), leaf_rate)
+
+    def in_speeds(self, e: Any) -> Expr:
+        """The expression with every rate q̇ written in speeds, and every q̈ in u̇."""
+        from kane.dynamics.values import without_rates
+
+        return without_rates(self, as_expr(e))
+
+    def evaluate(
+        self,
+        exprs: Any,
+        *,
+        q: Mapping[Any, Any] | Sequence[Any] | None = None,
+        u: Mapping[Any, Any] | Sequence[Any] | None = None,
+        parameters: Mapping[Any, Any] | None = None,
+        inputs: Mapping[Any, Any] | None = None,
+        t: Any = 0.0,
+    ) -> Any:
+        """Numbers of expressions, of a Matrix, or of one expression, at a state.
+
+        Rates become W u + X, accelerations u̇ and reactions their solved values. Values may be arrays (they broadcast);
+        parameters not given take their defaults.
+        """
+        return evaluate_along(self, exprs, q, u, parameters, inputs, t)
+
+    def reaction_condition(self, **state: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Reciprocal condition number (2-norm) of the matrix that the reactions are solved from; 1 without reactions."""
+        if not self.reactions:
+            return np.ones(())
+        return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, **state)))
+
+    def __repr__(self) -> str:
+        return (
+            f"Equations({', '.join(b.body.name for b in self.bodies)}: {len(self.coordinates)} coordinates, "
+            f"{len(self.speeds)} speeds, {len(self.reactions)} reactions, {self.operations.total} operations)"
+        )

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where a body's inertia is constant and short: a body of revolution may be written in the frame that does not spin with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kane.errors import ModelError
+from kane.expr.evaluate import free_symbols
+from kane.expr.kinds import is_constant_in_time
+from kane.expr.node import ZERO
+from kane.model.bodies import RigidBody
+from kane.space.frame import Frame
+from kane.space.rotation import Cosines, Triple, dot3
+from kane.space.vector import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConstantInertia:
+    """The measure numbers of a central inertia dyadic along a frame in which they are constant."""
+
+    frame: Frame
+    rows: Cosines
+
+    def times(self, w: Vector) -> Vector:
+        """I · w."""
+        components: Triple = w.components(self.frame)
+        a, b, c = (dot3(row, components) for row in self.rows)
+        return Vector(((self.frame, (a, b, c)),))
+
+
+def constant_inertia(body: RigidBody) -> ConstantInertia:
+    """The inertia along the frame highest up the tree in which its measure numbers are those of the body's own frame."""
+    frames = body.inertia.frames()
+    home = frames[0] if len(frames) == 1 else body.frame
+    matrix = body.inertia.components(home)
+    if not is_constant_in_time(x for row in matrix.rows for x in row) and home is not body.frame:
+        home = body.frame
+        matrix = body.inertia.components(home)
+    moving = [str(s) for s in free_symbols(x for row in matrix.rows for x in row) if not is_constant_in_time([s])]
+    if moving:
+        raise ModelError(
+            f"Expected the inertia of {body.name} constant in its frame {body.frame.name}, got measure numbers that depend on "
+            f"{', '.join(moving)}. Write the dyadic along the axes of {body.frame.name}."
+        )
+    a, b, c = matrix.rows
+    rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
+    return ConstantInertia(_despun(home, rows), rows)
+
+
+def _despun(frame: Frame, rows: Cosines) -> Frame:
+    """Climb over rotations about an axis of symmetry: I is the same on either side of them."""
+    if _symmetric_about(rows, 0) and _symmetric_about(rows, 1):
+        return frame  # a sphere has the same inertia everywhere; its own frame serves
+    while frame.orientation is not None:
+        axis = frame.orientation.axis
+        if axis is None or not _symmetric_about(rows, axis):
+            break
+        frame = frame.orientation.base
+    return frame
+
+
+def _symmetric_about(rows: Cosines, axis: int) -> bool:
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    diagonal = all(rows[i][m] is ZERO for i in range(3) for m in range(3) if i != m)
+    return diagonal and rows[j][j] is rows[k][k]

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers at a state: rates, accelerations and reactions replaced by what the equations say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from kane.errors import ValueMissingError
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.substitute import substitute
+from kane.expr.symbols import AuxiliarySpeed, Input, Rate, Reaction, Speed, Symbol, rate, time
+
+if TYPE_CHECKING:
+    from kane.dynamics.equations import Equations
+
+
+def without_rates(eom: Equations, root: Expr) -> Expr:
+    """`root` with q̇ written in speeds and q̈ in u̇."""
+    second = {
+        s: eom.time_derivative(s.place)
+        for s in free_symbols([root])
+        if isinstance(s, Rate) and isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | Input)
+    }
+    if second:
+        root = substitute(root, dict(second))
+    return eom.kinematical.in_speeds(root, {})
+
+
+def without_unknowns(eom: Equations, roots: Sequence[Expr]) -> list[Expr]:
+    """Functions of q, u, t, parameters and inputs: u̇ and reactions replaced by their solved values, auxiliary speeds by 0."""
+    plain = [without_rates(eom, e) for e in roots]
+    solved: dict[Expr, Expr] = {rate(u): a for u, a in zip(eom.speeds, eom.accelerations, strict=True)}
+    solved.update(zip(eom.reactions, eom.reaction_values, strict=True))
+    solved.update({s: ZERO for s in eom.auxiliary_speeds})
+    if not any(isinstance(s, Rate | Reaction | AuxiliarySpeed) for s in free_symbols(plain)):
+        return plain
+    memo: dict[Expr, Expr] = {}
+    return [substitute(e, solved, memo) for e in plain]
+
+
+def named_values(eom: Equations, what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr, Any]:
+    """Values by symbol, from a mapping by symbol or name, or a sequence in the symbols' order."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        values = list(given)
+        if len(values) != len(symbols):
+            raise ValueMissingError(
+                f"Expected {len(symbols)} {what} ({', '.join(s.name for s in symbols)}), got {len(values)} values."
+            )
+        return dict(zip(symbols, values, strict=True))
+    by_name = {s.name: s for s in symbols}
+    found: dict[Expr, Any] = {}
+    for key, value in given.items():
+        name = key.name if isinstance(key, Symbol) else key
+        symbol = by_name.get(name) if isinstance(name, str) else None
+        if symbol is None or (isinstance(key, Symbol) and key is not symbol):
+            raise ValueMissingError(
+                f"Expected values for {what} of the system ({', '.join(by_name) or 'none'}), got one for {key!r}."
+            )
+        found[symbol] = value
+    return found
+
+
+def evaluate_along(
+    eom: Equations,
+    exprs: Any,
+    q: Any,
+    u: Any,
+    parameters: Mapping[Any, Any] | None,
+    inputs: Mapping[Any, Any] | None,
+    t: Any,
+) -> Any:
+    """See Equations.evaluate."""
+    if isinstance(exprs, Matrix):
+        flat = without_unknowns(eom, [x for row in exprs.rows for x in row])
+        rows = [flat[i * exprs.shape[1] : (i + 1) * exprs.shape[1]] for i in range(exprs.shape[0])]
+        wanted: Any = Matrix(rows, exprs.shape)
+    elif isinstance(exprs, Expr | int | float):
+        wanted = without_unknowns(eom, [as_expr(exprs)])[0]
+    else:
+        wanted = without_unknowns(eom, [as_expr(e) for e in exprs])
+    values: dict[Expr, Any] = {time: t}
+    values.update(named_values(eom, "coordinates", eom.coordinates, q))
+    values.update(named_values(eom, "speeds", eom.speeds, u))
+    values.update(named_values(eom, "parameters", eom.parameters, parameters))
+    values.update(named_values(eom, "inputs", eom.inputs, inputs))
+    return evaluate(wanted, values)
+
+
+def parameter_values(eom: Equations, parameters: Mapping[Any, Any] | None) -> dict[Expr, float]:
+    """A number for every parameter of the system; a missing one is named."""
+    values = named_values(eom, "parameters", eom.parameters, parameters)
+    for p in eom.parameters:
+        if p not in values and p.default is not None:
+            values[p] = p.default
+    missing = [p.name for p in eom.parameters if p not in values]
+    if missing:
+        raise ValueMissingError(
+            f"Expected a value for every parameter, got none for {', '.join(missing)}: pass parameters={{…}} or declare a "
+            "default, kn.parameter(name, default)."
+        )
+    return {p: float(v) for p, v in values.items()}
+
+

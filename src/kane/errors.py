@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One family of exceptions and one of warnings.
+
+Every message says what was expected, what came, where, and the cure.
+"""
+
+
+class KaneError(Exception):
+    """Base of every error that `kane` raises on purpose."""
+
+
+class ExpressionError(KaneError, TypeError):
+    """A scalar expression is used in a way that it cannot mean (`==`, `if`, a NaN constant, a wrong operand)."""
+
+
+class NotAffineError(KaneError, ValueError):
+    """An expression that must be affine in some symbols is not."""
+
+
+class SpaceError(KaneError, ValueError):
+    """Frames, points or vectors that do not fit together."""
+
+
+class ModelError(KaneError, ValueError):
+    """A declaration of the model is wrong in itself or contradicts another one."""
+
+
+class SpeedsError(ModelError):
+    """The generalized speeds do not determine the rates: too many, too few, dependent, nonlinear."""
+
+
+class ReactionError(ModelError):
+    """A reaction or auxiliary speed does not bring a force into evidence."""
+
+
+class SingularError(KaneError, ArithmeticError):
+    """A matrix that must be invertible is singular, structurally or at the given numbers."""
+
+
+class ValueMissingError(KaneError, KeyError):
+    """A parameter, coordinate, speed or input has no value, or a value is given for an unknown name."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""
+
+
+class SimulationError(KaneError, RuntimeError):
+    """A simulation cannot start or cannot go on."""
+
+
+class KaneWarning(UserWarning):
+    """Something that is probably not meant, but can be computed."""

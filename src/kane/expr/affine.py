@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Affine forms: e = Σ c_s s + r with c_s and r free of the symbols s."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from kane.errors import NotAffineError
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+
+Affine = tuple[dict[Expr, Expr], Expr]
+"""Coefficients by symbol, without zeros, and the remainder."""
+
+
+def affine(root: Expr, symbols: Iterable[Expr]) -> Affine:
+    """Coefficients and remainder of `root` in `symbols`.
+
+    Raises
+    ------
+    NotAffineError
+        if `root` is not affine in them; the message shows the subexpression at fault.
+    """
+    return affine_forms([as_expr(root)], symbols)[0]
+
+
+def affine_forms(roots: Iterable[Expr], symbols: Iterable[Expr]) -> list[Affine]:
+    """`affine` of several expressions, shared subexpressions treated once."""
+    wanted = list(roots)
+    chosen = set(symbols)
+    known: dict[Expr, Affine] = {s: ({s: ONE}, ZERO) for s in chosen}
+    for root in wanted:
+        _visit(root, known)
+    return [known[r] for r in wanted]
+
+
+def _visit(root: Expr, known: dict[Expr, Affine]) -> None:
+    stack = [root]
+    while stack:
+        node = stack[-1]
+        if node in known:
+            stack.pop()
+            continue
+        waiting = [a for a in node.args if a not in known]
+        if waiting:
+            stack.extend(waiting)
+            continue
+        stack.pop()
+        known[node] = _combine(node, [known[a] for a in node.args])
+
+
+def _combine(node: Expr, parts: list[Affine]) -> Affine:
+    # A coefficient can cancel, so that a part without coefficients is its remainder, not the node it came from.
+    if not any(c for c, _ in parts):
+        rests = [r for _, r in parts]
+        same = all(r is a for r, a in zip(rests, node.args, strict=True))
+        return {}, node if same else NODE_BUILDERS[node.op.name](*rests)
+    op = node.op
+    if op is ADD or op is SUB:
+        (ca, ra), (cb, rb) = parts
+        join = add if op is ADD else sub
+        total = dict(ca)
+        for s, c in cb.items():
+            total[s] = join(total.get(s, ZERO), c)
+        return {s: c for s, c in total.items() if c is not ZERO}, join(ra, rb)
+    if op is NEG:
+        return _scale(parts[0], neg)
+    if op is MUL:
+        (ca, ra), (cb, rb) = parts
+        if not ca:
+            return _scale(parts[1], lambda x: mul(ra, x))
+        if not cb:
+            return _scale(parts[0], lambda x: mul(x, rb))
+    if op is DIV and not parts[1][0]:
+        below = parts[1][1]
+        return _scale(parts[0], lambda x: div(x, below))
+    inside = ", ".join(sorted({str(s) for c, _ in parts for s in c}))
+    raise NotAffineError(f"Expected an expression affine in {inside}, got {node!s:.120}.")
+
+
+def _scale(form: Affine, f: Callable[[Expr], Expr]) -> Affine:
+    return {s: f(c) for s, c in form[0].items()}, f(form[1])

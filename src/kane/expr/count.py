@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Operation counts: deterministic, by tier and by operation."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from kane.expr.node import Expr, as_expr, postorder
+from kane.expr.symbols import Parameter, Symbol
+
+
+@dataclass(frozen=True, slots=True)
+class Operations:
+    """What one evaluation costs: + − × ÷ √ and each transcendental count 1, a change of sign 0.
+
+    `parameter` holds what depends on parameters alone and can be computed once; `state` the rest. Nodes of constants
+    only are folded before counting.
+    """
+
+    parameter: int
+    state: int
+    by_operation: tuple[tuple[str, int], ...]
+
+    @property
+    def total(self) -> int:
+        """Parameter and state tier together: what every limit binds."""
+        return self.parameter + self.state
+
+    def __str__(self) -> str:
+        kinds = ", ".join(f"{n} {k}" for k, n in self.by_operation)
+        return f"{self.total} operations: {self.state} with the state, {self.parameter} of parameters ({kinds})"
+
+
+_CONSTANT, _PARAMETER, _STATE = range(3)
+
+
+def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
+    """Operations of one evaluation of all `roots` together, each shared node once."""
+    wanted = [roots] if isinstance(roots, Expr) else [as_expr(r) for r in roots]
+    tier: dict[Expr, int] = {}
+    totals = [0, 0, 0]
+    kinds: Counter[str] = Counter()
+    for node in postorder(wanted):
+        if isinstance(node, Symbol):
+            tier[node] = _PARAMETER if isinstance(node, Parameter) else _STATE
+            continue
+        tier[node] = max((tier[a] for a in node.args), default=_CONSTANT)
+        if tier[node] and node.op.cost:
+            totals[tier[node]] += node.op.cost
+            kinds[node.op.name] += node.op.cost
+    return Operations(totals[_PARAMETER], totals[_STATE], tuple(sorted(kinds.items())))

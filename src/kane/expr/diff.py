@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Exact differentiation on the graph: forward, reverse, Jacobian, time derivative."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from kane.errors import ExpressionError
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.matrix import Matrix
+from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
+from kane.expr.ops import ADD, MUL, NEG, SUB, SYMBOL
+from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
+
+Tangents = Mapping[Expr, Expr] | Callable[[Expr], Expr]
+
+
+def partials(node: Expr) -> tuple[Expr, ...]:
+    """∂node/∂(each argument)."""
+    rule = node.op.derivative
+    if rule is None:
+        raise ExpressionError(f"The operation {node.op.name!r} has no derivative.")
+    return tuple(as_expr(p) for p in rule(node, *node.args))
+
+
+def tangent(root: Expr, seeds: Tangents, memo: dict[Expr, Expr] | None = None) -> Expr:
+    """Forward derivative: the directional derivative of `root` where each leaf changes at the rate that `seeds` gives.
+
+    A `memo` shared between calls with the same seeds makes later calls cost only what is new.
+    """
+    known: dict[Expr, Expr] = {} if memo is None else memo
+    if root in known:
+        return known[root]
+    seed = seeds if callable(seeds) else (lambda leaf: seeds.get(leaf, ZERO))
+    stack = [root]
+    while stack:
+        node = stack[-1]
+        if node in known:
+            stack.pop()
+            continue
+        waiting = [a for a in node.args if a not in known]
+        if waiting:
+            stack.extend(waiting)
+            continue
+        stack.pop()
+        known[node] = seed(node) if node.op is SYMBOL else _through(node, known)
+    return known[root]
+
+
+def _through(node: Expr, known: Mapping[Expr, Expr]) -> Expr:
+    op, args = node.op, node.args
+    if op is ADD:
+        return add(known[args[0]], known[args[1]])
+    if op is SUB:
+        return sub(known[args[0]], known[args[1]])
+    if op is NEG:
+        return neg(known[args[0]])
+    if op is MUL:
+        x, y = args
+        if x is y:
+            return mul(as_expr(2), mul(x, known[x]))
+        return add(mul(known[x], y), mul(x, known[y]))
+    if all(known[a] is ZERO for a in args):
+        return ZERO
+    total = ZERO
+    for a, p in zip(args, partials(node), strict=True):
+        total = add(total, mul(p, known[a]))
+    return total
+
+
+def diff(root: Expr, symbol: Symbol) -> Expr:
+    """∂root/∂symbol."""
+    return tangent(as_expr(root), {symbol: ONE})
+
+
+def gradient(root: Expr, symbols: Iterable[Expr]) -> tuple[Expr, ...]:
+    """All ∂root/∂symbol in one reverse sweep."""
+    wanted = tuple(symbols)
+    order = postorder((as_expr(root),))
+    adjoint: dict[Expr, Expr] = {order[-1]: ONE}
+    for node in reversed(order):
+        bar = adjoint.get(node)
+        if bar is None or bar is ZERO or not node.args:
+            continue
+        for a, p in zip(node.args, partials(node), strict=True):
+            adjoint[a] = add(adjoint.get(a, ZERO), mul(bar, p))
+    return tuple(adjoint.get(s, ZERO) for s in wanted)
+
+
+def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr]) -> Matrix:
+    """Matrix of ∂roots[i]/∂symbols[j]: by columns where there are fewer symbols than roots, else by rows."""
+    if len(roots) < len(symbols):
+        return Matrix([gradient(r, symbols) for r in roots], (len(roots), len(symbols)))
+    columns = []
+    for s in symbols:
+        memo: dict[Expr, Expr] = {}
+        columns.append([tangent(as_expr(r), {s: ONE}, memo) for r in roots])
+    return Matrix(list(zip(*columns, strict=True)), (len(roots), len(symbols)))
+
+
+def _leaf_rate(leaf: Expr) -> Expr:
+    if isinstance(leaf, Coordinate | Speed | Input | Rate | QuasiRate):
+        return rate(leaf)
+    if isinstance(leaf, Time):
+        return ONE
+    if isinstance(leaf, Reaction):
+        raise ExpressionError(f"The time derivative of the reaction {leaf} has no name: it is known only along a motion.")
+    return ZERO
+
+
+def time_derivative(root: Expr) -> Expr:
+    """Total derivative d/dt in the rates of coordinates, speeds and inputs."""
+    return tangent(as_expr(root), _leaf_rate)
+
+
+def euler_parameter_rates(e: Sequence[Expr], w: Sequence[QuasiRate | Expr]) -> tuple[Expr, Expr, Expr, Expr]:
+    """ė0…ė3 from the measure numbers w of the angular velocity along the frame's own axes.
+
+    ė0 = −½ e·w,  ė = ½ (e0 w + e × w)  (Kane, Likins, Levinson 1983, Spacecraft Dynamics, sec. 1.13).
+    """
+    e0, e1, e2, e3 = e
+    w1, w2, w3 = w
+    half = as_expr(0.5)
+    return (
+        -half * (e1 * w1 + e2 * w2 + e3 * w3),
+        half * (e0 * w1 - e3 * w2 + e2 * w3),
+        half * (e3 * w1 + e0 * w2 - e1 * w3),
+        half * (-e2 * w1 + e1 * w2 + e0 * w3),
+    )

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The reference evaluator: the graph as a list of NumPy calls, the meaning that every emitter must reproduce."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.errors import ValueMissingError
+from kane.expr.node import Expr, as_expr, constant_value, postorder
+from kane.expr.ops import CONST, PI, SYMBOL
+from kane.expr.symbols import Parameter, Symbol
+
+Values = Mapping[Any, Any]
+
+
+def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable[[Sequence[Any]], list[Any]]:
+    """A function from the values of `leaves` (numbers or broadcastable arrays) to the values of `roots`.
+
+    The function touches no shared state: threads may call it at the same time. Division by zero and the like give
+    infinity or NaN as IEEE 754 says, without a warning.
+    """
+    wanted = [as_expr(r) for r in roots]
+    order = postorder(wanted)
+    place: dict[Expr, int] = {leaf: i for i, leaf in enumerate(leaves)}
+    start: list[Any] = [None] * len(leaves)
+    steps: list[tuple[Callable[..., Any], tuple[int, ...], int]] = []
+    for node in order:
+        if node in place:
+            continue
+        place[node] = len(start)
+        if node.op is CONST:
+            start.append(np.float64(float(constant_value(node) or 0)))
+        elif node.op is PI:
+            start.append(np.float64(math.pi))
+        elif node.op is SYMBOL:
+            raise ValueMissingError(
+                f"Expected a value for every symbol, got none for {node} ({type(node).__name__}). Known here: "
+                f"{', '.join(str(s) for s in leaves) or 'none'}."
+            )
+        else:
+            assert node.op.numpy is not None
+            start.append(None)
+            steps.append((node.op.numpy, tuple(place[a] for a in node.args), place[node]))
+    outputs = [place[r] for r in wanted]
+    count = len(leaves)
+
+    def run(values: Sequence[Any]) -> list[Any]:
+        work = start.copy()
+        work[:count] = values
+        with np.errstate(all="ignore"):
+            for f, args, out in steps:
+                work[out] = f(*[work[i] for i in args])
+        return [work[i] for i in outputs]
+
+    return run
+
+
+def evaluate(exprs: Any, values: Values) -> Any:
+    """Values of one expression, or of a sequence or Matrix of them, at numbers or broadcastable arrays.
+
+    Parameters without a value take their default; any other symbol without one is a `ValueMissingError`.
+    """
+    from kane.expr.matrix import Matrix
+
+    if isinstance(exprs, Matrix):
+        flat = evaluate([x for row in exprs.rows for x in row], values)
+        shape = np.broadcast_shapes(*(v.shape for v in flat)) if flat else ()
+        stacked = np.stack([np.broadcast_to(v, shape) for v in flat]) if flat else np.zeros((0,))
+        return np.moveaxis(stacked.reshape(*exprs.shape, *shape), (0, 1), (-2, -1))
+    if isinstance(exprs, Expr | int | float):
+        return evaluate([exprs], values)[0]
+    roots = [as_expr(e) for e in exprs]
+    given: dict[Expr, npt.NDArray[np.float64]] = {
+        symbol: np.asarray(value, dtype=np.float64)[()] for symbol, value in values.items()
+    }
+    for node in postorder(roots):
+        if isinstance(node, Parameter) and node not in given and node.default is not None:
+            given[node] = np.float64(node.default)
+    run = compile_reference(roots, list(given))
+    return [np.asarray(v) for v in run(list(given.values()))]
+
+
+def free_symbols(roots: Iterable[Expr]) -> tuple[Symbol, ...]:
+    """The symbols below `roots`, in the order of their first appearance."""
+    return tuple(n for n in postorder(roots) if isinstance(n, Symbol))

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Frozen matrices of expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from kane.errors import ExpressionError
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.node import ONE, ZERO, Expr, as_expr
+
+
+class Matrix:
+    """A matrix of expressions, `A[i, j]`, `A.shape`, `A.T`, `A @ B`, `A + B`, `c * A`; frozen."""
+
+    __slots__ = ("rows", "shape")
+
+    rows: tuple[tuple[Expr, ...], ...]
+    shape: tuple[int, int]
+
+    def __init__(self, rows: Iterable[Iterable[Any]], shape: tuple[int, int] | None = None) -> None:
+        made = tuple(tuple(as_expr(x) for x in row) for row in rows)
+        widths = {len(row) for row in made}
+        if len(widths) > 1:
+            raise ExpressionError(f"Expected rows of one length, got lengths {sorted(widths)}.")
+        object.__setattr__(self, "rows", made)
+        object.__setattr__(self, "shape", shape or (len(made), widths.pop() if widths else 0))
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"A Matrix is frozen: {name!r} cannot be set.")
+
+    def __reduce__(self) -> tuple[Callable[..., Matrix], tuple[Any, ...]]:
+        return Matrix, (self.rows, self.shape)
+
+    @classmethod
+    def identity(cls, n: int) -> Matrix:
+        """The n × n identity."""
+        return cls([[ONE if i == j else ZERO for j in range(n)] for i in range(n)])
+
+    def __getitem__(self, place: tuple[int, int]) -> Expr:
+        return self.rows[place[0]][place[1]]
+
+    def __iter__(self) -> Iterator[tuple[Expr, ...]]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def T(self) -> Matrix:
+        """The transpose."""
+        return Matrix(zip(*self.rows, strict=True), (self.shape[1], self.shape[0]))
+
+    def map(self, f: Callable[[Expr], Expr]) -> Matrix:
+        """`f` of every entry."""
+        return Matrix([[f(x) for x in row] for row in self.rows], self.shape)
+
+    def __neg__(self) -> Matrix:
+        return self.map(neg)
+
+    def _entrywise(self, other: Matrix, f: Callable[[Expr, Expr], Expr]) -> Matrix:
+        if self.shape != other.shape:
+            raise ExpressionError(f"Expected matrices of one shape, got {self.shape} and {other.shape}.")
+        pairs = zip(self.rows, other.rows, strict=True)
+        return Matrix([[f(x, y) for x, y in zip(r, s, strict=True)] for r, s in pairs], self.shape)
+
+    def __add__(self, other: Matrix) -> Matrix:
+        return self._entrywise(other, add)
+
+    def __sub__(self, other: Matrix) -> Matrix:
+        return self._entrywise(other, sub)
+
+    def __mul__(self, factor: Any) -> Matrix:
+        c = as_expr(factor)
+        return self.map(lambda x: mul(c, x))
+
+    __rmul__ = __mul__
+
+    def __matmul__(self, other: Matrix | Sequence[Any]) -> Any:
+        if isinstance(other, Matrix):
+            if self.shape[1] != other.shape[0]:
+                raise ExpressionError(f"Expected inner sizes that agree, got {self.shape} @ {other.shape}.")
+            columns = list(zip(*other.rows, strict=True))
+            return Matrix([[dot(r, c) for c in columns] for r in self.rows], (self.shape[0], other.shape[1]))
+        vector = [as_expr(x) for x in other]
+        if len(vector) != self.shape[1]:
+            raise ExpressionError(f"Expected a vector of length {self.shape[1]}, got {len(vector)}.")
+        return tuple(dot(r, vector) for r in self.rows)
+
+    def to_numpy(self) -> np.ndarray[Any, np.dtype[np.object_]]:
+        """Object array of the entries."""
+        array = np.empty(self.shape, dtype=object)
+        for i, row in enumerate(self.rows):
+            for j, x in enumerate(row):
+                array[i, j] = x
+        return array
+
+    def __repr__(self) -> str:
+        return "Matrix([" + ",\n        ".join("[" + ", ".join(map(str, r)) + "]" for r in self.rows) + "])"
+
+
+def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
+    """Σ a_i b_i."""
+    total = ZERO
+    for x, y in zip(a, b, strict=True):
+        if x is not ZERO and y is not ZERO:
+            total = add(total, mul(x, y))
+    return total

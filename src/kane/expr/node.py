@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Nodes of the expression graph: immutable, interned, compared by identity.
+
+Equal structure is the same object, so sharing is free and common subexpressions never exist twice. The table holds
+strong references (a weak table costs three times as much a node) and is swept when it has doubled: from the youngest node to the
+oldest, whatever only the table still holds is dropped, parents before their arguments.
+
+The hash of a node is its identity. Its `key` is a 64-bit structural number, the same in every process, that orders
+commutative arguments; `digest` is a cryptographic structural hash, made on demand, that breaks ties and serves caches.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from typing import Any, NoReturn
+
+import numpy as np
+
+from kane.errors import ExpressionError
+from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
+
+Number = int | float | Fraction
+
+
+class Expr:
+    """A scalar expression. Build it from symbols with operators and the functions of `kane`."""
+
+    __slots__ = ("__weakref__", "args", "key", "op")
+
+    op: Op
+    args: tuple[Expr, ...]
+    key: int
+
+    def __init__(self) -> None:
+        raise ExpressionError("An Expr is made by operators and functions on symbols, not by calling Expr().")
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"An expression is immutable: {name!r} cannot be set.")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError(f"An expression is immutable: {name!r} cannot be deleted.")
+
+    __hash__ = object.__hash__
+
+    def _refuse(self, sign: str, cure: str) -> NoReturn:
+        raise ExpressionError(
+            f"Expected a comparison that has a truth value, got an expression: `{sign}` on {self!s:.80} cannot be "
+            f"decided while deriving. {cure}"
+        )
+
+    def __eq__(self, other: object) -> NoReturn:
+        self._refuse("==", "Use `a is b` for the same expression, or a dict or set for membership (not a list).")
+
+    def __ne__(self, other: object) -> NoReturn:
+        self._refuse("!=", "Use `a is not b`, or a dict or set for membership (not a list).")
+
+    def __lt__(self, other: object) -> NoReturn:
+        self._refuse("<", "For a condition inside the equations write kn.where(kn.less(a, b), x, y).")
+
+    def __gt__(self, other: object) -> NoReturn:
+        self._refuse(">", "For a condition inside the equations write kn.where(kn.less(b, a), x, y).")
+
+    def __le__(self, other: object) -> NoReturn:
+        self._refuse("<=", "For a condition inside the equations write kn.where(kn.less(b, a), y, x).")
+
+    def __ge__(self, other: object) -> NoReturn:
+        self._refuse(">=", "For a condition inside the equations write kn.where(kn.less(a, b), y, x).")
+
+    def __bool__(self) -> NoReturn:
+        self._refuse("if", "For a condition inside the equations write kn.where(kn.less(a, b), x, y).")
+
+    def __float__(self) -> float:
+        value = constant_value(self)
+        if value is None:
+            raise ExpressionError(
+                f"Expected a number, got the expression {self!s:.80}. Give its symbols values with kn.evaluate(...)."
+            )
+        return float(value)
+
+    def __copy__(self) -> Expr:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Expr:
+        return self
+
+    def __reduce__(self) -> tuple[Callable[..., Expr], tuple[Any, ...]]:
+        return _from_rows, (_to_rows(self),)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        name = UFUNCS.get(ufunc)
+        if method != "__call__" or name is None or options:
+            return NotImplemented
+        build = BUILDERS[name]
+        if not any(isinstance(x, np.ndarray) for x in inputs):
+            return build(*inputs)
+        boxed = []
+        for x in inputs:
+            box = x
+            if isinstance(x, Expr):
+                box = np.empty((), dtype=object)
+                box[()] = x
+            boxed.append(box)
+        return np.frompyfunc(build, len(boxed), 1)(*boxed)
+
+    def __str__(self) -> str:
+        from kane.expr.text import to_text
+
+        return to_text(self)
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    # Arithmetic and functions are attached by expr.build, which holds the rewriting rules.
+    __add__: Callable[[Any, Any], Expr]
+    __radd__: Callable[[Any, Any], Expr]
+    __sub__: Callable[[Any, Any], Expr]
+    __rsub__: Callable[[Any, Any], Expr]
+    __mul__: Callable[[Any, Any], Expr]
+    __rmul__: Callable[[Any, Any], Expr]
+    __truediv__: Callable[[Any, Any], Expr]
+    __rtruediv__: Callable[[Any, Any], Expr]
+    __pow__: Callable[[Any, Any], Expr]
+    __rpow__: Callable[[Any, Any], Expr]
+    __neg__: Callable[[Any], Expr]
+    __pos__: Callable[[Any], Expr]
+    __abs__: Callable[[Any], Expr]
+    dt: Any
+
+
+class Constant(Expr):
+    """A number: exact (int or Fraction) where it is rational with a short denominator, else a float."""
+
+    __slots__ = ("value",)
+    value: Number
+
+
+BUILDERS: dict[str, Callable[..., Expr]] = {}
+"""Builder of each operation by name; filled by expr.build."""
+
+_table: dict[tuple[Any, ...], Expr] = {}
+_lock = threading.RLock()
+_limit = 20_000
+
+_set_op = Expr.__dict__["op"].__set__
+_set_args = Expr.__dict__["args"].__set__
+_set_key = Expr.__dict__["key"].__set__
+_set_value = Constant.__dict__["value"].__set__
+_new = object.__new__
+
+
+def intern_node(op: Op, *args: Expr) -> Expr:
+    """The one node of `op` on `args`; no rewriting here."""
+    name = (op, *args)
+    node = _table.get(name)
+    return node if node is not None else _insert(name, Expr, op, args, hash((op.code, *[a.key for a in args])))
+
+
+def _insert(name: tuple[Any, ...], cls: type[Expr], op: Op, args: tuple[Expr, ...], key: int) -> Expr:
+    node: Expr = _new(cls)
+    _set_op(node, op)
+    _set_args(node, args)
+    _set_key(node, key)
+    return enter(name, node)
+
+
+def enter(name: tuple[Any, ...], node: Expr) -> Expr:
+    """Put a finished node into the table, unless another thread was first; then theirs is the one."""
+    global _limit
+    with _lock:
+        first = _table.get(name)
+        if first is not None:
+            return first
+        _table[name] = node
+        if len(_table) > _limit:
+            sweep()
+            _limit = max(20_000, 2 * len(_table))
+    return node
+
+
+def sweep() -> int:
+    """Drop nodes that nothing but the table holds; returns how many went."""
+    dropped = 0
+    with _lock:
+        names = list(_table)
+        while names:
+            name = names.pop()
+            if sys.getrefcount(_table[name]) > 2:
+                continue
+            node = _table.pop(name)
+            if sys.getrefcount(node) > 2:  # a reader took it between the look and the removal: it lives on
+                _table[name] = node
+            else:
+                dropped += 1
+            del node, name
+    return dropped
+
+
+def table_size() -> int:
+    """Number of nodes that are interned now."""
+    return len(_table)
+
+
+def constant(value: Number | np.number[Any]) -> Expr:
+    """The constant node of a real, finite number."""
+    exact = _exact(value)
+    name = (CONST, exact)
+    node = _table.get(name)
+    if node is not None:
+        return node
+    made: Constant = _new(Constant)
+    _set_op(made, CONST)
+    _set_args(made, ())
+    _set_key(made, hash((CONST.code, _number_key(exact))))
+    _set_value(made, exact)
+    return enter(name, made)
+
+
+def _number_key(value: Number) -> tuple[int, int]:
+    return Fraction(value).as_integer_ratio()
+
+
+_SHORT = 1024
+_WIDE = 2**53
+
+
+def _exact(value: Any) -> Number:
+    """Canonical number: int, Fraction with a short denominator, or float; each value has one form."""
+    if isinstance(value, (bool, np.bool_)):
+        raise ExpressionError(f"Expected a number, got the truth value {value!r}.")
+    if isinstance(value, (int, np.integer)):
+        whole = int(value)
+        return whole if -_WIDE <= whole <= _WIDE else float(whole)
+    if isinstance(value, Fraction):
+        if max(abs(value.numerator), value.denominator) > _WIDE or (
+            value.denominator > _SHORT and float(value) == value
+        ):
+            return float(value)
+        return value.numerator if value.denominator == 1 else value
+    if isinstance(value, (float, np.floating)):
+        real = float(value)
+        if real != real or real in (float("inf"), float("-inf")):
+            raise ExpressionError(f"Expected a finite number in an expression, got {real}.")
+        ratio = Fraction(real)
+        if ratio.denominator <= _SHORT and abs(ratio.numerator) <= _WIDE:
+            return ratio.numerator if ratio.denominator == 1 else ratio
+        return real
+    raise ExpressionError(f"Expected a real number or an expression, got {type(value).__name__}: {value!r:.80}.")
+
+
+def as_expr(value: Any) -> Expr:
+    """`value` as an expression; numbers become constants, everything else is refused."""
+    return value if isinstance(value, Expr) else constant(value)
+
+
+def constant_value(node: Expr) -> Number | None:
+    """The number of a constant node, else None."""
+    return node.value if isinstance(node, Constant) else None
+
+
+pi = _insert((PI,), Expr, PI, (), hash((PI.code, 314)))
+ZERO, ONE, TWO = constant(0), constant(1), constant(2)
+
+
+def precedes(a: Expr, b: Expr) -> bool:
+    """Structural order of commutative arguments: constants first, then by key, ties by digest."""
+    if a.op is CONST or b.op is CONST:
+        return a.op is CONST
+    if a.key != b.key:
+        return a.key < b.key
+    return a is not b and digest(a) < digest(b)
+
+
+def digest(root: Expr) -> bytes:
+    """SHA-256 of the structure, the same in every process."""
+    made: dict[Expr, bytes] = {}
+    for node in postorder((root,)):
+        text = hashlib.sha256(node.op.name.encode())
+        if node.op is CONST:
+            text.update(repr(_number_key(node.value)).encode())  # type: ignore[attr-defined]
+        elif node.op is SYMBOL:
+            text.update(repr(node.declaration()).encode())  # type: ignore[attr-defined]
+        for a in node.args:
+            text.update(made[a])
+        made[node] = text.digest()
+    return made[root]
+
+
+def postorder(roots: Iterable[Expr]) -> list[Expr]:
+    """Every node below `roots` once, arguments before their users, without recursion."""
+    seen: set[Expr] = set()
+    order: list[Expr] = []
+    for root in roots:
+        stack = [root]
+        while stack:
+            node = stack[-1]
+            if node in seen:
+                stack.pop()
+                continue
+            waiting = [a for a in node.args if a not in seen]
+            if waiting:
+                waiting.reverse()
+                stack.extend(waiting)
+            else:
+                seen.add(node)
+                order.append(node)
+                stack.pop()
+    return order
+
+
+def _to_rows(root: Expr) -> list[tuple[Any, ...]]:
+    """Flat topological table for pickling: depth costs nothing."""
+    place: dict[Expr, int] = {}
+    rows: list[tuple[Any, ...]] = []
+    for node in postorder((root,)):
+        place[node] = len(rows)
+        if node.op is CONST:
+            rows.append(("const", node.value))  # type: ignore[attr-defined]
+        elif node.op is SYMBOL:
+            rows.append(("symbol", type(node), node.declaration()))  # type: ignore[attr-defined]
+        else:
+            rows.append((node.op.name, *(place[a] for a in node.args)))
+    return rows
+
+
+def _from_rows(rows: list[tuple[Any, ...]]) -> Expr:
+    nodes: list[Expr] = []
+    for name, *rest in rows:
+        if name == "const":
+            nodes.append(constant(rest[0]))
+        elif name == "symbol":
+            nodes.append(rest[0].declare(*rest[1]))
+        elif name == "pi":
+            nodes.append(pi)
+        else:
+            nodes.append(intern_node(OPS[name], *(nodes[i] for i in rest)))
+    return nodes[-1]

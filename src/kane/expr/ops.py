@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The table of operations: adding an operation is adding a row.
+
+A row gives the name, the arity, the NumPy function, the partial derivatives and the cost. `derivative(node, *args)`
+returns one partial derivative an argument, built with the arguments' own operators, so that this file needs no builder.
+
+The cost is what one evaluation counts as: 1 for + − × ÷ √ and each transcendental, 0 for leaves and a change of sign.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Derivative = Callable[..., tuple[Any, ...]]
+
+
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
+class Op:
+    """One operation of the expression graph; compared by identity."""
+
+    name: str
+    arity: int
+    numpy: Callable[..., Any] | None = None
+    derivative: Derivative | None = None
+    cost: int = 1
+    ufunc: np.ufunc | None = None
+    infix: str = ""
+    commutative: bool = False
+    code: int = 0
+
+    def __repr__(self) -> str:
+        return f"Op({self.name!r})"
+
+    def __reduce__(self) -> tuple[Callable[[str], Op], tuple[str]]:
+        return OPS.__getitem__, (self.name,)
+
+
+def _where(condition: Any, x: Any, y: Any) -> Any:
+    value = np.where(condition, x, y)
+    return value if value.ndim else value[()]
+
+
+def _max_partials(_node: Any, x: Any, y: Any) -> tuple[Any, Any]:
+    at_x = y.less(x)
+    return at_x.where(1, 0), at_x.where(0, 1)
+
+
+def _min_partials(_node: Any, x: Any, y: Any) -> tuple[Any, Any]:
+    at_x = x.less(y)
+    return at_x.where(1, 0), at_x.where(0, 1)
+
+
+_ROWS = (
+    Op("const", 0, cost=0),
+    Op("pi", 0, cost=0),
+    Op("symbol", 0, cost=0),
+    Op("add", 2, operator.add, lambda n, x, y: (1, 1), ufunc=np.add, infix="+", commutative=True),
+    Op("sub", 2, operator.sub, lambda n, x, y: (1, -1), ufunc=np.subtract, infix="-"),
+    Op("mul", 2, operator.mul, lambda n, x, y: (y, x), ufunc=np.multiply, infix="*", commutative=True),
+    Op("div", 2, operator.truediv, lambda n, x, y: (1 / y, -n / y), ufunc=np.divide, infix="/"),
+    Op("neg", 1, operator.neg, lambda n, x: (-1,), cost=0, ufunc=np.negative),
+    Op("pow", 2, np.power, lambda n, x, p: (p * x ** (p - 1), n * x.log()), ufunc=np.power, infix="**"),
+    Op("sqrt", 1, np.sqrt, lambda n, x: (1 / (2 * n),), ufunc=np.sqrt),
+    Op("sin", 1, np.sin, lambda n, x: (x.cos(),), ufunc=np.sin),
+    Op("cos", 1, np.cos, lambda n, x: (-x.sin(),), ufunc=np.cos),
+    Op("tan", 1, np.tan, lambda n, x: (1 + n * n,), ufunc=np.tan),
+    Op("asin", 1, np.arcsin, lambda n, x: (1 / (1 - x * x).sqrt(),), ufunc=np.arcsin),
+    Op("acos", 1, np.arccos, lambda n, x: (-1 / (1 - x * x).sqrt(),), ufunc=np.arccos),
+    Op("atan", 1, np.arctan, lambda n, x: (1 / (1 + x * x),), ufunc=np.arctan),
+    Op(
+        "atan2",
+        2,
+        np.arctan2,
+        lambda n, y, x: (x / (x * x + y * y), -y / (x * x + y * y)),
+        ufunc=np.arctan2,
+    ),
+    Op("sinh", 1, np.sinh, lambda n, x: (x.cosh(),), ufunc=np.sinh),
+    Op("cosh", 1, np.cosh, lambda n, x: (x.sinh(),), ufunc=np.cosh),
+    Op("tanh", 1, np.tanh, lambda n, x: (1 - n * n,), ufunc=np.tanh),
+    Op("exp", 1, np.exp, lambda n, x: (n,), ufunc=np.exp),
+    Op("log", 1, np.log, lambda n, x: (1 / x,), ufunc=np.log),
+    Op("abs", 1, np.abs, lambda n, x: (x.sign(),), ufunc=np.absolute),
+    Op("sign", 1, np.sign, lambda n, x: (0,), ufunc=np.sign),
+    Op("min", 2, np.minimum, _min_partials, ufunc=np.minimum, commutative=True),
+    Op("max", 2, np.maximum, _max_partials, ufunc=np.maximum, commutative=True),
+    Op("less", 2, operator.lt, lambda n, x, y: (0, 0), infix="<"),
+    Op("where", 3, _where, lambda n, c, x, y: (0, c.where(1, 0), c.where(0, 1))),
+)
+
+OPS: dict[str, Op] = {}
+for _code, _row in enumerate(_ROWS):
+    object.__setattr__(_row, "code", _code)
+    OPS[_row.name] = _row
+
+UFUNCS: dict[np.ufunc, str] = {row.ufunc: row.name for row in _ROWS if row.ufunc is not None}
+
+CONST, PI, SYMBOL = OPS["const"], OPS["pi"], OPS["symbol"]
+ADD, SUB, MUL, DIV, NEG, POW, SQRT = (OPS[k] for k in ("add", "sub", "mul", "div", "neg", "pow", "sqrt"))
+SIN, COS, TAN = OPS["sin"], OPS["cos"], OPS["tan"]
+LESS, WHERE = OPS["less"], OPS["where"]

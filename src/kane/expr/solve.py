@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Linear systems as straight-line code: LDLᵀ, LU with partial pivoting, inverses of sparse blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+from kane.errors import SingularError
+from kane.expr.build import BUILDERS, add, div, mul, neg, sub
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import CONST
+
+Rows = Sequence[Sequence[Expr]]
+
+_LARGEST_ADJUGATE = 3
+
+
+class LDL(NamedTuple):
+    """M = L D Lᵀ: `lower[i][j]` for j < i, and the pivots."""
+
+    lower: list[list[Expr]]
+    pivots: list[Expr]
+
+
+def ldl(rows: Rows) -> LDL:
+    """Factors of a symmetric positive definite matrix, without pivoting; only the lower triangle is read.
+
+    Costs n(n−1)(n+4)/6 + … operations: each l_ij d_j is kept, so that an update is one multiplication and one subtraction.
+    """
+    n = len(rows)
+    work = [[rows[i][j] for j in range(i + 1)] for i in range(n)]
+    lower: list[list[Expr]] = [[ZERO] * i for i in range(n)]
+    pivots: list[Expr] = []
+    for j in range(n):
+        pivot = work[j][j]
+        if pivot is ZERO:
+            raise SingularError(f"Expected a positive definite matrix, got pivot 0 in row {j + 1} of {n}.")
+        pivots.append(pivot)
+        column = [work[i][j] for i in range(j + 1, n)]
+        factors = [div(x, pivot) for x in column]
+        for a, i in enumerate(range(j + 1, n)):
+            lower[i][j] = factors[a]
+            if factors[a] is ZERO:
+                continue
+            for b in range(a + 1):
+                if column[b] is not ZERO:
+                    k = j + 1 + b
+                    work[i][k] = sub(work[i][k], mul(factors[a], column[b]))
+    return LDL(lower, pivots)
+
+
+def forward(factors: LDL, b: Sequence[Expr]) -> list[Expr]:
+    """y with L y = b."""
+    y = list(b)
+    for i, row in enumerate(factors.lower):
+        for j, x in enumerate(row):
+            if x is not ZERO and y[j] is not ZERO:
+                y[i] = sub(y[i], mul(x, y[j]))
+    return y
+
+
+def backward(factors: LDL, z: Sequence[Expr]) -> list[Expr]:
+    """x with Lᵀ x = z."""
+    x = list(z)
+    for i in reversed(range(len(x))):
+        for j, entry in enumerate(factors.lower[i]):
+            if entry is not ZERO and x[i] is not ZERO:
+                x[j] = sub(x[j], mul(entry, x[i]))
+    return x
+
+
+def solve_ldl(factors: LDL, b: Sequence[Expr]) -> list[Expr]:
+    """x with L D Lᵀ x = b."""
+    y = forward(factors, b)
+    return backward(factors, [div(v, d) for v, d in zip(y, factors.pivots, strict=True)])
+
+
+def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
+    """Solutions of A x = b for each b in `columns`, by LU with partial pivoting done in the code itself (`where`).
+
+    Meant for small blocks whose entries' sizes are known only at run time.
+    """
+    n = len(rows)
+    work = [[*rows[i], *(b[i] for b in columns)] for i in range(n)]
+    for j in range(n):
+        for i in range(j + 1, n):
+            if work[i][j] is ZERO:
+                continue
+            if work[j][j] is ZERO:
+                work[j], work[i] = work[i], work[j]
+                continue
+            swap = BUILDERS["less"](abs(work[j][j]), abs(work[i][j]))
+            top, low = work[j], work[i]
+            pairs = list(zip(top, low, strict=True))
+            work[j] = [BUILDERS["where"](swap, y, x) for x, y in pairs]
+            work[i] = [BUILDERS["where"](swap, x, y) for x, y in pairs]
+        if work[j][j] is ZERO:
+            raise SingularError(f"Expected an invertible {n} × {n} block, got a column without a pivot (column {j + 1}).")
+        for i in range(j + 1, n):
+            if work[i][j] is not ZERO:
+                factor = div(work[i][j], work[j][j])
+                work[i] = [
+                    ZERO if k <= j else sub(x, mul(factor, y))
+                    for k, (x, y) in enumerate(zip(work[i], work[j], strict=True))
+                ]
+    solutions = []
+    for c in range(n, n + len(columns)):
+        x: list[Expr] = [ZERO] * n
+        for i in reversed(range(n)):
+            x[i] = div(sub(work[i][c], dot(work[i][i + 1 : n], x[i + 1 :])), work[i][i])
+        solutions.append(x)
+    return solutions
+
+
+def solve_linear(matrix: Matrix, b: Sequence[Expr]) -> tuple[Expr, ...]:
+    """x with A x = b for a small dense matrix."""
+    return tuple(solve_lu(matrix.rows, [list(b)])[0])
+
+
+class Inverse(NamedTuple):
+    """The inverse's rows and what its entries divide by: where one of these vanishes, there is no inverse."""
+
+    rows: list[list[Expr]]
+    pivots: list[Expr]
+
+
+def structural_rank(rows: Rows, width: int) -> int:
+    """Largest number of nonzero entries no two of which share a row or column."""
+    if not rows or not width:
+        return 0
+    return int((maximum_bipartite_matching(_pattern(rows), perm_type="column") >= 0).sum())
+
+
+def _pattern(rows: Rows) -> csr_matrix:
+    return csr_matrix(np.array([[x is not ZERO for x in row] for row in rows], dtype=float))
+
+
+def invert(rows: Rows) -> Inverse:
+    """Inverse of a sparse square matrix, block by block along its block triangular form.
+
+    Blocks of one are divided by, blocks up to three are inverted by their adjugate (so that they are singular only where their
+    determinant vanishes), larger ones by LU with partial pivoting.
+    """
+    n = len(rows)
+    match = maximum_bipartite_matching(_pattern(rows), perm_type="column")
+    if n and int((match >= 0).sum()) < n:
+        raise SingularError(f"Expected an invertible matrix, got structural rank {int((match >= 0).sum())} of {n}.")
+    # Row i owns column match[i]; row i depends on row k when it has an entry in the column that k owns.
+    owner = {int(c): i for i, c in enumerate(match)}
+    links = np.zeros((n, n))
+    for i, row in enumerate(rows):
+        for c, x in enumerate(row):
+            if x is not ZERO:
+                links[i, owner[c]] = 1
+    _, label = connected_components(csr_matrix(links), directed=True, connection="strong")
+    result: list[list[Expr]] = [[ZERO] * n for _ in range(n)]
+    pivots: list[Expr] = []
+    done: set[int] = set()
+    blocks: dict[int, list[int]] = {}
+    for i in range(n):
+        blocks.setdefault(int(label[i]), []).append(i)
+    waiting = list(blocks.values())
+    while waiting:
+        for block in waiting:
+            own = [int(match[i]) for i in block]
+            outside = {c for i in block for c, x in enumerate(rows[i]) if x is not ZERO} - set(own)
+            if outside <= done:
+                break
+        waiting.remove(block)
+        inverse = _block_inverse([[rows[i][c] for c in own] for i in block], pivots)
+        right: list[list[Expr]] = []
+        for i in block:
+            unit = [ONE if k == i else ZERO for k in range(n)]
+            for c in outside:
+                entry = rows[i][c]
+                if entry is not ZERO:
+                    unit = [x if y is ZERO else sub(x, mul(entry, y)) for x, y in zip(unit, result[c], strict=True)]
+            right.append(unit)
+        for a, c in enumerate(own):
+            result[c] = [dot(inverse[a], [r[k] for r in right]) for k in range(n)]
+        done.update(own)
+    return Inverse(result, pivots)
+
+
+def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
+    n = len(a)
+    if n == 1:
+        if a[0][0].op is not CONST:
+            pivots.append(a[0][0])
+        return [[div(ONE, a[0][0])]]
+    if n > _LARGEST_ADJUGATE:
+        units = [[ONE if i == j else ZERO for i in range(n)] for j in range(n)]
+        columns = solve_lu(a, units)
+        return [[columns[j][i] for j in range(n)] for i in range(n)]
+    cofactors = [[_cofactor(a, i, j) for j in range(n)] for i in range(n)]
+    determinant = dot(a[0], cofactors[0])
+    if determinant is ZERO:
+        raise SingularError(f"Expected an invertible {n} × {n} block, got determinant 0.")
+    if determinant.op is not CONST:
+        pivots.append(determinant)
+    return [[div(cofactors[j][i], determinant) for j in range(n)] for i in range(n)]
+
+
+def _cofactor(a: list[list[Expr]], i: int, j: int) -> Expr:
+    minor = [[x for c, x in enumerate(row) if c != j] for r, row in enumerate(a) if r != i]
+    if len(minor) == 1:
+        value = minor[0][0]
+    else:
+        value = sub(mul(minor[0][0], minor[1][1]), mul(minor[0][1], minor[1][0]))
+    return neg(value) if (i + j) % 2 else value
+
+
+def total(terms: Sequence[Expr]) -> Expr:
+    """Σ terms, folded from the left."""
+    result = ZERO
+    for x in terms:
+        result = add(result, x)
+    return result

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Typed leaves: a symbol's role is its class, its identity is its whole declaration.
+
+Two declarations that agree in everything are one symbol; any difference makes another one. There is no registry: a
+System refuses two symbols of one name that meet in it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Hashable
+from typing import Any, Self, cast
+
+from kane.errors import ExpressionError
+from kane.expr.node import (
+    Expr,
+    Number,
+    _new,
+    _set_args,
+    _set_key,
+    _set_op,
+    _table,
+    as_expr,
+    constant_value,
+    enter,
+)
+from kane.expr.ops import SYMBOL
+
+
+class Symbol(Expr):
+    """A named leaf. `place` is what the declaration belongs to (a Rate's coordinate, a Reaction's point)."""
+
+    __slots__ = ("default", "description", "name", "place", "unit")
+
+    name: str
+    default: Number | None
+    unit: str
+    description: str
+    place: Hashable
+
+    @classmethod
+    def declare(
+        cls,
+        name: str,
+        default: float | None = None,
+        unit: str = "",
+        description: str = "",
+        place: Hashable = None,
+    ) -> Self:
+        """The one symbol with this declaration."""
+        if not name or not name.strip() or any(c.isspace() for c in name):
+            raise ExpressionError(f"Expected a name without spaces for a {cls.__name__}, got {name!r}.")
+        if default is not None:
+            value = constant_value(as_expr(default))
+            if value is None:
+                raise ExpressionError(f"Expected a number as the default of {name!r}, got an expression.")
+            default = float(value)
+        entry = (SYMBOL, cls, name, default, unit, description, place)
+        known = _table.get(entry)
+        if known is not None:
+            return cast(Self, known)
+        node: Any = _new(cls)
+        text = repr((cls.__name__, name, default, unit, description))
+        _set_op(node, SYMBOL)
+        _set_args(node, ())
+        _set_key(node, int.from_bytes(hashlib.blake2b(text.encode(), digest_size=7).digest()))
+        for slot, value_ in (
+            ("name", name),
+            ("default", default),
+            ("unit", unit),
+            ("description", description),
+            ("place", place),
+        ):
+            object.__setattr__(node, slot, value_)
+        return cast(Self, enter(entry, node))
+
+    def declaration(self) -> tuple[Any, ...]:
+        """What `declare` was given."""
+        return (self.name, self.default, self.unit, self.description, self.place)
+
+
+class Parameter(Symbol):
+    """A constant of the system with a default value, a unit and a description."""
+
+    __slots__ = ()
+
+
+class Coordinate(Symbol):
+    """A generalized (or pseudo-generalized) coordinate q; `q.dt` is its rate."""
+
+    __slots__ = ()
+
+
+class Speed(Symbol):
+    """A generalized speed u; `u.dt` is its time derivative."""
+
+    __slots__ = ()
+
+
+class AuxiliarySpeed(Symbol):
+    """A speed that is zero throughout the motion and brings a noncontributing force into evidence."""
+
+    __slots__ = ()
+
+
+class Reaction(Symbol):
+    """The measure number of a noncontributing force or torque; `place` says where it acts."""
+
+    __slots__ = ()
+
+
+class Input(Symbol):
+    """A value given from outside as a function of time: a motor torque, a prescribed force."""
+
+    __slots__ = ()
+
+
+class Time(Symbol):
+    """The time t."""
+
+    __slots__ = ()
+
+
+class Rate(Symbol):
+    """The time derivative of the coordinate, speed or input in `place`."""
+
+    __slots__ = ()
+
+
+class QuasiRate(Symbol):
+    """A measure number of the angular velocity of a frame oriented by Euler parameters.
+
+    `place` is (e0, e1, e2, e3, axis): with e = (e1, e2, e3) and w the three quasi-rates along the frame's own axes,
+    ė0 = −½ e·w and ė = ½ (e0 w + e × w)  (Kane, Likins, Levinson 1983, Spacecraft Dynamics, sec. 1.13).
+    """
+
+    __slots__ = ()
+
+
+time = Time.declare("t", None, "s", "time")
+
+
+def rate(symbol: Symbol) -> Rate:
+    """The leaf for the time derivative of a coordinate, speed or input."""
+    if isinstance(symbol, (Coordinate, Speed, AuxiliarySpeed, Input, Rate, QuasiRate)):
+        unit = f"{symbol.unit}/s" if symbol.unit else ""
+        return Rate.declare(f"{symbol.name}'", None, unit, "", symbol)
+    raise ExpressionError(
+        f"Expected a coordinate, speed or input, got {symbol!r} ({type(symbol).__name__}): it has no rate."
+    )
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Names from "q1:6" (q1 to q5), "x, y" or "x y".
+
+    >>> names("q1:4")
+    ('q1', 'q2', 'q3')
+    """
+    found: list[str] = []
+    for word in text.replace(",", " ").split():
+        head, colon, stop = word.partition(":")
+        if not colon:
+            found.append(word)
+            continue
+        stem = head.rstrip("0123456789")
+        start = head[len(stem) :] or "0"
+        if not stem or not stop.isdigit():
+            raise ExpressionError(f'Expected names such as "q1:6" or "x, y", got {word!r} in {text!r}.')
+        found.extend(f"{stem}{i}" for i in range(int(start), int(stop)))
+    if not found:
+        raise ExpressionError(f'Expected names such as "q1:6" or "x, y", got {text!r}: no name in it.')
+    return tuple(found)
+
+
+def coordinates(text: str, unit: str = "", description: str = "") -> tuple[Coordinate, ...]:
+    """Coordinates by their names; always a tuple: `q1, q2 = coordinates("q1:3")`."""
+    return tuple(Coordinate.declare(n, None, unit, description) for n in names(text))
+
+
+def coordinate(name: str, unit: str = "", description: str = "") -> Coordinate:
+    """One coordinate."""
+    return Coordinate.declare(name, None, unit, description)
+
+
+def speeds(text: str, unit: str = "", description: str = "") -> tuple[Speed, ...]:
+    """Generalized speeds by their names; always a tuple."""
+    return tuple(Speed.declare(n, None, unit, description) for n in names(text))
+
+
+def speed(name: str, unit: str = "", description: str = "") -> Speed:
+    """One generalized speed."""
+    return Speed.declare(name, None, unit, description)
+
+
+def parameters(
+    text: str, default: float | None = None, unit: str = "", description: str = ""
+) -> tuple[Parameter, ...]:
+    """Parameters by their names, all with the same default, unit and description; always a tuple."""
+    return tuple(Parameter.declare(n, default, unit, description) for n in names(text))
+
+
+def parameter(name: str, default: float | None = None, unit: str = "", description: str = "") -> Parameter:
+    """One parameter: a constant of the system, changeable without a new derivation."""
+    return Parameter.declare(name, default, unit, description)
+
+
+def input(name: str, unit: str = "", description: str = "") -> Input:
+    """One input: a function of time that is given when simulating."""
+    return Input.declare(name, None, unit, description)

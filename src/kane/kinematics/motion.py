@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Velocities and accelerations in generalized speeds: linear forms for every frame and point.
+
+    ω = Σ ω_r u_r + ω_t,   α = Σ ω_r u̇_r + α_b        v = Σ v_r u_r + v_t,   a = Σ v_r u̇_r + a_b
+
+The partial velocities are first-class: they are built along the tree, never by differentiating an expanded velocity. The bias
+α_b, a_b is what is left of the acceleration at u̇ = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from kane.expr.diff import tangent, time_derivative
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Time
+from kane.kinematics.speeds import ScalarForm, Speeds
+from kane.model.reactions import cut_of
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.rotation import NOTHING, Triple, chain
+from kane.space.vector import Vector
+
+Partials = dict[Expr, Vector]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """The rotation of a frame, or the translation of a point, in the inertial frame.
+
+    `partials` by speed (auxiliary ones too), `rest` free of speeds, `total` at zero auxiliary speeds, `bias` at u̇ = 0.
+    """
+
+    partials: Partials
+    rest: Vector
+    total: Vector
+    bias: Vector
+
+
+_STILL = Motion({}, Vector(), Vector(), Vector())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kinematics:
+    """Memoised forms of one system; every method is a pure function of the system and its speeds.
+
+    `homes` names, for the frames of some bodies, the frame along which their angular velocity is best written.
+    """
+
+    speeds: Speeds
+    cuts: dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]
+    homes: dict[Frame, Frame] = field(default_factory=dict)
+    _frames: dict[Frame, Motion] = field(default_factory=dict)
+    _points: dict[Point, Motion] = field(default_factory=dict)
+    _drift: dict[Expr, Expr] = field(default_factory=dict)
+    _rates: dict[Expr, Expr] = field(default_factory=dict)
+
+    # Scalars --------------------------------------------------------------------------------------------------------
+
+    def drift(self, e: Expr) -> Expr:
+        """de/dt at constant speeds: q̇ = W u + X, u̇ = 0."""
+        if not self._rates:
+            system = self.speeds.system
+            self._rates.update(zip(system.coordinates, self.speeds.coordinate_rates(), strict=True))
+        return tangent(e, self._leaf_drift, self._drift)
+
+    def _leaf_drift(self, leaf: Expr) -> Expr:
+        return ONE if isinstance(leaf, Time) else self._rates.get(leaf, ZERO)
+
+    def _forms(self, rates: Triple) -> tuple[ScalarForm, ScalarForm, ScalarForm]:
+        if all(x is ZERO for x in rates):
+            return (_NO_FORM, _NO_FORM, _NO_FORM)
+        a, b, c = self.speeds.forms(rates)
+        return (a, b, c)
+
+    # Frames ---------------------------------------------------------------------------------------------------------
+
+    def frame(self, frame: Frame) -> Motion:
+        """Rotation of a frame."""
+        for f in reversed(chain(frame)):
+            if f not in self._frames:
+                self._frames[f] = self._rotation(f)
+        return self._frames[frame]
+
+    def _rotation(self, frame: Frame) -> Motion:
+        o = frame.orientation
+        if o is None:
+            return _STILL
+        base = self._frames[o.base]
+        auxiliary = {s: v for s, v in base.partials.items() if isinstance(s, AuxiliarySpeed)}
+        # A cut on a frame between this one and its base (several coaxial rotations share a base) belongs to the far side.
+        between: Frame | None = frame
+        while between is not None and between is not o.base:
+            for u, along in self.cuts.get(between, ()):
+                auxiliary[u] = auxiliary.get(u, Vector()) + along
+            between = between.parent
+        matched = self._matched_rotation(frame, auxiliary)
+        if matched is not None:
+            return matched
+        home = self.homes.get(frame, frame)
+        own = self._forms(o.rates)
+        partials, rest = _vectors(own, frame)
+        for s, v in base.partials.items():
+            if s not in auxiliary:
+                partials[s] = (v + partials[s]).gathered() if s in partials else v
+        partials.update(auxiliary)
+        a, b, c = (f.total() for f in own)
+        relative = Vector(((frame, (a, b, c)),))
+        total = base.total.express(home) + relative.express(home)
+        swing = Vector(((frame, (self.drift(a), self.drift(b), self.drift(c))),))
+        bias = base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
+        return Motion(partials, base.rest + rest, total, bias)
+
+    def _matched_rotation(self, frame: Frame, auxiliary: Partials) -> Motion | None:
+        """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
+        if not self.speeds.nontrivial:
+            return None
+        omega = frame.angular_velocity(self.speeds.system.inertial)
+        best: tuple[int, Frame, tuple[ScalarForm, ...]] | None = None
+        for target in chain(frame)[:-1]:
+            forms = self._forms(omega.components(target))
+            score = sum(f.exact for f in forms)
+            if score and (best is None or score > best[0]):
+                best = (score, target, forms)
+        if best is None:
+            return None
+        _, target, forms = best
+        partials, rest = _vectors(forms, target)
+        partials.update(auxiliary)
+        return self._direct(frame, target, partials, rest, forms)
+
+    def _direct(
+        self, frame: Frame | None, target: Frame, partials: Partials, rest: Vector, forms: Iterable[ScalarForm]
+    ) -> Motion:
+        """A motion given outright along `target`: the bias is the drift of the measure numbers plus ω × total."""
+        a, b, c = (f.total() for f in forms)
+        total = Vector(((target, (a, b, c)),))
+        bias = Vector(((target, (self.drift(a), self.drift(b), self.drift(c))),))
+        if target is not frame:
+            bias = bias + self.frame(target).total.cross(total)
+        return Motion(partials, rest, total, bias.gathered())
+
+    # Points ---------------------------------------------------------------------------------------------------------
+
+    def point(self, point: Point) -> Motion:
+        """Translation of a point."""
+        for p in reversed(point.ancestry()):
+            if p not in self._points:
+                self._points[p] = self._translation(p)
+        return self._points[point]
+
+    def _translation(self, point: Point) -> Motion:
+        if point.parent is None:
+            return _STILL
+        start = self._points[point.parent]
+        partials = dict(start.partials)
+        rest, total, bias = start.rest, start.total, start.bias
+        for f, r in point.offset.parts:
+            spin = self.frame(f if point.body is None else point.body)
+            arm = Vector(((f, r),))
+            for s, v in spin.partials.items():
+                _accumulate(partials, s, v.cross(arm))
+            if not spin.rest.is_zero:
+                rest = rest + spin.rest.cross(arm)
+            turn = spin.total.cross(arm)
+            total = total + turn
+            bias = bias + spin.bias.cross(arm) + spin.total.cross(turn)
+            if point.body is None and _moves(r):
+                forms = self._forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
+                slide, slide_rest = _vectors(forms, f)
+                for s, v in slide.items():
+                    _accumulate(partials, s, v)
+                rest = rest + slide_rest
+                a, b, c = (form.total() for form in forms)
+                sliding = Vector(((f, (a, b, c)),))
+                total = total + sliding
+                swing = Vector(((f, (self.drift(a), self.drift(b), self.drift(c))),))
+                bias = bias + spin.total.cross(sliding) * 2 + swing
+        for u, along in self.cuts.get(point, ()):
+            _accumulate(partials, u, along)
+        if self.speeds.nontrivial and point.body is None:
+            matched = self._matched_translation(point, partials)
+            if matched is not None:
+                return matched
+        partials = {s: v for s, v in partials.items() if not v.is_zero}
+        return Motion(partials, rest.gathered(), total.gathered(), bias.gathered())
+
+    def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
+        """v along the first frame in which every measure number is a sum of rows of Y."""
+        velocity = point.velocity(self.speeds.system.inertial)
+        targets = dict.fromkeys(g for f, _ in velocity.parts for g in chain(f))
+        targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
+        for target in targets:
+            forms = self._forms(velocity.components(target))
+            if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(f.exact for f in forms):
+                own, rest = _vectors(forms, target)
+                own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
+                return self._direct(None, target, own, rest, forms)
+        return None
+
+
+_NO_FORM = ScalarForm({}, ZERO)
+
+
+def _vectors(forms: Iterable[ScalarForm], frame: Frame) -> tuple[Partials, Vector]:
+    """Partial velocities and remainder from three scalar forms along a frame."""
+    found: dict[Expr, list[Expr]] = {}
+    rest: list[Expr] = []
+    for i, form in enumerate(forms):
+        for s, c in form.coefficients.items():
+            found.setdefault(s, list(NOTHING))[i] = c
+        rest.append(form.rest)
+    partials = {s: Vector(((frame, (t[0], t[1], t[2])),)) for s, t in found.items()}
+    return partials, Vector(((frame, (rest[0], rest[1], rest[2])),))
+
+
+def _accumulate(partials: Partials, s: Expr, v: Vector) -> None:
+    known = partials.get(s)
+    partials[s] = v if known is None else (known + v).gathered()
+
+
+def _moves(r: Triple) -> bool:
+    return any(isinstance(s, Coordinate | Time) for s in free_symbols(r))
+
+
+def velocity_form(motion: Motion) -> Vector:
+    """Σ v_r u_r + v_t, auxiliary speeds left out: the velocity as one reads it."""
+    total = motion.rest
+    for s, v in motion.partials.items():
+        if not isinstance(s, AuxiliarySpeed):
+            total = total + v * s
+    return total
+
+
+def acceleration_form(motion: Motion) -> Vector:
+    """Σ v_r u̇_r + a_b."""
+    total = motion.bias
+    for s, v in motion.partials.items():
+        if not isinstance(s, AuxiliarySpeed):
+            total = total + v * s.dt
+    return total
+
+
+def cuts_of(symbols: Iterable[AuxiliarySpeed]) -> dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]:
+    """Auxiliary speeds by the place where they act."""
+    found: dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]] = {}
+    for u in symbols:
+        cut = cut_of(u)
+        assert cut is not None
+        found[cut.at] = (*found.get(cut.at, ()), (u, cut.along))
+    return found

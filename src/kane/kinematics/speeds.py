@@ -1,0 +1,392 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Generalized speeds: u = Y q̇ + z, its inverse q̇ = W u + X, and the recovery of speeds by matching.
+
+A measure number whose row in the rates is a combination of rows of Y becomes those speeds by matching, before W is used: so
+an angular velocity is written in its own speeds even where W is singular.
+
+Euler parameters enter by their three quasi-rates w, ė = ½ Gᵀ(e) w; the reported Y has the row eᵀė = 0 for each set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.errors import NotAffineError, SingularError, SpeedsError
+from kane.expr.affine import affine_forms
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.diff import euler_parameter_rates
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.matrix import Matrix
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+from kane.expr.solve import invert, structural_rank
+from kane.expr.substitute import substitute
+from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, rate
+from kane.model.system import System
+
+Row = Mapping[Expr, Expr]
+
+
+class ScalarForm(NamedTuple):
+    """Σ coefficient · speed + rest; `exact` where every coefficient came from a matched row of Y that is not a bare rate."""
+
+    coefficients: dict[Expr, Expr]
+    rest: Expr
+    exact: bool = False
+
+    def total(self) -> Expr:
+        """The value."""
+        value = self.rest
+        for u, c in self.coefficients.items():
+            value = add(value, mul(c, u))
+        return value
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Speeds:
+    """The kinematical equations of a system.
+
+    `rates` are the basic rates b: q̇ of ordinary coordinates, quasi-rates of Euler parameters. `rows` and `z` give
+    u = Y_b b + z, `inverse` and `x` give b = W_b u + X_b, `pivots` are what W_b divides by.
+    """
+
+    system: System
+    speeds: tuple[Speed, ...]
+    rates: tuple[Expr, ...]
+    rows: tuple[dict[Expr, Expr], ...]
+    z: tuple[Expr, ...]
+    inverse: dict[Expr, dict[Expr, Expr]]
+    x: dict[Expr, Expr]
+    pivots: tuple[Expr, ...]
+    euler_rates: dict[Expr, Expr]
+    groups: dict[Expr, int]
+    by_row: dict[frozenset[tuple[Expr, Expr]], tuple[int, bool]]
+    nontrivial: bool
+
+    # Matching -------------------------------------------------------------------------------------------------------
+
+    def form(self, row: Row, rest: Expr = ZERO) -> ScalarForm:
+        """Σ row·b + rest in speeds."""
+        coefficients: dict[Expr, Expr] = {}
+        exact = self.nontrivial and bool(row)
+        used = False
+        for part in self._by_group(row):
+            whole = self.by_row.get(frozenset(part.items()))
+            if whole is not None:
+                self._credit(coefficients, whole[0], ONE if whole[1] else neg(ONE))
+                used = used or self._is_nontrivial(whole[0])
+                continue
+            peeled = self._peeled(part)
+            if peeled is None:
+                exact = False
+                peeled = self._proportional(part)
+            else:
+                used = True
+            if peeled is not None:
+                for i, c in peeled.items():
+                    self._credit(coefficients, i, c)
+                continue
+            for b, c in part.items():
+                for u, w in self.inverse[b].items():
+                    coefficients[u] = add(coefficients.get(u, ZERO), mul(c, w))
+        kept = {u: c for u, c in coefficients.items() if c is not ZERO}
+        for i, u in enumerate(self.speeds):
+            if u in kept and self.z[i] is not ZERO:
+                rest = sub(rest, mul(kept[u], self.z[i]))
+        return ScalarForm(kept, rest, exact and used)
+
+    def _credit(self, coefficients: dict[Expr, Expr], i: int, c: Expr) -> None:
+        u = self.speeds[i]
+        coefficients[u] = add(coefficients.get(u, ZERO), c)
+
+    def _is_nontrivial(self, i: int) -> bool:
+        return not (len(self.rows[i]) == 1 and next(iter(self.rows[i].values())) is ONE)
+
+    def _by_group(self, row: Row) -> Iterable[dict[Expr, Expr]]:
+        if len(row) < 2:
+            return (dict(row),) if row else ()
+        parts: dict[int, dict[Expr, Expr]] = {}
+        for b, c in row.items():
+            parts.setdefault(self.groups[b], {})[b] = c
+        return parts.values()
+
+    def _peeled(self, part: dict[Expr, Expr]) -> dict[int, Expr] | None:
+        """The part as a sum of whole rows of Y, each with its sign, by peeling off rows that agree with it on their support."""
+        left, found = dict(part), {}
+        for i, row in enumerate(self.rows):
+            if not left or not row.keys() <= left.keys():
+                continue
+            if all(left[b] is c for b, c in row.items()):
+                found[i] = ONE
+            elif all(left[b] is neg(c) for b, c in row.items()):
+                found[i] = neg(ONE)
+            else:
+                continue
+            for b in row:
+                del left[b]
+        return None if left else found
+
+    def _proportional(self, part: dict[Expr, Expr]) -> dict[int, Expr] | None:
+        """The part as one row of Y times a factor."""
+        for i, row in enumerate(self.rows):
+            if row.keys() != part.keys():
+                continue
+            first = next(iter(part))
+            factor = div(part[first], row[first])
+            if all(mul(factor, row[b]) is c for b, c in part.items()):
+                return {i: factor}
+        return None
+
+    # Expressions ----------------------------------------------------------------------------------------------------
+
+    def forms(self, exprs: Iterable[Expr]) -> list[ScalarForm]:
+        """Affine expressions of rates in speeds."""
+        wanted = [self._basic(e) for e in exprs]
+        return [self.form(c, r) for c, r in affine_forms(wanted, self.rates)]
+
+    def _basic(self, e: Expr) -> Expr:
+        return substitute(e, self.euler_rates) if self.euler_rates else e
+
+    def in_speeds(self, root: Expr, memo: dict[Expr, tuple[Row | None, Expr]]) -> Expr:
+        """`root` with every rate expressed in speeds; subexpressions affine in rates are matched as a whole.
+
+        `memo` may be shared between calls.
+        """
+        base = self._basic(root)
+        rates = set(self.rates)
+        stack = [base]
+        while stack:
+            node = stack[-1]
+            if node in memo:
+                stack.pop()
+                continue
+            waiting = [a for a in node.args if a not in memo]
+            if waiting:
+                stack.extend(waiting)
+                continue
+            stack.pop()
+            if node in rates:
+                memo[node] = ({node: ONE}, ZERO)
+            elif not node.args:
+                memo[node] = (None, node)
+            else:
+                memo[node] = self._step(node, [memo[a] for a in node.args])
+        return self._finished(memo[base])
+
+    def _finished(self, entry: tuple[Row | None, Expr]) -> Expr:
+        row, rest = entry
+        return rest if row is None else self.form(row, rest).total()
+
+    def _step(self, node: Expr, parts: list[tuple[Row | None, Expr]]) -> tuple[Row | None, Expr]:
+        if all(row is None for row, _ in parts):
+            args = [rest for _, rest in parts]
+            same = all(x is y for x, y in zip(args, node.args, strict=True))
+            return None, node if same else NODE_BUILDERS[node.op.name](*args)
+        op = node.op
+        if op is ADD or op is SUB:
+            join = add if op is ADD else sub
+            (ra, a), (rb, b) = parts
+            total = dict(ra or {})
+            for s, c in (rb or {}).items():
+                total[s] = join(total.get(s, ZERO), c)
+            return {s: c for s, c in total.items() if c is not ZERO}, join(a, b)
+        if op is NEG:
+            row, rest = parts[0]
+            return {s: neg(c) for s, c in (row or {}).items()}, neg(rest)
+        if op is MUL and (parts[0][0] is None or parts[1][0] is None):
+            factor = parts[0][1] if parts[0][0] is None else parts[1][1]
+            row, rest = parts[1] if parts[0][0] is None else parts[0]
+            return {s: mul(factor, c) for s, c in (row or {}).items()}, mul(factor, rest)
+        if op is DIV and parts[1][0] is None:
+            row, rest = parts[0]
+            below = parts[1][1]
+            return {s: div(c, below) for s, c in (row or {}).items()}, div(rest, below)
+        return None, NODE_BUILDERS[op.name](*[self._finished(p) for p in parts])
+
+    # Reports --------------------------------------------------------------------------------------------------------
+
+    def coordinate_rates(self) -> tuple[Expr, ...]:
+        """q̇ = W u + X, written out, in the order of the coordinates."""
+        totals = {b: ScalarForm(self.inverse[b], self.x[b]).total() for b in self.rates}
+        return tuple(
+            totals[rate(q)] if rate(q) in totals else substitute(self.euler_rates[rate(q)], totals)
+            for q in self.system.coordinates
+        )
+
+    def matrices(self) -> tuple[Matrix, tuple[Expr, ...], Matrix, tuple[Expr, ...]]:
+        """Y, z, W, X in the rates of the coordinates; Y has the row eᵀė = 0 for each set of Euler parameters."""
+        q = self.system.coordinates
+        sets = self.system.euler_parameters
+        of = {w: s for s in sets for w in s.quasi}
+        y_rows: list[list[Expr]] = []
+        for row in self.rows:
+            line = dict.fromkeys(q, ZERO)
+            for b, c in row.items():
+                if b in of:
+                    e, k = of[b].coordinates, of[b].quasi.index(b)  # type: ignore[arg-type]
+                    for i, g in enumerate(_twice_g(e)[k]):
+                        line[e[i]] = add(line[e[i]], mul(c, g))
+                else:
+                    line[b.place] = c  # type: ignore[attr-defined]
+            y_rows.append([line[x] for x in q])
+        for s in sets:
+            y_rows.append([x if x in set(s.coordinates) else ZERO for x in q])
+        z = (*self.z, *(ZERO for _ in sets))
+        w_rows: list[list[Expr]] = []
+        x_column: list[Expr] = []
+        for x in q:
+            if rate(x) in self.inverse:
+                row, rest = self.inverse[rate(x)], self.x[rate(x)]
+            else:
+                (form,) = affine_forms([self.euler_rates[rate(x)]], self.rates)
+                row, rest = {}, ZERO
+                for b, c in form[0].items():
+                    rest = add(rest, mul(c, self.x[b]))
+                    for u, w in self.inverse[b].items():
+                        row[u] = add(row.get(u, ZERO), mul(c, w))
+            multipliers = [x if x in set(s.coordinates) else ZERO for s in sets]
+            w_rows.append([row.get(u, ZERO) for u in self.speeds] + multipliers)
+            x_column.append(rest)
+        return Matrix(y_rows), z, Matrix(w_rows), tuple(x_column)
+
+
+def _twice_g(e: tuple[Coordinate, ...]) -> list[list[Expr]]:
+    """2 G with w = 2 G ė for unit Euler parameters."""
+    e0, e1, e2, e3 = e
+    rows = ((-e1, e0, e3, -e2), (-e2, -e3, e0, e1), (-e3, e2, -e1, e0))
+    return [[2 * x for x in row] for row in rows]
+
+
+def generalized_speeds(system: System) -> Speeds:
+    """Read the speeds' definitions, check them and invert them.
+
+    Raises
+    ------
+    SpeedsError
+        if a definition is not affine in the rates, or the speeds are too many, too few or dependent.
+    """
+    sets = system.euler_parameters
+    quasi_of = {x: s for s in sets for x in s.coordinates}
+    rates: list[Expr] = []
+    for q in system.coordinates:
+        if q not in quasi_of:
+            rates.append(rate(q))
+        elif q is quasi_of[q].coordinates[0]:
+            rates.extend(quasi_of[q].quasi)
+    euler_rates: dict[Expr, Expr] = {}
+    for s in sets:
+        e_dots = euler_parameter_rates(s.coordinates, s.quasi)
+        euler_rates.update(zip(map(rate, s.coordinates), e_dots, strict=True))
+    speeds = tuple(system.speeds)
+    rows, z = _definitions(system, rates, euler_rates)
+    _check_cover(system, speeds, rows, rates)
+    dense = [[row.get(b, ZERO) for b in rates] for row in rows]
+    trivial = all(len(row) == 1 and next(iter(row.values())) is ONE for row in rows)
+    if not trivial:
+        _check_rank(system, speeds, rows, dense, rates)
+    try:
+        inverse, pivots = invert(dense)
+    except SingularError as error:
+        raise SpeedsError(f"Expected independent generalized speeds: {error}") from error
+    w = {b: {u: c for u, c in zip(speeds, row, strict=True) if c is not ZERO} for b, row in zip(rates, inverse, strict=True)}
+    x: dict[Expr, Expr] = {}
+    for b in rates:
+        rest = ZERO
+        for i, u in enumerate(speeds):
+            if u in w[b] and z[i] is not ZERO:
+                rest = sub(rest, mul(w[b][u], z[i]))
+        x[b] = rest
+    by_row: dict[frozenset[tuple[Expr, Expr]], tuple[int, bool]] = {}
+    for i, row in enumerate(rows):
+        by_row[frozenset(row.items())] = (i, True)
+        by_row[frozenset((b, neg(c)) for b, c in row.items())] = (i, False)
+    return Speeds(
+        system, speeds, tuple(rates), tuple(rows), tuple(z), w, x, tuple(pivots), euler_rates, _groups(rates, rows), by_row,
+        not trivial,
+    )  # fmt: skip
+
+
+def _definitions(
+    system: System, rates: list[Expr], euler_rates: dict[Expr, Expr]
+) -> tuple[list[dict[Expr, Expr]], list[Expr]]:
+    rows: list[dict[Expr, Expr]] = []
+    z: list[Expr] = []
+    known = set(rates)
+    for u, definition in system.speeds.items():
+        e = substitute(definition, euler_rates) if euler_rates else definition
+        for s in free_symbols([e]):
+            if isinstance(s, Speed):
+                raise SpeedsError(f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition}.")
+            if isinstance(s, Rate | QuasiRate) and s not in known:
+                raise SpeedsError(
+                    f"The definition of {u} uses {s}, but no frame or point of the system depends on that coordinate."
+                )
+        try:
+            ((row, rest),) = affine_forms([e], rates)
+        except NotAffineError as error:
+            raise SpeedsError(
+                f"Expected the definition of {u} to be linear in the rates (u = Y q' + z), got {definition}. {error}"
+            ) from error
+        if not row:
+            raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {definition}.")
+        rows.append(row)
+        z.append(rest)
+    return rows, z
+
+
+def _check_cover(system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr, Expr]], rates: list[Expr]) -> None:
+    covered = {b for row in rows for b in row}
+    missing = [b for b in rates if b not in covered]
+    if missing:
+        raise SpeedsError(
+            f"Expected every rate in some speed's definition, got none with {', '.join(map(str, missing))}. Define a speed "
+            'for each, for instance u = q.dt, or pass speeds="rates" to take u = q\' throughout.'
+        )
+    if len(speeds) != len(rates):
+        extra = "" if not system.euler_parameters else " (each set of Euler parameters needs three)"
+        raise SpeedsError(
+            f"Expected as many generalized speeds as independent rates, {len(rates)}{extra}: {', '.join(map(str, rates))}; "
+            f"got {len(speeds)}: {', '.join(map(str, speeds))}."
+        )
+
+
+def _check_rank(
+    system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr, Expr]], dense: list[list[Expr]], rates: list[Expr]
+) -> None:
+    structural = structural_rank(dense, len(rates))
+    if structural < len(rates):
+        raise SpeedsError(
+            f"Expected independent definitions of {', '.join(map(str, speeds))}, got structural rank {structural} of "
+            f"{len(rates)}: some of them share too few rates."
+        )
+    generator = np.random.default_rng(20041)
+    numbers = {
+        s: generator.uniform(0.3, 1.2)
+        for s in free_symbols(x for row in dense for x in row)
+        if not (isinstance(s, Parameter) and s.default)
+    }
+    y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
+    _, sigma, right = np.linalg.svd(y.T)
+    if sigma[-1] <= 1e-10 * sigma[0]:
+        culprits = [str(u) for u, c in zip(speeds, right[-1], strict=True) if abs(c) > 1e-6]
+        raise SpeedsError(
+            f"Expected independent definitions of the generalized speeds, got a combination of {', '.join(culprits)} that "
+            "vanishes at every configuration: W does not exist. Define one of them differently."
+        )
+
+
+def _groups(rates: list[Expr], rows: list[dict[Expr, Expr]]) -> dict[Expr, int]:
+    """Rates that meet in a row belong to one group."""
+    group = {b: i for i, b in enumerate(rates)}
+    for row in rows:
+        joined = {group[b] for b in row}
+        target = min(joined)
+        if len(joined) > 1:
+            group = {b: target if g in joined else g for b, g in group.items()}
+    return group
+
+

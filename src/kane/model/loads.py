@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loads: forces on points, torques on frames, and the pairs of them that springs and dampers are.
+
+A load is one record: forces, torques, and the potential energy it derives from, if any. What has a potential does not count as
+power in the power balance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from kane.errors import ModelError
+from kane.expr.node import Expr, as_expr
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Load:
+    """Forces on points and torques on frames that belong together."""
+
+    name: str
+    forces: tuple[tuple[Point, Vector], ...] = ()
+    torques: tuple[tuple[Frame, Vector], ...] = ()
+    potential: Expr | None = None
+
+    def __repr__(self) -> str:
+        return f"Load({self.name!r})"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gravity:
+    """Uniform gravity: the acceleration of free fall, acting on every body of the system."""
+
+    acceleration: Vector
+    name: str = "gravity"
+
+
+def _force(point: Any, vector: Any) -> tuple[Point, Vector]:
+    if not isinstance(point, Point) or not isinstance(vector, Vector):
+        raise ModelError(f"Expected a force as (Point, Vector), got ({point!r:.60}, {vector!r:.60}).")
+    return point, vector
+
+
+def _torque(frame: Any, vector: Any) -> tuple[Frame, Vector]:
+    if not isinstance(frame, Frame) or not isinstance(vector, Vector):
+        raise ModelError(f"Expected a torque as (Frame, Vector), got ({frame!r:.60}, {vector!r:.60}).")
+    return frame, vector
+
+
+def Force(point: Point, vector: Vector, name: str = "") -> Load:
+    """A force on a point: on a body's particle, write it on a point made with `fixed_in`."""
+    pair = _force(point, vector)
+    return Load(name or f"force on {point.name}", forces=(pair,))
+
+
+def Torque(frame: Frame, vector: Vector, name: str = "") -> Load:
+    """A torque on a frame (the body whose frame it is)."""
+    pair = _torque(frame, vector)
+    return Load(name or f"torque on {frame.name}", torques=(pair,))
+
+
+def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
+    """Uniform gravity on every body: `gravity(-g*N.z)`."""
+    if not isinstance(acceleration, Vector):
+        raise ModelError(f"Expected the acceleration of free fall as a Vector, such as -g*N.z, got {acceleration!r:.60}.")
+    return Gravity(acceleration, name)
+
+
+def action_reaction(on: Point, from_: Point, force: Vector, name: str = "") -> Load:
+    """`force` on one point, its opposite on the other."""
+    a, b = _force(on, force), _force(from_, -force)
+    return Load(name or f"force between {on.name} and {from_.name}", forces=(a, b))
+
+
+def torque_pair(on: Frame, from_: Frame, torque: Vector, name: str = "") -> Load:
+    """`torque` on one frame, its opposite on the other: a motor between two links."""
+    a, b = _torque(on, torque), _torque(from_, -torque)
+    return Load(name or f"torque between {on.name} and {from_.name}", torques=(a, b))
+
+
+def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name: str = "") -> Load:
+    """Spring between two points: force k (|r| − l) towards each other, potential k (|r| − l)²/2."""
+    r, k, free = a.position(b), as_expr(stiffness), as_expr(free_length)
+    if free is as_expr(0):
+        pull, potential = r * -k, k * r.dot(r) / 2
+    else:
+        length = r.magnitude()
+        pull, potential = r * (-k * (length - free) / length), k * (length - free) ** 2 / 2
+    label = name or f"spring between {a.name} and {b.name}"
+    return Load(label, forces=(_force(a, pull), _force(b, -pull)), potential=potential)
+
+
+def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
+    """Damper between two points: force c d|r|/dt against the change of their distance."""
+    r = a.position(b)
+    root = a.root().frame
+    along = r.normalized()
+    speed = (a.velocity(root) - b.velocity(root)).dot(along)
+    pull = along * (-as_expr(damping) * speed)
+    return Load(name or f"damper between {a.name} and {b.name}", forces=(_force(a, pull), _force(b, -pull)))
+
+
+def torsional_spring(
+    on: Frame, from_: Frame, angle: Any, stiffness: Any, axis: Vector, rest: Any = 0, name: str = ""
+) -> Load:
+    """Spring that turns `on` back by k (angle − rest) about `axis` relative to `from_`; potential k (angle − rest)²/2.
+
+    `angle` is the rotation of `on` in `from_` about `axis`, a unit vector.
+    """
+    k, stretch = as_expr(stiffness), as_expr(angle) - as_expr(rest)
+    torque = axis * (-k * stretch)
+    label = name or f"torsional spring between {on.name} and {from_.name}"
+    return Load(label, torques=(_torque(on, torque), _torque(from_, -torque)), potential=k * stretch**2 / 2)
+
+
+def torsional_damper(on: Frame, from_: Frame, damping: Any, axis: Vector, name: str = "") -> Load:
+    """Damper: torque c times the relative angular speed about `axis`, a unit vector."""
+    torque = axis * (-as_expr(damping) * on.angular_velocity(from_).dot(axis))
+    label = name or f"torsional damper between {on.name} and {from_.name}"
+    return Load(label, torques=(_torque(on, torque), _torque(from_, -torque)))

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Noncontributing forces brought into evidence: reactions by name, and explicit auxiliary speeds.
+
+A reaction cuts the tree: everything reached through its point (or frame) is the far side and gets the auxiliary velocity
+u_a n. It is an action–reaction pair, +R n on the far side and −R n on the near one. Declaring one changes nothing; listing it
+in `System(reactions=…)` does.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from kane.errors import ReactionError
+from kane.expr.node import Expr
+from kane.expr.symbols import AuxiliarySpeed, Reaction
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Parts, Vector
+
+
+class Cut(NamedTuple):
+    """Where an auxiliary speed acts: at a point, or on a frame, along a direction."""
+
+    at: Point | Frame
+    parts: Parts
+
+    @property
+    def along(self) -> Vector:
+        """The direction."""
+        return Vector(self.parts)
+
+
+def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vector | None) -> Cut:
+    if (at is None) == (frame is None):
+        raise ReactionError(
+            f"Expected {kind} {name!r} at=point for a force or frame=frame for a torque, got "
+            f"{'both' if at is not None else 'neither'}."
+        )
+    place = at if at is not None else frame
+    if not isinstance(place, Point if at is not None else Frame):
+        raise ReactionError(f"Expected at=Point or frame=Frame for {kind} {name!r}, got {place!r:.60}.")
+    assert place is not None
+    if place.parent is None:
+        raise ReactionError(
+            f"Expected a place of {kind} {name!r} that has a near side, got {place!r}, which is a root. Make the cut explicit: "
+            f'{place.name}.{"at" if at is not None else "rotate"}(…).'
+        )
+    if isinstance(place, Point) and place.body is not None:
+        raise ReactionError(
+            f"Expected a geometric point for {kind} {name!r}, got {place.name}, a particle: nothing is reached through it."
+        )
+    if not isinstance(along, Vector) or along.is_zero:
+        raise ReactionError(f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60}.")
+    return Cut(place, along.parts)
+
+
+def reaction(
+    name: str,
+    at: Point | None = None,
+    along: Vector | None = None,
+    frame: Frame | None = None,
+    unit: str = "",
+) -> Reaction:
+    """A force (`at` a point) or torque (on a `frame`) along a unit vector that the far side feels from the near side.
+
+    Without a place it is a bare unknown for use with explicit auxiliary speeds.
+    """
+    if at is None and frame is None and along is None:
+        return Reaction.declare(name, None, unit, "", None)
+    cut = _cut("the reaction", name, at, frame, along)
+    return Reaction.declare(name, None, unit or ("N" if at is not None else "N*m"), "", cut)
+
+
+def auxiliary_speed(
+    name: str, at: Point | None = None, along: Vector | None = None, frame: Frame | None = None
+) -> AuxiliarySpeed:
+    """An explicit auxiliary speed: the velocity u_a n of everything reached through the point or frame, zero throughout.
+
+    List it in `System(auxiliary_speeds=…)` with one bare reaction for each, and write the force it brings into evidence as a load.
+    """
+    cut = _cut("the auxiliary speed", name, at, frame, along)
+    return AuxiliarySpeed.declare(name, None, "m/s" if at is not None else "rad/s", "", cut)
+
+
+def cut_of(symbol: Expr) -> Cut | None:
+    """The cut of a reaction or auxiliary speed, None for a bare unknown."""
+    place = getattr(symbol, "place", None)
+    return place if isinstance(place, Cut) else None

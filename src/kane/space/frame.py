@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reference frames: each is born in its parent, at one orientation, for good."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from kane.errors import SpaceError
+from kane.expr.build import add, cos, mul, neg, sin, sub
+from kane.expr.diff import time_derivative
+from kane.expr.matrix import Matrix
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
+from kane.expr.symbols import Coordinate, Input, QuasiRate, Speed, Time
+from kane.expr.evaluate import free_symbols
+from kane.space.rotation import UNITS, Cosines, Orientation, Triple, connected, dot3, express, path, transposed
+from kane.space.vector import Vector
+
+_SLACK = 1e-12
+_AXES = "xyz"
+
+
+class Frame:
+    """A reference frame with the right-handed unit vectors `x`, `y`, `z`.
+
+    `Frame("N")` is a root; every other frame is made by one of the `rotate…` methods of its parent.
+    """
+
+    __slots__ = ("__weakref__", "_spins", "lineage", "name", "orientation", "parent", "x", "y", "z")
+
+    name: str
+    parent: Frame | None
+    orientation: Orientation | None
+    lineage: tuple[Frame, ...]
+    x: Vector
+    y: Vector
+    z: Vector
+
+    def __init__(self, name: str) -> None:
+        self._finish(name, None, None)
+
+    def _finish(self, name: str, parent: Frame | None, orientation: Orientation | None) -> None:
+        if not name or not isinstance(name, str):
+            raise SpaceError(f"Expected a name for the frame, got {name!r}.")
+        values: dict[str, Any] = {"name": name, "parent": parent, "orientation": orientation, "_spins": {}}
+        values["lineage"] = (self,) if orientation is None else (self, *orientation.base.lineage)
+        for axis, unit in zip(_AXES, UNITS, strict=True):
+            values[axis] = Vector(((self, unit),))
+        for slot, value in values.items():
+            object.__setattr__(self, slot, value)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"The frame {self.name} is fixed: {name!r} cannot be set.")
+
+    def __repr__(self) -> str:
+        return f"Frame({self.name!r})" if self.parent is None else f"Frame({self.name!r}, in {self.parent.name})"
+
+    def _child(self, name: str, orientation: Orientation) -> Frame:
+        made: Frame = object.__new__(Frame)
+        made._finish(name, self, orientation)
+        return made
+
+    # Birth ----------------------------------------------------------------------------------------------------------
+
+    def rotate(self, name: str, angle: Any, axis: Vector) -> Frame:
+        """A frame turned from this one by `angle` (rad) about `axis`, a unit vector fixed in this frame.
+
+        Successive rotations about one basis axis are one rotation by the sum of the angles.
+        """
+        theta = as_expr(angle)
+        direction = self._direction(axis)
+        for i in range(3):
+            unit = direction[i]
+            if all(x is ZERO for k, x in enumerate(direction) if k != i) and constant_value(unit) in (1, -1):
+                return self._turned(name, theta if unit is ONE else neg(theta), i)
+        rate = time_derivative(theta)
+        cosines = _rodrigues(direction, cos(theta), sin(theta))
+        rates = (mul(rate, direction[0]), mul(rate, direction[1]), mul(rate, direction[2]))
+        return self._child(name, Orientation(self, rates, angle=theta, cosines=cosines))
+
+    def _turned(self, name: str, theta: Expr, i: int) -> Frame:
+        own = self.orientation
+        base = self
+        if own is not None and own.axis == i:
+            assert own.angle is not None
+            base, theta = own.base, add(own.angle, theta)
+        rates = [ZERO, ZERO, ZERO]
+        rates[i] = time_derivative(theta)
+        return self._child(
+            name, Orientation(base, (rates[0], rates[1], rates[2]), axis=i, c=cos(theta), s=sin(theta), angle=theta)
+        )
+
+    def _direction(self, axis: Vector) -> Triple:
+        if not isinstance(axis, Vector):
+            raise SpaceError(f"Expected a unit vector as axis, such as {self.name}.z, got {axis!r:.60}.")
+        direction = axis.components(self)
+        moving = [s for s in free_symbols(direction) if isinstance(s, Coordinate | Speed | Time | Input)]
+        if moving:
+            raise SpaceError(
+                f"Expected an axis fixed in frame {self.name}, got {axis}: it depends on {', '.join(map(str, moving))}. "
+                "Rotate about an axis of the parent, or start from the frame in which the axis is fixed."
+            )
+        square = constant_value(dot3(direction, direction))
+        if square is not None:
+            if square == 0:
+                raise SpaceError("Expected a unit vector as axis, got the zero vector.")
+            if abs(float(square) - 1) > _SLACK:
+                raise SpaceError(
+                    f"Expected a unit vector as axis, got {axis} of length {float(square) ** 0.5:.6g}. Use "
+                    "axis.normalized()."
+                )
+        return direction
+
+    def rotate_body(self, name: str, angles: Sequence[Any], sequence: str) -> Frame:
+        """Three successive rotations about the turning frame's own axes: "xyz", "zxz" or "123", "313", ….
+
+        Kane & Levinson 1985, appendix I, "body-three" and "body-two" angles.
+        """
+        frame = self
+        for k, (angle, i) in enumerate(zip(angles, _sequence(sequence, angles), strict=True)):
+            last = k == 2
+            frame = frame.rotate(name if last else name + "'" * (k + 1), angle, (frame.x, frame.y, frame.z)[i])
+        return frame
+
+    def rotate_space(self, name: str, angles: Sequence[Any], sequence: str) -> Frame:
+        """Three successive rotations about the axes of this frame: "xyz", "zxz" or "123", "313", ….
+
+        Kane & Levinson 1985, appendix I, "space-three" and "space-two" angles.
+        """
+        _sequence(sequence, angles)
+        return self.rotate_body(name, tuple(reversed(tuple(angles))), sequence[::-1])
+
+    def rotate_euler_parameters(self, name: str, parameters: Sequence[Coordinate]) -> Frame:
+        """A frame oriented by Euler parameters (e0, e1, e2, e3), e0 the scalar one, with e0² + e1² + e2² + e3² = 1.
+
+        Its angular velocity is measured by three quasi-rates along its own axes, from which ė follows; see QuasiRate.
+        """
+        e = tuple(parameters)
+        if len(e) != 4 or not all(isinstance(x, Coordinate) for x in e) or len(set(e)) != 4:
+            raise SpaceError(f"Expected four different coordinates (e0, e1, e2, e3), got {parameters!r}.")
+        e0, e1, e2, e3 = e
+        two, one = constant(2), ONE
+        cosines: Cosines = (
+            (one - two * (e2 * e2 + e3 * e3), two * (e1 * e2 - e0 * e3), two * (e1 * e3 + e0 * e2)),
+            (two * (e1 * e2 + e0 * e3), one - two * (e1 * e1 + e3 * e3), two * (e2 * e3 - e0 * e1)),
+            (two * (e1 * e3 - e0 * e2), two * (e2 * e3 + e0 * e1), one - two * (e1 * e1 + e2 * e2)),
+        )
+        quasi = tuple(QuasiRate.declare(f"w{k}({e0.name})", None, "rad/s", "", (*e, k)) for k in (1, 2, 3))
+        rates: Triple = (quasi[0], quasi[1], quasi[2])
+        return self._child(name, Orientation(self, rates, cosines=cosines, parameters=e, quasi=quasi))
+
+    def rotate_matrix(self, name: str, cosines: Any) -> Frame:
+        """A frame oriented by its direction cosines: column j of `cosines` holds its j-th unit vector along these axes.
+
+        A matrix of numbers must be orthogonal and right-handed.
+        """
+        rows = [[as_expr(x) for x in row] for row in cosines]
+        if len(rows) != 3 or any(len(row) != 3 for row in rows):
+            raise SpaceError(f"Expected a 3 × 3 matrix of direction cosines, got {len(rows)} rows.")
+        a, b, c = ((row[0], row[1], row[2]) for row in rows)
+        made: Cosines = (a, b, c)
+        columns = transposed(made)
+        _check_orthogonal(columns)
+        d = [tuple(time_derivative(x) for x in column) for column in columns]
+        still = all(x is ZERO for column in d for x in column)
+        rates: Triple = (
+            (ZERO, ZERO, ZERO)
+            if still
+            else (
+                dot3((d[1][0], d[1][1], d[1][2]), columns[2]),
+                dot3((d[2][0], d[2][1], d[2][2]), columns[0]),
+                dot3((d[0][0], d[0][1], d[0][2]), columns[1]),
+            )
+        )
+        return self._child(name, Orientation(self, rates, cosines=made))
+
+    # Reading --------------------------------------------------------------------------------------------------------
+
+    def dcm(self, other: Frame) -> Matrix:
+        """Direction cosine matrix ᴬCᴮ of `other` = B in this frame A: v_A = ᴬCᴮ v_B."""
+        self._check(other)
+        columns = [express(unit, other, self) for unit in UNITS]
+        return Matrix(zip(*columns, strict=True))
+
+    def angular_velocity(self, frame: Frame) -> Vector:
+        """Angular velocity of this frame in `frame`, in rates."""
+        self._check(frame)
+        known: dict[Frame, Vector] = self._spins
+        found = known.get(frame)
+        if found is None:
+            up, down = path(frame, self)
+            found = Vector()
+            for step in down:
+                assert step.orientation is not None
+                found = found + Vector(((step, step.orientation.rates),))
+            for step in up:
+                assert step.orientation is not None
+                found = found - Vector(((step, step.orientation.rates),))
+            known[frame] = found
+        return found
+
+    def angular_acceleration(self, frame: Frame) -> Vector:
+        """Angular acceleration of this frame in `frame`, in rates and their derivatives."""
+        return self.angular_velocity(frame).dt(frame)
+
+    def root(self) -> Frame:
+        """The frame at the root of the tree."""
+        return self.lineage[-1]
+
+    def _check(self, other: Frame) -> None:
+        if not isinstance(other, Frame):
+            raise SpaceError(f"Expected a Frame, got {other!r:.60}.")
+        if not connected(self, other):
+            raise SpaceError(f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root.")
+
+
+def _sequence(sequence: str, angles: Sequence[Any]) -> tuple[int, ...]:
+    text = sequence.lower()
+    for digit, letter in zip("123", _AXES, strict=True):
+        text = text.replace(digit, letter)
+    good = len(text) == 3 and set(text) <= set(_AXES) and text[0] != text[1] != text[2]
+    if not good:
+        raise SpaceError(f'Expected three axes, neighbours different, such as "zxz" or "123", got {sequence!r}.')
+    if len(angles) != 3:
+        raise SpaceError(f"Expected three angles for the sequence {sequence!r}, got {len(angles)}.")
+    return tuple(_AXES.index(c) for c in text)
+
+
+def _rodrigues(n: Triple, c: Expr, s: Expr) -> Cosines:
+    """C = c 1 + (1 − c) n nᵀ + s [n×]."""
+    k = sub(ONE, c)
+    rows = [[mul(mul(n[i], n[j]), k) for j in range(3)] for i in range(3)]
+    for i in range(3):
+        rows[i][i] = add(rows[i][i], c)
+        j, m = (i + 1) % 3, (i + 2) % 3
+        rows[m][j] = add(rows[m][j], mul(n[i], s))
+        rows[j][m] = sub(rows[j][m], mul(n[i], s))
+    a, b, d = ((row[0], row[1], row[2]) for row in rows)
+    return (a, b, d)
+
+
+def _check_orthogonal(columns: Cosines) -> None:
+    numbers = [[constant_value(x) for x in column] for column in columns]
+    if any(x is None for column in numbers for x in column):
+        return
+    c = [[float(x) for x in column if x is not None] for column in numbers]
+    for i in range(3):
+        for j in range(i, 3):
+            product = sum(a * b for a, b in zip(c[i], c[j], strict=True))
+            if abs(product - (i == j)) > 1e-9:
+                raise SpaceError(
+                    f"Expected orthogonal unit columns of direction cosines, got column {i + 1} · column {j + 1} = "
+                    f"{product:.6g}."
+                )
+    d = (
+        c[0][0] * (c[1][1] * c[2][2] - c[1][2] * c[2][1])
+        + c[0][1] * (c[1][2] * c[2][0] - c[1][0] * c[2][2])
+        + c[0][2] * (c[1][0] * c[2][1] - c[1][1] * c[2][0])
+    )
+    if d < 0:
+        raise SpaceError("Expected a right-handed set of direction cosines, got determinant −1: swap two columns.")
+
+

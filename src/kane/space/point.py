@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Points: geometric points, and particles of a frame."""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+from kane.errors import SpaceError
+from kane.space.frame import Frame
+from kane.space.vector import Vector
+
+
+class Point:
+    """A point. `Point("O", fixed_in=N)` is fixed in a root frame; every other one is born from a point.
+
+    `O.at("P", r)` is a geometric point at r from O. `X.fixed_in(B, "Q", r)` is the particle of B that is at X + r now.
+    """
+
+    __slots__ = ("__weakref__", "_known", "body", "frame", "name", "offset", "parent")
+
+    name: str
+    parent: Point | None
+    offset: Vector
+    frame: Frame
+    body: Frame | None
+
+    def __init__(self, name: str, fixed_in: Frame) -> None:
+        if not isinstance(fixed_in, Frame):
+            raise SpaceError(f"Expected Point({name!r}, fixed_in=frame), got {fixed_in!r:.60}.")
+        if fixed_in.parent is not None:
+            raise SpaceError(
+                f"Expected a root frame to fix the point {name} in, got {fixed_in.name}, which is born in "
+                f"{fixed_in.parent.name}. Fix a point in {fixed_in.root().name} and reach others from it with at(...)."
+            )
+        self._finish(name, None, Vector(), fixed_in, None)
+
+    def _finish(self, name: str, parent: Point | None, offset: Vector, frame: Frame, body: Frame | None) -> None:
+        if not name or not isinstance(name, str):
+            raise SpaceError(f"Expected a name for the point, got {name!r}.")
+        values = {"name": name, "parent": parent, "offset": offset, "frame": frame, "body": body, "_known": {}}
+        for slot, value in values.items():
+            object.__setattr__(self, slot, value)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"The point {self.name} is fixed: {name!r} cannot be set.")
+
+    def __repr__(self) -> str:
+        if self.parent is None:
+            return f"Point({self.name!r}, fixed in {self.frame.name})"
+        kind = f"particle of {self.body.name}, " if self.body is not None else ""
+        return f"Point({self.name!r}, {kind}from {self.parent.name} by {self.offset})"
+
+    def _child(self, name: str, offset: object, body: Frame | None) -> Point:
+        if self.body is not None:
+            raise SpaceError(
+                f"Expected a geometric point to build {name} on, got {self.name}, a particle of {self.body.name}: its velocity is not "
+                f"the derivative of its position. Build {name} on {self.parent.name if self.parent else 'its parent'}."
+            )
+        if isinstance(offset, int) and offset == 0:
+            offset = Vector()
+        if not isinstance(offset, Vector):
+            raise SpaceError(f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {offset!r:.60}.")
+        for frame, _ in offset.parts:
+            self.frame._check(frame)
+        made: Point = object.__new__(Point)
+        made._finish(name, self, offset, self.frame, body)
+        return made
+
+    def at(self, name: str, offset: Vector | int) -> Point:
+        """The geometric point at `offset` from this one."""
+        return self._child(name, offset, None)
+
+    def fixed_in(self, frame: Frame, name: str, offset: Vector | int = 0) -> Point:
+        """The particle of `frame` that is at this point + `offset` now.
+
+        Its velocity is v + ω × r and its acceleration a + α × r + ω × (ω × r), with v and a those of this point, which must
+        move with `frame`. Where r is not constant in `frame` another particle is met at every instant: then the acceleration
+        is not the derivative of the velocity. A particle is a leaf: no point can be built on it.
+        """
+        if not isinstance(frame, Frame):
+            raise SpaceError(f"Expected a frame in fixed_in(frame, name, offset), got {frame!r:.60}.")
+        self.frame._check(frame)
+        return self._child(name, offset, frame)
+
+    def root(self) -> Point:
+        """The fixed point that this one is reached from."""
+        point = self
+        while point.parent is not None:
+            point = point.parent
+        return point
+
+    def ancestry(self) -> list[Point]:
+        """This point, its parent, … up to the root."""
+        found = [self]
+        while found[-1].parent is not None:
+            found.append(found[-1].parent)
+        return found
+
+    def position(self, origin: Point) -> Vector:
+        """Position vector from `origin` to this point."""
+        mine, theirs = self.ancestry(), origin.ancestry()
+        if mine[-1] is not theirs[-1]:
+            raise SpaceError(f"Expected points of one tree, got {self.name} and {origin.name}, which have no common root.")
+        while mine and theirs and mine[-1] is theirs[-1]:
+            mine.pop()
+            theirs.pop()
+        total = Vector()
+        for p in reversed(mine):
+            total = total + p.offset
+        for p in theirs:
+            total = total - p.offset
+        return total
+
+    def _check_fixed(self, frame: Frame, what: str) -> None:
+        home = self.root().frame
+        if frame is not home:
+            raise SpaceError(
+                f"Expected the {what} of {self.name} in {home.name}, where its root {self.root().name} is fixed, got frame "
+                f"{frame.name}. For another frame differentiate a position: P.position(Q).dt({frame.name}), Q fixed in "
+                f"{frame.name}."
+            )
+
+    def velocity(self, frame: Frame) -> Vector:
+        """Velocity in `frame` (the one the root point is fixed in), in rates."""
+        self._check_fixed(frame, "velocity")
+        return self._recall("velocity", frame)
+
+    def acceleration(self, frame: Frame) -> Vector:
+        """Acceleration in `frame` (the one the root point is fixed in), in rates and their derivatives."""
+        self._check_fixed(frame, "acceleration")
+        return self._recall("acceleration", frame)
+
+    def _recall(self, what: str, frame: Frame) -> Vector:
+        waiting = [p for p in self.ancestry() if what not in p._known]
+        for p in reversed(waiting):
+            p._known[what] = p._velocity(frame) if what == "velocity" else p._acceleration(frame)
+        found: Vector = self._known[what]
+        return found
+
+    def _velocity(self, frame: Frame) -> Vector:
+        if self.parent is None:
+            return Vector()
+        start: Vector = self.parent._known["velocity"]
+        if self.body is not None:
+            return start + self.body.angular_velocity(frame).cross(self.offset)
+        return start + self.offset.dt(frame)
+
+    def _acceleration(self, frame: Frame) -> Vector:
+        if self.parent is None:
+            return Vector()
+        start: Vector = self.parent._known["acceleration"]
+        if self.body is not None:
+            spin, r = self.body.angular_velocity(frame), self.offset
+            return start + self.body.angular_acceleration(frame).cross(r) + spin.cross(spin.cross(r))
+        return start + self.offset.dt(frame).dt(frame)

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Orientations and the change of basis along the tree of frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import Coordinate, QuasiRate
+
+if TYPE_CHECKING:
+    from kane.space.frame import Frame
+
+Triple = tuple[Expr, Expr, Expr]
+Cosines = tuple[Triple, Triple, Triple]
+
+NOTHING: Triple = (ZERO, ZERO, ZERO)
+UNITS: Cosines = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Orientation:
+    """How a frame B lies in its base A.
+
+    `axis` is 0, 1, 2 where B turns about a basis axis by the angle with cosine `c` and sine `s`; else `cosines` holds
+    the direction cosines ᴬCᴮ. `rates` are the measure numbers of ᴬω^B along B's axes, in rates. With Euler parameters,
+    `parameters` holds the four coordinates.
+    """
+
+    base: Frame
+    rates: Triple
+    axis: int | None = None
+    c: Expr = ONE
+    s: Expr = ZERO
+    angle: Expr | None = None
+    cosines: Cosines | None = None
+    parameters: tuple[Coordinate, ...] = ()
+    quasi: tuple[QuasiRate, ...] = ()
+
+
+def chain(frame: Frame) -> tuple[Frame, ...]:
+    """The frame, its base, the base's base, … up to the root."""
+    return frame.lineage
+
+
+def common_base(a: Frame, b: Frame) -> Frame:
+    """The deepest frame that both descend from (or are)."""
+    up, down = path(a, b)
+    if not up:
+        return a
+    last = up[-1].orientation
+    assert last is not None
+    return last.base
+
+
+def path(source: Frame, target: Frame) -> tuple[tuple[Frame, ...], tuple[Frame, ...]]:
+    """Frames to leave on the way up from `source`, and to enter on the way down to `target`."""
+    if source is target:
+        return (), ()
+    up, down = source.lineage, target.lineage
+    shared = 0
+    for f, g in zip(reversed(up), reversed(down), strict=False):
+        if f is not g:
+            break
+        shared += 1
+    return up[: len(up) - shared], down[: len(down) - shared][::-1]
+
+
+def connected(a: Frame, b: Frame) -> bool:
+    """Whether both frames hang on one root."""
+    return a.lineage[-1] is b.lineage[-1]
+
+
+def _turn(o: Orientation, v: Triple, s: Expr) -> Triple:
+    """Rotation of components about a basis axis with cosine o.c and sine s."""
+    assert o.axis is not None
+    i, j, k = o.axis, (o.axis + 1) % 3, (o.axis + 2) % 3
+    x, y = v[j], v[k]
+    if x is ZERO and y is ZERO:
+        return v
+    c = o.c
+    out: list[Expr] = [ZERO, ZERO, ZERO]
+    out[i] = v[i]
+    if y is ZERO:
+        out[j], out[k] = mul(c, x), mul(s, x)
+    elif x is ZERO:
+        out[j], out[k] = neg(mul(s, y)), mul(c, y)
+    else:
+        out[j], out[k] = sub(mul(c, x), mul(s, y)), add(mul(s, x), mul(c, y))
+    return (out[0], out[1], out[2])
+
+
+def _product(rows: Cosines, v: Triple) -> Triple:
+    a, b, c = (dot3(row, v) for row in rows)
+    return (a, b, c)
+
+
+def dot3(a: Triple, b: Triple) -> Expr:
+    """a₁b₁ + a₂b₂ + a₃b₃."""
+    total = ZERO
+    for x, y in zip(a, b, strict=True):
+        if x is not ZERO and y is not ZERO:
+            total = add(total, mul(x, y))
+    return total
+
+
+def cross3(a: Triple, b: Triple) -> Triple:
+    """Measure numbers of a × b in one right-handed basis."""
+    (a1, a2, a3), (b1, b2, b3) = a, b
+    return (
+        sub(mul(a2, b3), mul(a3, b2)),
+        sub(mul(a3, b1), mul(a1, b3)),
+        sub(mul(a1, b2), mul(a2, b1)),
+    )
+
+
+def transposed(rows: Cosines) -> Cosines:
+    """The transpose."""
+    a, b, c = zip(*rows, strict=True)
+    return (a, b, c)
+
+
+def leave(frame: Frame, v: Triple) -> Triple:
+    """Components along `frame` turned into components along its base."""
+    o = frame.orientation
+    assert o is not None
+    if o.cosines is not None:
+        return _product(o.cosines, v)
+    return _turn(o, v, o.s)
+
+
+def enter(frame: Frame, v: Triple) -> Triple:
+    """Components along the base of `frame` turned into components along `frame`."""
+    o = frame.orientation
+    assert o is not None
+    if o.cosines is not None:
+        return _product(transposed(o.cosines), v)
+    return _turn(o, v, neg(o.s))
+
+
+def express(v: Triple, source: Frame, target: Frame) -> Triple:
+    """Components along `source` turned into components along `target`, step by step along the tree.
+
+    A multiple of a unit vector is turned as the unit vector, so that direction cosines are shared between multiples.
+    """
+    if source is target:
+        return v
+    i = single(v)
+    if i is None:
+        return _walk(v, source, target) if any(x is not ZERO for x in v) else v
+    a, b, c = _walk(UNITS[i], source, target)
+    x = v[i]
+    return (mul(x, a), mul(x, b), mul(x, c))
+
+
+def _walk(v: Triple, source: Frame, target: Frame) -> Triple:
+    up, down = path(source, target)
+    for frame in up:
+        v = leave(frame, v)
+    for frame in down:
+        v = enter(frame, v)
+    return v
+
+
+def single(v: Triple) -> int | None:
+    """The place of the only nonzero component, None where there are none or several."""
+    x, y, z = v
+    if x is ZERO:
+        if y is ZERO:
+            return None if z is ZERO else 2
+        return 1 if z is ZERO else None
+    return 0 if y is ZERO and z is ZERO else None
+
+
+def cost(v: Triple, source: Frame, target: Frame) -> int:
+    """About how many operations `express` would take."""
+    if source is target:
+        return 0
+    present = [x is not ZERO for x in v]
+    operations = 0
+    up, down = path(source, target)
+    for frame in (*up, *down):
+        o = frame.orientation
+        assert o is not None
+        if o.axis is None:
+            operations += 5 * sum(present)
+            present = [any(present)] * 3
+            continue
+        j, k = (o.axis + 1) % 3, (o.axis + 2) % 3
+        operations += (0, 2, 6)[present[j] + present[k]]
+        present[j] = present[k] = present[j] or present[k]
+    return operations

@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Vectors and dyadics: sums of measure numbers along the axes of one or more frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import reduce
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from kane.errors import SpaceError
+from kane.expr.build import add, div, mul, neg, sqrt, sub
+from kane.expr.diff import time_derivative
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.space.rotation import NOTHING, UNITS, Triple, common_base, connected, cost, cross3, dot3, express, single
+
+if TYPE_CHECKING:
+    from kane.space.frame import Frame
+
+Parts = tuple[tuple["Frame", Triple], ...]
+
+
+class Vector:
+    """A vector Σ (x a₁ + y a₂ + z a₃) over frames; frozen.
+
+    `parts` holds one triple of measure numbers a frame. Nothing is re-expressed until it must be.
+    """
+
+    __slots__ = ("parts",)
+    parts: Parts
+
+    def __init__(self, parts: Iterable[tuple[Frame, Triple]] = ()) -> None:
+        object.__setattr__(self, "parts", tuple(p for p in parts if any(x is not ZERO for x in p[1])))
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"A Vector is frozen: {name!r} cannot be set.")
+
+    def __reduce__(self) -> tuple[Callable[..., Vector], tuple[Any, ...]]:
+        return Vector, (self.parts,)
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> NoReturn:
+        raise SpaceError(
+            "Expected a comparison that has a truth value: vectors are not compared by `==`. Compare numbers from "
+            "kn.evaluate(v.components(frame), …)."
+        )
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether no measure number is left."""
+        return not self.parts
+
+    def __add__(self, other: Vector) -> Vector:
+        if isinstance(other, int) and other == 0:  # sum() starts with the integer 0
+            return self
+        if not isinstance(other, Vector):
+            return NotImplemented
+        return self._joined(other, add)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Vector) -> Vector:
+        if not isinstance(other, Vector):
+            return NotImplemented
+        return self._joined(other, sub)
+
+    def _joined(self, other: Vector, join: Callable[[Expr, Expr], Expr]) -> Vector:
+        merged = dict(self.parts)
+        for frame, (x, y, z) in other.parts:
+            a, b, c = merged.get(frame, NOTHING)
+            merged[frame] = (join(a, x), join(b, y), join(c, z))
+        return Vector(merged.items())
+
+    def __neg__(self) -> Vector:
+        return Vector((f, (neg(x), neg(y), neg(z))) for f, (x, y, z) in self.parts)
+
+    def __mul__(self, factor: Any) -> Vector:
+        if isinstance(factor, Vector | Dyadic):
+            raise SpaceError("Expected a scalar factor, got a vector: write a.dot(b), a.cross(b) or a.outer(b).")
+        k = as_expr(factor)
+        return Vector((f, (mul(k, x), mul(k, y), mul(k, z))) for f, (x, y, z) in self.parts)
+
+    __rmul__ = __mul__
+    __array_ufunc__ = None
+
+    def __truediv__(self, divisor: Any) -> Vector:
+        d = as_expr(divisor)
+        return Vector((f, (div(x, d), div(y, d), div(z, d))) for f, (x, y, z) in self.parts)
+
+    def dot(self, other: Vector) -> Expr:
+        """Scalar product self · other."""
+        if isinstance(other, Dyadic):
+            raise SpaceError("Expected a vector in a.dot(b), got a dyadic: write dyadic.dot(vector).")
+        total = ZERO
+        for f, v in self.parts:
+            for g, w in other.parts:
+                total = add(total, dot_parts(f, v, g, w))
+        return total
+
+    def cross(self, other: Vector) -> Vector:
+        """Vector product self × other."""
+        total = Vector()
+        for f, v in self.parts:
+            for g, w in other.parts:
+                frame, a, b = _together(f, v, g, w)
+                total = total + Vector(((frame, cross3(a, b)),))
+        return total
+
+    def outer(self, other: Vector) -> Dyadic:
+        """The dyad self other."""
+        return Dyadic(((self, other),))
+
+    def components(self, frame: Frame) -> Triple:
+        """Measure numbers along the axes of `frame`."""
+        total = NOTHING
+        for f, v in self.parts:
+            _check_connected(f, frame)
+            x, y, z = express(v, f, frame)
+            total = (add(total[0], x), add(total[1], y), add(total[2], z))
+        return total
+
+    def express(self, frame: Frame) -> Vector:
+        """The same vector, written along the axes of `frame` alone."""
+        return Vector(((frame, self.components(frame)),))
+
+    def gathered(self) -> Vector:
+        """The same vector along one frame, of its own ones and their common base: the one that costs the fewest operations."""
+        if len(self.parts) < 2:
+            return self
+        candidates = [f for f, _ in self.parts]
+        candidates.insert(0, reduce(common_base, candidates))
+        prices = [sum(cost(v, f, target) for f, v in self.parts) for target in candidates]
+        best = min(prices)
+        return self.express([f for f, p in zip(candidates, prices, strict=True) if p == best][-1])
+
+    def dt(self, frame: Frame) -> Vector:
+        """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), in rates."""
+        total = Vector()
+        for f, (x, y, z) in self.parts:
+            _check_connected(f, frame)
+            total = total + Vector(((f, (time_derivative(x), time_derivative(y), time_derivative(z))),))
+            if f is not frame:
+                total = total + f.angular_velocity(frame).cross(Vector(((f, (x, y, z)),)))
+        return total
+
+    def magnitude(self) -> Expr:
+        """|self|, from measure numbers along one frame."""
+        v = self.gathered()
+        return sqrt(v.dot(v))
+
+    def normalized(self) -> Vector:
+        """self / |self|."""
+        if self.is_zero:
+            raise SpaceError("Expected a vector with a direction, got the zero vector.")
+        return self.gathered() / self.magnitude()
+
+    def project(self, direction: Vector) -> Vector:
+        """The part of self along `direction`."""
+        return direction * (self.dot(direction) / direction.dot(direction))
+
+    def reject(self, direction: Vector) -> Vector:
+        """The part of self perpendicular to `direction`."""
+        return self - self.project(direction)
+
+    def map(self, f: Callable[[Expr], Expr]) -> Vector:
+        """`f` of every measure number."""
+        return Vector((frame, (f(x), f(y), f(z))) for frame, (x, y, z) in self.parts)
+
+    def scalars(self) -> tuple[Expr, ...]:
+        """All measure numbers."""
+        return tuple(x for _, t in self.parts for x in t)
+
+    def __str__(self) -> str:
+        from kane.space.text import vector_text
+
+        return vector_text(self)
+
+    __repr__ = __str__
+
+
+def _check_connected(f: Frame, g: Frame) -> None:
+    if not connected(f, g):
+        raise SpaceError(
+            f"Expected frames of one tree, got {f.name} and {g.name}, which have no common root. Make one from the other "
+            "with rotate(...)."
+        )
+
+
+def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, Triple]:
+    """Both triples along one frame, whichever is cheaper; ties go to the deeper frame's axes."""
+    if f is g:
+        return f, v, w
+    _check_connected(f, g)
+    if cost(w, g, f) < cost(v, f, g):
+        return f, v, express(w, g, f)
+    return g, express(v, f, g), w
+
+
+def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
+    """Scalar product of two parts; multiples of unit vectors meet in one direction cosine."""
+    if f is g:
+        return dot3(v, w)
+    i, j = single(v), single(w)
+    if i is not None:
+        _check_connected(f, g)
+        row = express(UNITS[i], f, g)
+        return mul(mul(v[i], w[j]), row[j]) if j is not None else mul(v[i], dot3(row, w))
+    if j is not None:
+        _check_connected(f, g)
+        return mul(w[j], dot3(express(UNITS[j], g, f), v))
+    _, a, b = _together(f, v, g, w)
+    return dot3(a, b)
+
+
+class Dyadic:
+    """A sum of dyads a b; `I.dot(w)` is Σ a (b·w). Frozen."""
+
+    __slots__ = ("dyads",)
+    dyads: tuple[tuple[Vector, Vector], ...]
+
+    def __init__(self, dyads: Iterable[tuple[Vector, Vector]] = ()) -> None:
+        object.__setattr__(self, "dyads", tuple(d for d in dyads if not (d[0].is_zero or d[1].is_zero)))
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"A Dyadic is frozen: {name!r} cannot be set.")
+
+    def __reduce__(self) -> tuple[Callable[..., Dyadic], tuple[Any, ...]]:
+        return Dyadic, (self.dyads,)
+
+    @classmethod
+    def of(cls, frame: Frame, rows: Iterable[Iterable[Any]]) -> Dyadic:
+        """Σ I_ij a_i a_j along the axes of one frame."""
+        axes = (frame.x, frame.y, frame.z)
+        entries = [[as_expr(x) for x in row] for row in rows]
+        return cls((axes[i] * entries[i][j], axes[j]) for i in range(3) for j in range(3) if entries[i][j] is not ZERO)
+
+    def __add__(self, other: Dyadic) -> Dyadic:
+        if isinstance(other, int) and other == 0:  # sum() starts with the integer 0
+            return self
+        if not isinstance(other, Dyadic):
+            return NotImplemented
+        return Dyadic(self.dyads + other.dyads)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Dyadic:
+        return Dyadic((-a, b) for a, b in self.dyads)
+
+    def __sub__(self, other: Dyadic) -> Dyadic:
+        return self + -other
+
+    def __mul__(self, factor: Any) -> Dyadic:
+        return Dyadic((a * factor, b) for a, b in self.dyads)
+
+    __rmul__ = __mul__
+    __array_ufunc__ = None
+
+    def __truediv__(self, divisor: Any) -> Dyadic:
+        return Dyadic((a / divisor, b) for a, b in self.dyads)
+
+    def dot(self, w: Vector) -> Vector:
+        """I · w."""
+        total = Vector()
+        for a, b in self.dyads:
+            total = total + a * b.dot(w)
+        return total
+
+    def components(self, frame: Frame) -> Matrix:
+        """The 3 × 3 matrix of measure numbers along the axes of `frame`."""
+        rows = [[ZERO] * 3 for _ in range(3)]
+        for a, b in self.dyads:
+            left, right = a.components(frame), b.components(frame)
+            for i in range(3):
+                for j in range(3):
+                    if left[i] is not ZERO and right[j] is not ZERO:
+                        rows[i][j] = add(rows[i][j], mul(left[i], right[j]))
+        return Matrix(rows)
+
+    def express(self, frame: Frame) -> Dyadic:
+        """The same dyadic along the axes of `frame` alone."""
+        return Dyadic.of(frame, self.components(frame).rows)
+
+    def frames(self) -> tuple[Frame, ...]:
+        """The frames it is written in, each once."""
+        return tuple(dict.fromkeys(f for d in self.dyads for v in d for f, _ in v.parts))
+
+    def __str__(self) -> str:
+        return " + ".join(f"({a})({b})" for a, b in self.dyads) or "0"
+
+    __repr__ = __str__
