@@ -6,13 +6,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 from kane.errors import ExpressionError
-from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, power
+from kane.expr.build import NODE_BUILDERS, add, div, mul, power
 from kane.expr.node import ONE, ZERO, Expr, Number, as_expr, constant, constant_value, pi, postorder
-from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, SUB, Op
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.symbols import Parameter, Rate, Symbol, Time
 
 
@@ -154,6 +154,9 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
         )
     if not isinstance(expression, sympy.Basic):
         return as_expr(expression)
+    if isinstance(expression, sympy.StrictLessThan | sympy.StrictGreaterThan):
+        sides = (expression.lts, expression.gts)
+        return NODE_BUILDERS["less"](*[from_sympy(side, symbols) for side in sides])
     found: dict[int, Any] = {}  # by id: comparing deep SymPy trees would recurse
     stack = [expression]
     while stack:
@@ -173,30 +176,24 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
     result = found[id(expression)]
     if isinstance(result, Expr):
         return result
-    raise ExpressionError(f"Expected a number-valued SymPy expression, got {type(expression).__name__}.")
+    raise ExpressionError(f"Expected a SymPy expression with a real value, got {expression!s:.80}.")
 
 
-def _leaf(node: Any, symbols: Mapping[Any, Expr]) -> Any:
-    """What `node` stands for if nothing below it matters, else None."""
+_Choice = Callable[[Expr, Expr], Expr]
+"""A condition, as what it makes of the values where it holds and where not."""
+
+
+def _leaf(node: Any, symbols: Mapping[Any, Expr]) -> Expr | _Choice | None:
+    """What `node` stands for if nothing below it is to be converted, else None."""
     import sympy
     from sympy.core.function import AppliedUndef
 
-    if node in symbols and not node.is_number:
-        return symbols[node]
     if isinstance(node, sympy.Symbol):
-        return _named(node.name, symbols)
+        return _declared(node, node.name, symbols)
     if isinstance(node, AppliedUndef):
-        return _named(node.func.__name__, symbols)
+        return _declared(node, node.func.__name__, symbols)
     if isinstance(node, sympy.Derivative):
-        base, (variable, times) = node.expr, node.variable_count[0]
-        if isinstance(base, AppliedUndef) and base.args == (variable,) and len(node.variable_count) == 1:
-            result = _leaf(base, symbols)
-            for _ in range(int(times)):
-                result = result.dt
-            return result
-        raise ExpressionError(f"Expected the derivative of a function of time such as q(t), got {node!s:.80}.")
-    if isinstance(node, sympy.Integer):
-        return constant(int(node))
+        return _derivative(node, symbols)
     if isinstance(node, sympy.Rational):
         return constant(Fraction(int(node.p), int(node.q)))
     if isinstance(node, sympy.Float):
@@ -205,8 +202,121 @@ def _leaf(node: Any, symbols: Mapping[Any, Expr]) -> Any:
         return pi
     if node is sympy.E:
         return NODE_BUILDERS["exp"](ONE)
-    if node is sympy.true or node is sympy.false:
-        return _Condition(bool(node))
-    if not node.args or isinstance(node, sympy.core.containers.Tuple):
-        raise ExpressionError(f"Expected a real, finite expression, got {node!s:.80} ({type(node).__name__}).")
+    if node is sympy.true:
+        return lambda x, y: x
+    if node is sympy.false:
+        return lambda x, y: y
+    if not node.args:
+        raise ExpressionError(f"Expected a real, finite SymPy expression, got one with {node!s:.80} in it.")
     return None
+
+
+def _declared(node: Any, name: str, symbols: Mapping[Any, Expr]) -> Expr:
+    for key in (node, name):
+        if key in symbols:
+            return symbols[key]
+    if name.endswith("'"):
+        base: Expr = _declared(name[:-1], name[:-1], symbols).dt
+        return base
+    known = ", ".join(str(key) for key in symbols) or "none"
+    raise ExpressionError(f"Expected every SymPy symbol in `symbols`, got none for {name!r}. Known here: {known}.")
+
+
+def _derivative(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
+    from sympy.core.function import AppliedUndef
+
+    if node in symbols:
+        return symbols[node]
+    base, (variable, order), *more = node.args
+    if more or order != 1 or not isinstance(base, AppliedUndef) or base.args != (variable,):
+        raise ExpressionError(f"Expected first derivatives of functions of time such as q(t), got {node!s:.80}.")
+    rate: Expr = _declared(base, base.func.__name__, symbols).dt
+    return rate
+
+
+def _combine(node: Any, args: list[Any]) -> Any:
+    kind = type(node).__name__
+    if kind == "ExprCondPair":
+        return tuple(args)
+    rule = _FROM.get(kind)
+    if rule is not None:
+        return rule(*args)
+    build = NODE_BUILDERS.get(_OWN_NAMES.get(kind, kind))
+    if build is None:
+        raise ExpressionError(f"Expected operations that kane has, got SymPy's {kind} in {node!s:.80}.")
+    return build(*args)
+
+
+def _sum(*terms: Expr) -> Expr:
+    return reduce(add, terms, ZERO)
+
+
+def _product(*factors: Expr) -> Expr:
+    below = [f.args[1] for f in factors if f.op is DIV and f.args[0] is ONE]
+    above = [f for f in factors if f.op is not DIV or f.args[0] is not ONE]
+    product = reduce(mul, above, ONE)
+    return div(product, reduce(mul, below)) if below else product
+
+
+def _power(base: Expr, exponent: Expr) -> Expr:
+    value = constant_value(exponent)
+    if isinstance(value, Fraction) and value.denominator == 2:  # x^(3/2) came from x sqrt(x)
+        return power(NODE_BUILDERS["sqrt"](base), constant(value.numerator))
+    return power(base, exponent)
+
+
+def _less(a: Expr, b: Expr) -> _Choice:
+    condition = NODE_BUILDERS["less"](a, b)
+    return lambda x, y: NODE_BUILDERS["where"](condition, x, y)
+
+
+def _not(c: _Choice) -> _Choice:
+    return lambda x, y: c(y, x)
+
+
+def _and(*conditions: _Choice) -> _Choice:
+    return lambda x, y: reduce(lambda inner, c: c(inner, y), reversed(conditions), x)
+
+
+def _or(*conditions: _Choice) -> _Choice:
+    return lambda x, y: reduce(lambda inner, c: c(x, inner), reversed(conditions), y)
+
+
+def _equal(a: Expr, b: Expr) -> _Choice:
+    return _not(_or(_less(a, b), _less(b, a)))
+
+
+def _piecewise(*cases: tuple[Expr, _Choice]) -> Expr:
+    *first, (value, last) = cases
+    if last(ONE, ZERO) is not ONE:
+        raise ExpressionError(
+            "Expected a Piecewise that is defined everywhere, got one without a last case: add (value, True)."
+        )
+    for case, condition in reversed(first):
+        value = condition(case, value)
+    return value
+
+
+_OWN_NAMES = {"Abs": "abs"}
+_FROM: dict[str, Callable[..., Any]] = {
+    "Add": _sum,
+    "Mul": _product,
+    "Pow": _power,
+    "Min": lambda *args: reduce(NODE_BUILDERS["min"], args),
+    "Max": lambda *args: reduce(NODE_BUILDERS["max"], args),
+    "sec": lambda x: div(ONE, x.cos()),
+    "csc": lambda x: div(ONE, x.sin()),
+    "cot": lambda x: div(x.cos(), x.sin()),
+    "coth": lambda x: div(ONE, x.tanh()),
+    "Heaviside": lambda x, at_zero: _less(x, ZERO)(ZERO, _less(ZERO, x)(ONE, at_zero)),
+    "Piecewise": _piecewise,
+    "StrictLessThan": _less,
+    "StrictGreaterThan": lambda a, b: _less(b, a),
+    "LessThan": lambda a, b: _not(_less(b, a)),
+    "GreaterThan": lambda a, b: _not(_less(a, b)),
+    "Equality": _equal,
+    "Unequality": lambda a, b: _not(_equal(a, b)),
+    "And": _and,
+    "Or": _or,
+    "Not": _not,
+}

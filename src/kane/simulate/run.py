@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`simulate`: integrate the equations of motion with SciPy's solvers on the reference evaluator."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import integrate
+from scipy.optimize import brentq
+
+from kane.dynamics.equations import Equations
+from kane.dynamics.values import parameter_values
+from kane.errors import KaneWarning, SimulationError
+from kane.expr.evaluate import compile_reference
+from kane.expr.node import Expr
+from kane.expr.symbols import time
+from kane.model.events import Event
+from kane.simulate.solution import Solution
+from kane.simulate.start import check_span, check_tolerance, input_functions, start_state
+
+Array = npt.NDArray[np.float64]
+Rate = Callable[[float, Array], Array]
+
+_SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
+_EVENT_TOLERANCE = 1e-12
+
+
+def simulate(
+    eom: Equations,
+    span: tuple[float, float],
+    *,
+    q: Mapping[Any, float] | Sequence[float],
+    u: Mapping[Any, float] | Sequence[float],
+    parameters: Mapping[Any, float] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    method: str = "DOP853",
+    rtol: float = 1e-9,
+    atol: float = 1e-9,
+    samples: int | Sequence[float] = 501,
+    max_steps: int = 1_000_000,
+) -> Solution:
+    """The motion from `span[0]` to `span[1]` (s).
+
+    The power of the loads without a potential is integrated with the state, so that `sol.energy_check` holds the integration to
+    the energy. Terminal events of the system end the motion; where the right-hand side becomes infinite or NaN it stops, and
+    the solution holds what there is.
+
+    Parameters
+    ----------
+    eom : Equations
+    span : (float, float)
+    q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
+    parameters : values by symbol or name; those left out take their defaults
+    inputs : a number or a function of time for each input
+    method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
+    rtol, atol : relative and absolute tolerance
+    samples : how many evenly spaced times to return, or the times
+
+    Raises
+    ------
+    ValueMissingError
+        if a start value, parameter or input is missing or unknown
+    SimulationError
+        if the start is not admissible, or the integration fails
+    """
+    t0, t1 = check_span(span)
+    tolerances = {"rtol": check_tolerance("rtol", rtol), "atol": check_tolerance("atol", atol)}
+    if method not in _SOLVERS:
+        raise SimulationError(f"Expected method to be one of {', '.join(_SOLVERS)}, got {method!r}.")
+    constants = parameter_values(eom, parameters)
+    drives = input_functions(eom, inputs)
+    leaves: list[Expr] = [time, *eom.coordinates, *eom.speeds, *constants, *drives]
+    fixed = list(constants.values())
+    forces = list(drives.values())
+
+    def at(roots: Sequence[Expr]) -> Rate:
+        run = compile_reference(roots, leaves)
+        width = len(eom.coordinates) + len(eom.speeds)
+
+        def values(t: float, x: Array) -> Array:
+            numbers = run([np.float64(t), *x[:width], *fixed, *[np.float64(f(t)) for f in forces]])
+            return np.array([float(v) for v in numbers])
+
+        return values
+
+    from kane.dynamics.values import without_unknowns
+
+    power = without_unknowns(eom, [eom.power])
+    rate = at([*eom.right_hand_side, *power])
+    start = np.append(start_state(eom, q, u), 0.0)
+    _check_start(eom, rate, t0, start)
+    watch = at(without_unknowns(eom, [e.quantity for e in eom.events])) if eom.events else None
+    return _integrate(eom, rate, watch, (t0, t1), start, method, tolerances, samples, max_steps, constants, drives)
+
+
+def _check_start(eom: Equations, rate: Rate, t0: float, start: Array) -> None:
+    first = rate(t0, start)
+    names = [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
+    bad = [n for n, v in zip(names, first, strict=False) if not np.isfinite(v)]
+    if bad:
+        raise SimulationError(
+            f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t0:g}: the equations are singular at "
+            "this state. Start elsewhere, or choose coordinates and speeds that are regular here."
+        )
+
+
+def _integrate(
+    eom: Equations,
+    rate: Rate,
+    watch: Rate | None,
+    span: tuple[float, float],
+    start: Array,
+    method: str,
+    tolerances: dict[str, float],
+    samples: int | Sequence[float],
+    max_steps: int,
+    constants: dict[Expr, float],
+    drives: dict[Expr, Callable[[Any], Any]],
+) -> Solution:
+    t0, t1 = span
+    wanted = _sample_times(samples, t0, t1)
+    values = watch(t0, start) if watch else np.zeros(0)
+    _check_events(eom.events, values, t0)
+    solver = getattr(integrate, method)(rate, t0, start, t1, **tolerances)
+    grid, rows, steps = [t0], [start], 0
+    status, message, hit = "finished", f"reached t = {t1:g}", None
+    while solver.status == "running":
+        if steps >= max_steps:
+            status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
+            break
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            failure = solver.step()
+        steps += 1
+        if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
+            status = "stopped"
+            message = f"the right-hand side is singular or not finite near t = {solver.t:.6g} ({failure or 'NaN'})"
+            break
+        dense, end = solver.dense_output(), solver.t
+        if watch:
+            after = watch(end, solver.y)
+            found = _first_event(eom.events, watch, dense, solver.t_old, end, values, after)
+            values = after
+            if found is not None:
+                event, end = found
+                status, hit = "event", event
+                message = f"{event.name} at t = {end:.6g}: {event.message or 'terminal event'}"
+        inside = wanted[(wanted > grid[-1]) & (wanted < end)]
+        for t in inside:
+            grid.append(float(t))
+            rows.append(dense(t))
+        if status == "event" or solver.status == "finished":
+            grid.append(float(end))
+            rows.append(dense(end))
+            break
+    states = np.array(rows)
+    return Solution(
+        eom,
+        np.array(grid),
+        states[:, :-1],
+        states[:, -1],
+        constants,
+        drives,
+        status,
+        message,
+        hit,
+        steps,
+        int(solver.nfev),
+    )
+
+
+def _sample_times(samples: int | Sequence[float], t0: float, t1: float) -> Array:
+    if isinstance(samples, int):
+        if samples < 2:
+            raise SimulationError(f"Expected at least 2 samples, got {samples}.")
+        return np.linspace(t0, t1, samples)
+    times = np.asarray(samples, dtype=float)
+    if times.ndim != 1 or np.any(np.diff(times) <= 0) or times.size and (times[0] < t0 or times[-1] > t1):
+        raise SimulationError(f"Expected increasing sample times within ({t0:g}, {t1:g}).")
+    return times
+
+
+def _check_events(events: Sequence[Event], values: Array, t0: float) -> None:
+    for event, value in zip(events, values, strict=True):
+        if event.terminal and event.direction < 0 and value <= event.threshold:
+            raise SimulationError(
+                f"Expected a start before the event {event.name!r}, got {value:.6g} at t = {t0:g}, already at or below "
+                f"{event.threshold:g}. {event.message}"
+            )
+        if not np.isfinite(value):
+            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=4)
+
+
+def _first_event(
+    events: Sequence[Event],
+    watch: Rate,
+    dense: Callable[[float], Array],
+    t_old: float,
+    t_new: float,
+    before: Array,
+    after: Array,
+) -> tuple[Event, float] | None:
+    """The first terminal event of a step and its time."""
+    first: tuple[Event, float] | None = None
+    for k, event in enumerate(events):
+        a, b = before[k] - event.threshold, after[k] - event.threshold
+        crossed = (a > 0 >= b and event.direction <= 0) or (a < 0 <= b and event.direction >= 0)
+        if not (event.terminal and crossed):
+            continue
+
+        def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
+            return float(watch(t, dense(t))[k] - threshold)
+
+        at_old = gap(t_old)
+        t = t_new if b == 0 or at_old * gap(t_new) > 0 else float(brentq(gap, t_old, t_new, xtol=_EVENT_TOLERANCE))
+        if first is None or t < first[1]:
+            first = (event, t)
+    return first

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frozen result of a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.equations import Equations
+from kane.dynamics.values import evaluate_along
+from kane.errors import ValueMissingError
+from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Symbol
+from kane.model.events import Event
+from kane.space.vector import Vector
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyCheck:
+    """How well E − ∫P dt stayed constant.
+
+    `drift` is the largest |E(t) − E(0) − ∫P dt|, `scale` the largest of |E − E(0)|, K and ∫|P| dt, `relative` their ratio.
+    """
+
+    drift: float
+    scale: float
+
+    @property
+    def relative(self) -> float:
+        """drift / scale, 0 where nothing moves."""
+        return self.drift / self.scale if self.scale > 0 else 0.0
+
+    def __str__(self) -> str:
+        return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of {self.scale:.3g} J)"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution:
+    """A motion: `t` (n), `states` (n × (coordinates + speeds)), and `work` (n), the integral of the power.
+
+    `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
+    name. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it.
+    """
+
+    equations: Equations
+    t: Array
+    states: Array
+    work: Array
+    parameters: Mapping[Expr, float]
+    inputs: Mapping[Expr, Callable[[Any], Any]]
+    status: str
+    message: str
+    event: Event | None
+    steps: int
+    evaluations: int
+
+    @property
+    def q(self) -> Array:
+        """Coordinates, n × nq."""
+        return self.states[:, : len(self.equations.coordinates)]
+
+    @property
+    def u(self) -> Array:
+        """Generalized speeds, n × nu."""
+        return self.states[:, len(self.equations.coordinates) :]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, what: Any) -> Any:
+        if isinstance(what, Vector):
+            components = self._values(what.components(self.equations.system.inertial))
+            return np.stack(components, axis=-1)
+        if isinstance(what, str):
+            return self[self._by_name(what)]
+        if isinstance(what, Expr | int | float):
+            return self._values([as_expr(what)])[0]
+        if isinstance(what, list | tuple):
+            return [self[x] for x in what]
+        raise TypeError(f"Expected an expression, vector, name or a sequence of them, got {type(what).__name__}.")
+
+    def _by_name(self, name: str) -> Symbol:
+        eom = self.equations
+        known: dict[str, Symbol] = {
+            s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)
+        }
+        if name not in known:
+            raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.")
+        return known[name]
+
+    def _values(self, exprs: Any) -> list[Array]:
+        eom = self.equations
+        inputs = {s: np.asarray([f(t) for t in self.t], dtype=float) for s, f in self.inputs.items()}
+        values = evaluate_along(eom, exprs, list(self.q.T), list(self.u.T), self.parameters, inputs, self.t)
+        return [np.broadcast_to(v, self.t.shape).copy() for v in values]
+
+    def energy(self) -> Array:
+        """E = K + V along the motion."""
+        values: Array = self[self.equations.energy]
+        return values
+
+    @cached_property
+    def energy_check(self) -> EnergyCheck:
+        """E − ∫P dt must stay constant; see EnergyCheck."""
+        kinetic, total = self._values([self.equations.kinetic_energy, self.equations.energy])
+        change = total - total[0]
+        scale = max(np.abs(change).max(), kinetic.max(), np.abs(self.work).max())
+        return EnergyCheck(float(np.abs(change - self.work).max()), float(scale))
+
+    def __repr__(self) -> str:
+        return (
+            f"Solution(t = {self.t[0]:g} … {self.t[-1]:g}, {len(self.t)} samples, {self.steps} steps; {self.status}: "
+            f"{self.message})"
+        )
