@@ -13,7 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from kane.expr.build import add, mul
+from kane.dynamics.inertia_frames import ConstantInertia, constant_inertia
+from kane.expr.build import add
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.motion import Kinematics, Motion
 from kane.model.bodies import Body, RigidBody
@@ -22,8 +23,6 @@ from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Parts, Vector
-
-from kane.dynamics.inertia_frames import ConstantInertia, constant_inertia
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,11 +12,10 @@ from kane.dynamics.reduce import solve_motion
 from kane.errors import NotAffineError, ReactionError
 from kane.expr.affine import affine_forms
 from kane.expr.build import mul
-from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
-from kane.expr.ops import DIV, SQRT
 from kane.expr.evaluate import free_symbols
-from kane.expr.node import postorder
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr, postorder
+from kane.expr.ops import DIV, SQRT
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Speed
 from kane.kinematics.motion import Kinematics, cuts_of
 from kane.kinematics.speeds import Speeds, generalized_speeds

@@ -79,5 +79,3 @@ def _solve_block(matrix: list[list[Expr]], right: list[Expr]) -> list[Expr]:
             raise SingularError("Expected each reaction to enter its own equation, got a zero on the diagonal.")
         return [div(b, matrix[i][i]) for i, b in enumerate(right)]
     return solve_lu(matrix, [right])[0]
-
-

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 def without_rates(eom: Equations, root: Expr) -> Expr:
     """`root` with q̇ written in speeds and q̈ in u̇."""
-    second = {
+    second: dict[Expr, Expr] = {
         s: eom.time_derivative(s.place)
         for s in free_symbols([root])
         if isinstance(s, Rate) and isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | Input)
     }
     if second:
-        root = substitute(root, dict(second))
+        root = substitute(root, second)
     return eom.kinematical.in_speeds(root, {})
 
 
@@ -34,7 +34,7 @@ def without_unknowns(eom: Equations, roots: Sequence[Expr]) -> list[Expr]:
     plain = [without_rates(eom, e) for e in roots]
     solved: dict[Expr, Expr] = {rate(u): a for u, a in zip(eom.speeds, eom.accelerations, strict=True)}
     solved.update(zip(eom.reactions, eom.reaction_values, strict=True))
-    solved.update({s: ZERO for s in eom.auxiliary_speeds})
+    solved.update(dict.fromkeys(eom.auxiliary_speeds, ZERO))
     if not any(isinstance(s, Rate | Reaction | AuxiliarySpeed) for s in free_symbols(plain)):
         return plain
     memo: dict[Expr, Expr] = {}
@@ -104,5 +104,3 @@ def parameter_values(eom: Equations, parameters: Mapping[Any, Any] | None) -> di
             "default, kn.parameter(name, default)."
         )
     return {p: float(v) for p, v in values.items()}
-
-

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from kane.errors import ExpressionError
 from kane.expr.node import (
     BUILDERS,
@@ -212,7 +214,8 @@ def power(a: Expr, p: Expr) -> Expr:
         return div(ONE, sqrt(a))
     base = constant_value(a)
     if base is not None and base > 0:
-        return constant(float(base) ** float(exponent))
+        with np.errstate(all="ignore"):
+            return constant(np.power(float(base), float(exponent)))
     return intern_node(POW, a, p)
 
 
@@ -372,9 +375,10 @@ def _function(op: Op) -> Callable[[Expr], Expr]:
             assert op.numpy is not None
             if op.name == "log" and value <= 0:
                 raise ExpressionError(f"Logarithm of the constant {value}, which is not positive.")
-            if op.name in ("asin", "acos") and abs(value) > 1:
+            if op.name in ("asin", "acos") and not -1 <= value <= 1:
                 raise ExpressionError(f"{op.name} of the constant {value}, which is not within −1…1.")
-            return constant(float(op.numpy(float(value))))
+            with np.errstate(all="ignore"):  # what overflows is refused by `constant`
+                return constant(float(op.numpy(float(value))))
         if a.op is NEG and op in _ODD:
             return neg(intern_node(op, a.args[0]))
         if a.op is NEG and op in _EVEN:
@@ -389,7 +393,8 @@ def _binary(op: Op) -> Callable[[Expr, Expr], Expr]:
         x, y = constant_value(a), constant_value(b)
         if op is not LESS and x is not None and y is not None:
             assert op.numpy is not None
-            return constant(float(op.numpy(float(x), float(y))))
+            with np.errstate(all="ignore"):
+                return constant(float(op.numpy(float(x), float(y))))
         if op.commutative:
             if a is b:
                 return a
@@ -423,9 +428,7 @@ _DIRECT: dict[str, Callable[..., Expr]] = {
     "where": where,
 }
 NODE_BUILDERS: dict[str, Callable[..., Expr]] = {
-    name: _DIRECT.get(name) or (_function(op) if op.arity == 1 else _binary(op))
-    for name, op in OPS.items()
-    if op.arity
+    name: _DIRECT.get(name) or (_function(op) if op.arity == 1 else _binary(op)) for name, op in OPS.items() if op.arity
 }
 """Builders that take expressions only; the public ones below also take numbers."""
 

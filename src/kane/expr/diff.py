@@ -104,7 +104,9 @@ def _leaf_rate(leaf: Expr) -> Expr:
     if isinstance(leaf, Time):
         return ONE
     if isinstance(leaf, Reaction):
-        raise ExpressionError(f"The time derivative of the reaction {leaf} has no name: it is known only along a motion.")
+        raise ExpressionError(
+            f"The time derivative of the reaction {leaf} has no name: it is known only along a motion."
+        )
     return ZERO
 
 

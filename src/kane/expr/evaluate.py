@@ -75,9 +75,7 @@ def evaluate(exprs: Any, values: Values) -> Any:
     if isinstance(exprs, Expr | int | float):
         return evaluate([exprs], values)[0]
     roots = [as_expr(e) for e in exprs]
-    given: dict[Expr, npt.NDArray[np.float64]] = {
-        symbol: np.asarray(value, dtype=np.float64)[()] for symbol, value in values.items()
-    }
+    given: dict[Expr, Any] = {symbol: np.asarray(value, dtype=np.float64)[()] for symbol, value in values.items()}
     for node in postorder(roots):
         if isinstance(node, Parameter) and node not in given and node.default is not None:
             given[node] = np.float64(node.default)

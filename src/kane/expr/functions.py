@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The functions that users call on expressions and numbers."""
 
-from kane.expr.node import BUILDERS
 from kane.expr import build as _build  # noqa: F401  fills BUILDERS
+from kane.expr.node import BUILDERS
 
 sqrt, sin, cos, tan = (BUILDERS[k] for k in ("sqrt", "sin", "cos", "tan"))
 asin, acos, atan, atan2 = (BUILDERS[k] for k in ("asin", "acos", "atan", "atan2"))

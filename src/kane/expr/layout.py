@@ -76,9 +76,7 @@ def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
         bodies.append((text, _unsigned(_build(node, inside, names))))
         inside[node] = shown
     in_full: _Forms = {}
-    trees = tuple(
-        _unsigned(_build(r, inside, names) if r in chosen else _build(r, in_full, {})) for r in roots
-    )
+    trees = tuple(_unsigned(_build(r, inside, names) if r in chosen else _build(r, in_full, {})) for r in roots)
     return Layout(tuple(bodies), trees)
 
 
@@ -247,8 +245,7 @@ def _sorted(items: list[tuple[Tokens, Expr, Item]]) -> list[Item]:
     """By what is read; what reads alike (so far as compared), by structure."""
     alike = Counter((tokens, node.key) for tokens, node, _ in items)
     keyed = [
-        ((tokens, node.key, digest(node) if alike[tokens, node.key] > 1 else b""), item)
-        for tokens, node, item in items
+        ((tokens, node.key, digest(node) if alike[tokens, node.key] > 1 else b""), item) for tokens, node, item in items
     ]
     keyed.sort(key=lambda k: k[0])
     return [item for _, item in keyed]

@@ -16,7 +16,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterable
 from fractions import Fraction
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 
 import numpy as np
 
@@ -24,6 +24,13 @@ from kane.errors import ExpressionError
 from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
 
 Number = int | float | Fraction
+T = TypeVar("T", covariant=True)
+
+
+class Scalable(Protocol[T]):
+    """What a scalar can multiply: a vector, a dyadic."""
+
+    def __rmul__(self, factor: Any, /) -> T: ...
 
 
 class Expr:
@@ -115,20 +122,28 @@ class Expr:
         return str(self)
 
     # Arithmetic and functions are attached by expr.build, which holds the rewriting rules.
-    __add__: Callable[[Any, Any], Expr]
-    __radd__: Callable[[Any, Any], Expr]
-    __sub__: Callable[[Any, Any], Expr]
-    __rsub__: Callable[[Any, Any], Expr]
-    __mul__: Callable[[Any, Any], Expr]
-    __rmul__: Callable[[Any, Any], Expr]
-    __truediv__: Callable[[Any, Any], Expr]
-    __rtruediv__: Callable[[Any, Any], Expr]
-    __pow__: Callable[[Any, Any], Expr]
-    __rpow__: Callable[[Any, Any], Expr]
-    __neg__: Callable[[Any], Expr]
-    __pos__: Callable[[Any], Expr]
-    __abs__: Callable[[Any], Expr]
-    dt: Any
+    if TYPE_CHECKING:
+
+        def __add__(self, other: Expr | Number) -> Expr: ...
+        def __radd__(self, other: Expr | Number) -> Expr: ...
+        def __sub__(self, other: Expr | Number) -> Expr: ...
+        def __rsub__(self, other: Expr | Number) -> Expr: ...
+        @overload
+        def __mul__(self, other: Expr | Number) -> Expr: ...
+        @overload
+        def __mul__(self, other: Scalable[T]) -> T: ...
+        def __mul__(self, other: Any) -> Any: ...
+        def __rmul__(self, other: Expr | Number) -> Expr: ...
+        def __truediv__(self, other: Expr | Number) -> Expr: ...
+        def __rtruediv__(self, other: Expr | Number) -> Expr: ...
+        def __pow__(self, other: Expr | Number) -> Expr: ...
+        def __rpow__(self, other: Expr | Number) -> Expr: ...
+        def __neg__(self) -> Expr: ...
+        def __pos__(self) -> Expr: ...
+        def __abs__(self) -> Expr: ...
+        @property
+        def dt(self) -> Expr:
+            """Total time derivative; of a coordinate or speed, its rate leaf."""
 
 
 class Constant(Expr):
@@ -190,12 +205,12 @@ def sweep() -> int:
             name = names.pop()
             if sys.getrefcount(_table[name]) > 2:
                 continue
-            node = _table.pop(name)
-            if sys.getrefcount(node) > 2:  # a reader took it between the look and the removal: it lives on
-                _table[name] = node
+            taken = [_table.pop(name)]  # in a list: references from local variables are counted differently by version
+            if sys.getrefcount(taken[0]) > 2:  # a reader took it between the look and the removal: it lives on
+                _table[name] = taken[0]
             else:
                 dropped += 1
-            del node, name
+            del taken, name
     return dropped
 
 
@@ -282,7 +297,7 @@ def digest(root: Expr) -> bytes:
         if node.op is CONST:
             text.update(repr(_number_key(node.value)).encode())  # type: ignore[attr-defined]
         elif node.op is SYMBOL:
-            text.update(repr(node.declaration()).encode())  # type: ignore[attr-defined]
+            text.update(repr((type(node).__name__, node.key, node.declaration())).encode())  # type: ignore[attr-defined]
         for a in node.args:
             text.update(made[a])
         made[node] = text.digest()

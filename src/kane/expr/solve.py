@@ -11,9 +11,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from kane.errors import SingularError
-from kane.expr.build import BUILDERS, add, div, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import BUILDERS, ONE, ZERO, Expr
 from kane.expr.ops import CONST
 
 Rows = Sequence[Sequence[Expr]]
@@ -101,7 +101,9 @@ def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
             work[j] = [BUILDERS["where"](swap, y, x) for x, y in pairs]
             work[i] = [BUILDERS["where"](swap, x, y) for x, y in pairs]
         if work[j][j] is ZERO:
-            raise SingularError(f"Expected an invertible {n} × {n} block, got a column without a pivot (column {j + 1}).")
+            raise SingularError(
+                f"Expected an invertible {n} × {n} block, got a column without a pivot (column {j + 1})."
+            )
         for i in range(j + 1, n):
             if work[i][j] is not ZERO:
                 factor = div(work[i][j], work[j][j])
@@ -209,10 +211,11 @@ def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
 
 def _cofactor(a: list[list[Expr]], i: int, j: int) -> Expr:
     minor = [[x for c, x in enumerate(row) if c != j] for r, row in enumerate(a) if r != i]
-    if len(minor) == 1:
-        value = minor[0][0]
+    if len(minor) == 2:
+        (a11, a12), (a21, a22) = minor
+        value = sub(mul(a11, a22), mul(a12, a21))
     else:
-        value = sub(mul(minor[0][0], minor[1][1]), mul(minor[0][1], minor[1][0]))
+        value = minor[0][0]
     return neg(value) if (i + j) % 2 else value
 
 

@@ -27,6 +27,13 @@ from kane.expr.node import (
 from kane.expr.ops import SYMBOL
 
 
+def _place_key(place: Hashable) -> object:
+    """What of a place enters the structural key: two rates of coordinates declared differently must differ."""
+    if isinstance(place, Expr):
+        return place.key
+    return tuple(map(_place_key, place)) if isinstance(place, tuple) else None
+
+
 class Symbol(Expr):
     """A named leaf. `place` is what the declaration belongs to (a Rate's coordinate, a Reaction's point)."""
 
@@ -60,7 +67,7 @@ class Symbol(Expr):
         if known is not None:
             return cast(Self, known)
         node: Any = _new(cls)
-        text = repr((cls.__name__, name, default, unit, description))
+        text = repr((cls.__name__, name, default, unit, description, _place_key(place)))
         _set_op(node, SYMBOL)
         _set_args(node, ())
         _set_key(node, int.from_bytes(hashlib.blake2b(text.encode(), digest_size=7).digest()))
@@ -192,9 +199,7 @@ def speed(name: str, unit: str = "", description: str = "") -> Speed:
     return Speed.declare(name, None, unit, description)
 
 
-def parameters(
-    text: str, default: float | None = None, unit: str = "", description: str = ""
-) -> tuple[Parameter, ...]:
+def parameters(text: str, default: float | None = None, unit: str = "", description: str = "") -> tuple[Parameter, ...]:
     """Parameters by their names, all with the same default, unit and description; always a tuple."""
     return tuple(Parameter.declare(n, default, unit, description) for n in names(text))
 

@@ -143,11 +143,7 @@ def symbol_tokens(symbol: Symbol) -> Tokens:
             place = 2
         return ((RANK_PARAMETER, (str(place), 0, *natural(symbol.name)), -1),)
     kind = _KINDS.get(type(symbol), 9)
-    if (
-        isinstance(symbol, Rate)
-        and isinstance(symbol.place, Symbol)
-        and not isinstance(symbol.place, Coordinate)
-    ):
+    if isinstance(symbol, Rate) and isinstance(symbol.place, Symbol) and not isinstance(symbol.place, Coordinate):
         kind = 5
     return ((RANK_SPEED if kind >= 2 else RANK_COORDINATE, (str(kind), 0, *natural(symbol.name)), -1),)
 

@@ -13,7 +13,7 @@ import kane as kn
 
 TITLE = "disk that slides on a plane with friction"
 SOURCES = (
-    "Yoo, H. H. (2004), Kane's method for the derivation of equations of motion, tutorial, J. KSNVE 14; eqs. (11) to (32). "
+    "Yoo, H. H. (2004), tutorial on Kane's method, spring conference on noise and vibration, Gyeongju; eqs. (11) to (32). "
     "Misprinted there: csc q2 and sec q2 in (11), (13), (14), which must be cos q2 and sin q2; brackets in (21); a^C for a^C* "
     "in (24); the hat on the friction point's velocity in (26) and (29).",
 )
@@ -32,15 +32,15 @@ class Model:
     P: kn.Point
     Cs: kn.Point
     Ch: kn.Point
-    normal: kn.Expr
+    normal: kn.Reaction
     slip: kn.Vector
     disk: kn.RigidBody
-    q: tuple[kn.Expr, ...]
-    u: tuple[kn.Expr, ...]
-    m: kn.Expr
-    R: kn.Expr
-    g: kn.Expr
-    mu: kn.Expr
+    q: tuple[kn.Coordinate, ...]
+    u: tuple[kn.Speed, ...]
+    m: kn.Parameter
+    R: kn.Parameter
+    g: kn.Parameter
+    mu: kn.Parameter
 
 
 Inertia = Callable[[kn.Frame, kn.Expr, kn.Expr], kn.Dyadic]

@@ -24,6 +24,7 @@ from kane.space.rotation import NOTHING, Triple, chain
 from kane.space.vector import Vector
 
 Partials = dict[Expr, Vector]
+Forms = tuple[ScalarForm, ScalarForm, ScalarForm]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +70,7 @@ class Kinematics:
     def _leaf_drift(self, leaf: Expr) -> Expr:
         return ONE if isinstance(leaf, Time) else self._rates.get(leaf, ZERO)
 
-    def _forms(self, rates: Triple) -> tuple[ScalarForm, ScalarForm, ScalarForm]:
+    def _forms(self, rates: Triple) -> Forms:
         if all(x is ZERO for x in rates):
             return (_NO_FORM, _NO_FORM, _NO_FORM)
         a, b, c = self.speeds.forms(rates)
@@ -89,7 +90,7 @@ class Kinematics:
         if o is None:
             return _STILL
         base = self._frames[o.base]
-        auxiliary = {s: v for s, v in base.partials.items() if isinstance(s, AuxiliarySpeed)}
+        auxiliary: Partials = {s: v for s, v in base.partials.items() if isinstance(s, AuxiliarySpeed)}
         # A cut on a frame between this one and its base (several coaxial rotations share a base) belongs to the far side.
         between: Frame | None = frame
         while between is not None and between is not o.base:
@@ -118,7 +119,7 @@ class Kinematics:
         if not self.speeds.nontrivial:
             return None
         omega = frame.angular_velocity(self.speeds.system.inertial)
-        best: tuple[int, Frame, tuple[ScalarForm, ...]] | None = None
+        best: tuple[int, Frame, Forms] | None = None
         for target in chain(frame)[:-1]:
             forms = self._forms(omega.components(target))
             score = sum(f.exact for f in forms)
@@ -126,10 +127,10 @@ class Kinematics:
                 best = (score, target, forms)
         if best is None:
             return None
-        _, target, forms = best
-        partials, rest = _vectors(forms, target)
+        _, target, chosen = best
+        partials, rest = _vectors(chosen, target)
         partials.update(auxiliary)
-        return self._direct(frame, target, partials, rest, forms)
+        return self._direct(frame, target, partials, rest, chosen)
 
     def _direct(
         self, frame: Frame | None, target: Frame, partials: Partials, rest: Vector, forms: Iterable[ScalarForm]
@@ -194,7 +195,9 @@ class Kinematics:
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
         for target in targets:
             forms = self._forms(velocity.components(target))
-            if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(f.exact for f in forms):
+            if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(
+                f.exact for f in forms
+            ):
                 own, rest = _vectors(forms, target)
                 own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
                 return self._direct(None, target, own, rest, forms)

@@ -26,7 +26,7 @@ from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.solve import invert, structural_rank
 from kane.expr.substitute import substitute
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, rate
-from kane.model.system import System
+from kane.model.system import EulerParameters, System
 
 Row = Mapping[Expr, Expr]
 
@@ -221,13 +221,14 @@ class Speeds:
         """Y, z, W, X in the rates of the coordinates; Y has the row eᵀė = 0 for each set of Euler parameters."""
         q = self.system.coordinates
         sets = self.system.euler_parameters
-        of = {w: s for s in sets for w in s.quasi}
+        of: dict[Expr, EulerParameters] = {w: s for s in sets for w in s.quasi}
+        place: dict[Expr, int] = {w: k for s in sets for k, w in enumerate(s.quasi)}
         y_rows: list[list[Expr]] = []
         for row in self.rows:
             line = dict.fromkeys(q, ZERO)
             for b, c in row.items():
                 if b in of:
-                    e, k = of[b].coordinates, of[b].quasi.index(b)  # type: ignore[arg-type]
+                    e, k = of[b].coordinates, place[b]
                     for i, g in enumerate(_twice_g(e)[k]):
                         line[e[i]] = add(line[e[i]], mul(c, g))
                 else:
@@ -292,7 +293,10 @@ def generalized_speeds(system: System) -> Speeds:
         inverse, pivots = invert(dense)
     except SingularError as error:
         raise SpeedsError(f"Expected independent generalized speeds: {error}") from error
-    w = {b: {u: c for u, c in zip(speeds, row, strict=True) if c is not ZERO} for b, row in zip(rates, inverse, strict=True)}
+    w: dict[Expr, dict[Expr, Expr]] = {
+        b: {u: c for u, c in zip(speeds, row, strict=True) if c is not ZERO}
+        for b, row in zip(rates, inverse, strict=True)
+    }
     x: dict[Expr, Expr] = {}
     for b in rates:
         rest = ZERO
@@ -320,7 +324,9 @@ def _definitions(
         e = substitute(definition, euler_rates) if euler_rates else definition
         for s in free_symbols([e]):
             if isinstance(s, Speed):
-                raise SpeedsError(f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition}.")
+                raise SpeedsError(
+                    f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition}."
+                )
             if isinstance(s, Rate | QuasiRate) and s not in known:
                 raise SpeedsError(
                     f"The definition of {u} uses {s}, but no frame or point of the system depends on that coordinate."
@@ -388,5 +394,3 @@ def _groups(rates: list[Expr], rows: list[dict[Expr, Expr]]) -> dict[Expr, int]:
         if len(joined) > 1:
             group = {b: target if g in joined else g for b, g in group.items()}
     return group
-
-

@@ -65,7 +65,9 @@ def Torque(frame: Frame, vector: Vector, name: str = "") -> Load:
 def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
     """Uniform gravity on every body: `gravity(-g*N.z)`."""
     if not isinstance(acceleration, Vector):
-        raise ModelError(f"Expected the acceleration of free fall as a Vector, such as -g*N.z, got {acceleration!r:.60}.")
+        raise ModelError(
+            f"Expected the acceleration of free fall as a Vector, such as -g*N.z, got {acceleration!r:.60}."
+        )
     return Gravity(acceleration, name)
 
 

@@ -43,7 +43,7 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
     if place.parent is None:
         raise ReactionError(
             f"Expected a place of {kind} {name!r} that has a near side, got {place!r}, which is a root. Make the cut explicit: "
-            f'{place.name}.{"at" if at is not None else "rotate"}(…).'
+            f"{place.name}.{'at' if at is not None else 'rotate'}(…)."
         )
     if isinstance(place, Point) and place.body is not None:
         raise ReactionError(

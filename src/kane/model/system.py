@@ -73,7 +73,7 @@ class System:
 
     def __init__(
         self,
-        inertial: Frame,
+        inertial: Any,
         *,
         bodies: Sequence[Body],
         speeds: Mapping[Speed, Any] | Literal["rates"],
@@ -90,7 +90,9 @@ class System:
         own = tuple(x for x in loads if isinstance(x, Load))
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         if len(own) + len(gravities) != len(loads):
-            raise ModelError("Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …: got something else.")
+            raise ModelError(
+                "Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …: got something else."
+            )
         reactions, auxiliary = tuple(reactions), tuple(auxiliary_speeds)
         frames, points = _places(inertial, bodies, own, (*reactions, *auxiliary))
         euler = _euler_sets(frames)
@@ -98,7 +100,12 @@ class System:
         found = free_symbols(geometry)
         ordered = _coordinates(found, euler, coordinates)
         definitions = _speeds(speeds, ordered, euler)
-        roots = geometry + list(definitions.values()) + list(_contents(bodies, own, gravities)) + [e.quantity for e in events]
+        roots = (
+            geometry
+            + list(definitions.values())
+            + list(_contents(bodies, own, gravities))
+            + [e.quantity for e in events]
+        )
         symbols = free_symbols(roots)
         _check_names((*symbols, *definitions, *reactions, *auxiliary))
         _check_reactions(symbols, reactions, auxiliary)
@@ -190,6 +197,10 @@ def _places(
                 meet_frame(p.body)
             points[p] = None
 
+    def meet_parts(v: Vector) -> None:
+        for f, _ in v.parts:
+            meet_frame(f)
+
     for b in bodies:
         if isinstance(b, RigidBody):
             meet_frame(b.frame)
@@ -197,19 +208,24 @@ def _places(
     for load in loads:
         for point, v in load.forces:
             meet_point(point)
-            _ = [meet_frame(f) for f, _ in v.parts]
+            meet_parts(v)
         for frame, v in load.torques:
             meet_frame(frame)
-            _ = [meet_frame(f) for f, _ in v.parts]
+            meet_parts(v)
     for s in symbols:
         cut = cut_of(s)
         if cut is not None:
             place = cut.at
-            meet_frame(place) if isinstance(place, Frame) else meet_point(place)
-            _ = [meet_frame(f) for f, _ in cut.parts]
+            if isinstance(place, Frame):
+                meet_frame(place)
+            else:
+                meet_point(place)
+            meet_parts(cut.along)
     if len({p.root() for p in points}) > 1:
         roots = sorted({p.root().name for p in points})
-        raise ModelError(f"Expected points reached from one fixed point, got {', '.join(roots)}. Reach one from the other.")
+        raise ModelError(
+            f"Expected points reached from one fixed point, got {', '.join(roots)}. Reach one from the other."
+        )
     return tuple(frames), tuple(points)
 
 
@@ -281,7 +297,9 @@ def _speeds(
         if not isinstance(u, Speed):
             raise SpeedsError(f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}).")
         if isinstance(definition, Vector):
-            raise SpeedsError(f"Expected a scalar definition of {u}, got the vector {definition}. Use .dot(unit vector).")
+            raise SpeedsError(
+                f"Expected a scalar definition of {u}, got the vector {definition}. Use .dot(unit vector)."
+            )
         made[u] = as_expr(definition)
     return made
 

@@ -179,7 +179,7 @@ def _sample_times(samples: int | Sequence[float], t0: float, t1: float) -> Array
             raise SimulationError(f"Expected at least 2 samples, got {samples}.")
         return np.linspace(t0, t1, samples)
     times = np.asarray(samples, dtype=float)
-    if times.ndim != 1 or np.any(np.diff(times) <= 0) or times.size and (times[0] < t0 or times[-1] > t1):
+    if times.ndim != 1 or np.any(np.diff(times) <= 0) or (times.size and (times[0] < t0 or times[-1] > t1)):
         raise SimulationError(f"Expected increasing sample times within ({t0:g}, {t1:g}).")
     return times
 

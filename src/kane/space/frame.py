@@ -9,10 +9,10 @@ from typing import Any, NoReturn
 from kane.errors import SpaceError
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
+from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Speed, Time
-from kane.expr.evaluate import free_symbols
 from kane.space.rotation import UNITS, Cosines, Orientation, Triple, connected, dot3, express, path, transposed
 from kane.space.vector import Vector
 
@@ -32,6 +32,7 @@ class Frame:
     parent: Frame | None
     orientation: Orientation | None
     lineage: tuple[Frame, ...]
+    _spins: dict[Frame, Vector]
     x: Vector
     y: Vector
     z: Vector
@@ -185,7 +186,7 @@ class Frame:
     def angular_velocity(self, frame: Frame) -> Vector:
         """Angular velocity of this frame in `frame`, in rates."""
         self._check(frame)
-        known: dict[Frame, Vector] = self._spins
+        known = self._spins
         found = known.get(frame)
         if found is None:
             up, down = path(frame, self)
@@ -211,7 +212,9 @@ class Frame:
         if not isinstance(other, Frame):
             raise SpaceError(f"Expected a Frame, got {other!r:.60}.")
         if not connected(self, other):
-            raise SpaceError(f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root.")
+            raise SpaceError(
+                f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root."
+            )
 
 
 def _sequence(sequence: str, angles: Sequence[Any]) -> tuple[int, ...]:
@@ -259,5 +262,3 @@ def _check_orthogonal(columns: Cosines) -> None:
     )
     if d < 0:
         raise SpaceError("Expected a right-handed set of direction cosines, got determinant −1: swap two columns.")
-
-

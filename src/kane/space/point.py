@@ -23,6 +23,7 @@ class Point:
     offset: Vector
     frame: Frame
     body: Frame | None
+    _known: dict[str, Vector]
 
     def __init__(self, name: str, fixed_in: Frame) -> None:
         if not isinstance(fixed_in, Frame):
@@ -37,7 +38,14 @@ class Point:
     def _finish(self, name: str, parent: Point | None, offset: Vector, frame: Frame, body: Frame | None) -> None:
         if not name or not isinstance(name, str):
             raise SpaceError(f"Expected a name for the point, got {name!r}.")
-        values = {"name": name, "parent": parent, "offset": offset, "frame": frame, "body": body, "_known": {}}
+        values: dict[str, object] = {
+            "name": name,
+            "parent": parent,
+            "offset": offset,
+            "frame": frame,
+            "body": body,
+            "_known": {},
+        }
         for slot, value in values.items():
             object.__setattr__(self, slot, value)
 
@@ -59,7 +67,9 @@ class Point:
         if isinstance(offset, int) and offset == 0:
             offset = Vector()
         if not isinstance(offset, Vector):
-            raise SpaceError(f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {offset!r:.60}.")
+            raise SpaceError(
+                f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {offset!r:.60}."
+            )
         for frame, _ in offset.parts:
             self.frame._check(frame)
         made: Point = object.__new__(Point)
@@ -90,7 +100,7 @@ class Point:
         return point
 
     def ancestry(self) -> list[Point]:
-        """This point, its parent, … up to the root."""
+        """The point, its parent, … up to the root."""
         found = [self]
         while found[-1].parent is not None:
             found.append(found[-1].parent)
@@ -100,7 +110,9 @@ class Point:
         """Position vector from `origin` to this point."""
         mine, theirs = self.ancestry(), origin.ancestry()
         if mine[-1] is not theirs[-1]:
-            raise SpaceError(f"Expected points of one tree, got {self.name} and {origin.name}, which have no common root.")
+            raise SpaceError(
+                f"Expected points of one tree, got {self.name} and {origin.name}, which have no common root."
+            )
         while mine and theirs and mine[-1] is theirs[-1]:
             mine.pop()
             theirs.pop()
@@ -134,13 +146,12 @@ class Point:
         waiting = [p for p in self.ancestry() if what not in p._known]
         for p in reversed(waiting):
             p._known[what] = p._velocity(frame) if what == "velocity" else p._acceleration(frame)
-        found: Vector = self._known[what]
-        return found
+        return self._known[what]
 
     def _velocity(self, frame: Frame) -> Vector:
         if self.parent is None:
             return Vector()
-        start: Vector = self.parent._known["velocity"]
+        start = self.parent._known["velocity"]
         if self.body is not None:
             return start + self.body.angular_velocity(frame).cross(self.offset)
         return start + self.offset.dt(frame)
@@ -148,7 +159,7 @@ class Point:
     def _acceleration(self, frame: Frame) -> Vector:
         if self.parent is None:
             return Vector()
-        start: Vector = self.parent._known["acceleration"]
+        start = self.parent._known["acceleration"]
         if self.body is not None:
             spin, r = self.body.angular_velocity(frame), self.offset
             return start + self.body.angular_acceleration(frame).cross(r) + spin.cross(spin.cross(r))

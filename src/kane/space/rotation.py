@@ -47,7 +47,7 @@ def chain(frame: Frame) -> tuple[Frame, ...]:
 
 def common_base(a: Frame, b: Frame) -> Frame:
     """The deepest frame that both descend from (or are)."""
-    up, down = path(a, b)
+    up, _ = path(a, b)
     if not up:
         return a
     last = up[-1].orientation

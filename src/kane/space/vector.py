@@ -51,7 +51,7 @@ class Vector:
         """Whether no measure number is left."""
         return not self.parts
 
-    def __add__(self, other: Vector) -> Vector:
+    def __add__(self, other: Vector | int) -> Vector:
         if isinstance(other, int) and other == 0:  # sum() starts with the integer 0
             return self
         if not isinstance(other, Vector):
@@ -88,7 +88,7 @@ class Vector:
         d = as_expr(divisor)
         return Vector((f, (div(x, d), div(y, d), div(z, d))) for f, (x, y, z) in self.parts)
 
-    def dot(self, other: Vector) -> Expr:
+    def dot(self, other: Vector | Dyadic) -> Expr:
         """Scalar product self · other."""
         if isinstance(other, Dyadic):
             raise SpaceError("Expected a vector in a.dot(b), got a dyadic: write dyadic.dot(vector).")
@@ -235,7 +235,7 @@ class Dyadic:
         entries = [[as_expr(x) for x in row] for row in rows]
         return cls((axes[i] * entries[i][j], axes[j]) for i in range(3) for j in range(3) if entries[i][j] is not ZERO)
 
-    def __add__(self, other: Dyadic) -> Dyadic:
+    def __add__(self, other: Dyadic | int) -> Dyadic:
         if isinstance(other, int) and other == 0:  # sum() starts with the integer 0
             return self
         if not isinstance(other, Dyadic):
