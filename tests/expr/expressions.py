@@ -77,14 +77,14 @@ _LARGE = 100
 
 @dataclass(frozen=True)
 class Program:
-    """Steps (operation, places of the arguments) after the leaves and constants; `values` are those of the leaves."""
+    """Steps (operation, places of the arguments) after constants and leaves; `values` are those of the leaves."""
 
     values: tuple[float, ...]
     steps: tuple[tuple[str, tuple[int, ...]], ...]
 
     def nodes(self) -> list[Expr]:
         """All expressions of the program, by our builders."""
-        made = [*LEAVES, *map(as_expr, CONSTANTS)]
+        made = [*map(as_expr, CONSTANTS), *LEAVES]
         for name, places in self.steps:
             args = [made[i] for i in places]
             if name == "where":
@@ -99,7 +99,7 @@ class Program:
     def direct(self, values: Iterable[Any] | None = None) -> list[Any]:
         """All values by mpmath, operation by operation, without the graph."""
         given = [MP.mpf(v) for v in (self.values if values is None else values)]
-        made = [*given, *_constants(given)]
+        made = [*_constants(given), *given]
         for name, places in self.steps:
             made.append(_step(name, [made[i] for i in places]))
         return made
@@ -150,11 +150,7 @@ def draw_program(
     for _ in range(integer(1, length)):
         name = operations[integer(0, len(operations) - 1)]
         arity = 4 if name == "where" else ROUTES[name].__code__.co_argcount
-        # recent results twice as often as leaves and constants: deeper expressions
-        places = tuple(
-            len(known) - 1 - integer(0, min(5, len(known) - 1)) if integer(0, 2) else integer(0, len(known) - 1)
-            for _ in range(arity)
-        )
+        places = tuple(_place(integer, len(known)) for _ in range(arity))
         args = [known[i] for i in places]
         safe = _SAFE.get(name, lambda *a: True)(*args) if name != "where" else abs(args[0] - args[1]) > 0.01
         value = _step(name, args) if safe else None
@@ -164,6 +160,14 @@ def draw_program(
         steps.append((name, places))
         known.append(value)
     return Program(values, tuple(steps))
+
+
+def _place(integer: Callable[[int, int], int], known: int) -> int:
+    """Mostly a recent result, for depth; else a leaf, now and then a constant."""
+    kind = integer(0, 7)
+    if kind < 5:
+        return known - 1 - integer(0, 5)
+    return len(CONSTANTS) + integer(0, len(LEAVES) - 1) if kind < 7 else integer(0, len(CONSTANTS) - 1)
 
 
 @st.composite

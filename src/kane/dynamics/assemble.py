@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from kane.dynamics.inertia_frames import ConstantInertia, constant_inertia
 from kane.expr.build import add
@@ -62,73 +63,85 @@ def moving_bodies(system: System, kinematics: Kinematics, inertias: dict[Body, C
     )
 
 
-class _Sum:
-    """Σ V·X grouped by V, then by the vector X is a multiple of."""
-
-    __slots__ = ("groups",)
-
-    def __init__(self) -> None:
-        self.groups: dict[Parts, dict[Parts, Expr] | Vector] = {}
-
-    def scaled(self, v: Vector, factor: Expr, x: Vector) -> None:
-        """Add V·(factor X)."""
-        group = self.groups.setdefault(v.parts, {})
-        assert isinstance(group, dict)
-        group[x.parts] = add(group.get(x.parts, ZERO), factor)
-
-    def plain(self, v: Vector, x: Vector) -> None:
-        """Add V·X."""
-        known = self.groups.get(v.parts)
-        assert not isinstance(known, dict)
-        self.groups[v.parts] = x if known is None else (known + x).gathered()
-
-    def value(self) -> Expr:
-        """The sum."""
-        total = ZERO
-        for parts, group in self.groups.items():
-            if isinstance(group, dict):
-                joined = Vector()
-                for x, factor in group.items():
-                    joined = joined + Vector(x) * factor
-                group = joined.gathered()
-            total = add(total, Vector(parts).dot(group))
-        return total
+def mass_matrix(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Sequence[Expr]) -> list[list[Expr]]:
+    """M_rs for r in `speeds`, then `auxiliary`, and s in `speeds`; the square block is symmetric."""
+    symbols = [*speeds, *auxiliary]
+    n = len(speeds)
+    shift = _shift_groups(bodies, symbols, n)
+    turn = _turn_groups(bodies, symbols, n)
+    rows: list[list[Expr]] = []
+    carried: dict[tuple[Any, ...], Vector] = {}
+    for i in range(len(symbols)):
+        line = []
+        for j in range(n):
+            if j < i < n:
+                line.append(rows[j][i])
+                continue
+            moved, turned = ZERO, ZERO
+            for v, group in shift.get((i, j), {}).items():
+                moved = add(moved, v.dot(_carried(group, carried)))
+            for w, h in turn.get((i, j), {}).items():
+                turned = add(turned, w.dot(h))
+            line.append(add(moved, turned))
+        rows.append(line)
+    return rows
 
 
-def mass_matrix_entry(bodies: Sequence[Moving], r: Expr, s: Expr, spun: dict[tuple[int, Expr], Vector]) -> Expr:
-    """M_rs; `spun` keeps I·ω_s by body and speed."""
-    shift, turn = _Sum(), _Sum()
-    for k in range(len(bodies) - 1, -1, -1):
-        b = bodies[k]
-        v_r, v_s = b.center.partials.get(r), b.center.partials.get(s)
-        if v_r is not None and v_s is not None:
-            shift.scaled(v_r, b.body.mass, v_s)
+Masses = dict[Vector, Expr]
+
+
+def _carried(group: Masses, known: dict[tuple[Any, ...], Vector]) -> Vector:
+    """Σ m v_s of one group; the same group met again is the same vector."""
+    name = tuple(group.items())
+    found = known.get(name)
+    if found is None:
+        found = Vector()
+        for v, mass in group.items():
+            found = found + v * mass
+        known[name] = found = found.gathered()
+    return found
+
+
+def _unique(vectors: dict[Parts, Vector], v: Vector) -> Vector:
+    """One object for equal vectors, so that they can be compared by identity."""
+    return vectors.setdefault(v.parts, v)
+
+
+def _shift_groups(
+    bodies: Sequence[Moving], symbols: Sequence[Expr], n: int
+) -> dict[tuple[int, int], dict[Vector, Masses]]:
+    """For each pair of speeds, v_r → (v_s → Σ m) over the bodies that both move."""
+    vectors: dict[Parts, Vector] = {}
+    groups: dict[tuple[int, int], dict[Vector, Masses]] = {}
+    for b in reversed(bodies):
+        mass, partials = b.body.mass, b.center.partials
+        moved = [(i, _unique(vectors, partials[s])) for i, s in enumerate(symbols) if s in partials]
+        for i, v in moved:
+            for j, w in moved:
+                if j < n and (i <= j or i >= n):
+                    group = groups.setdefault((i, j), {}).setdefault(v, {})
+                    group[w] = add(group[w], mass) if w in group else mass
+    return groups
+
+
+def _turn_groups(
+    bodies: Sequence[Moving], symbols: Sequence[Expr], n: int
+) -> dict[tuple[int, int], dict[Vector, Vector]]:
+    """For each pair of speeds, ω_r → Σ I·ω_s over the bodies that both turn."""
+    vectors: dict[Parts, Vector] = {}
+    groups: dict[tuple[int, int], dict[Vector, Vector]] = {}
+    for b in reversed(bodies):
         if b.rotation is None or b.inertia is None:
             continue
-        w_r, w_s = b.rotation.partials.get(r), b.rotation.partials.get(s)
-        if w_r is None or w_s is None:
-            continue
-        if (k, s) not in spun:
-            spun[k, s] = b.inertia.times(w_s)
-        turn.plain(w_r, spun[k, s])
-    return add(shift.value(), turn.value())
-
-
-def mass_matrix(bodies: Sequence[Moving], rows: Sequence[Expr], columns: Sequence[Expr]) -> list[list[Expr]]:
-    """M_rs for r in `rows` and s in `columns`; equal where (r, s) is asked as (s, r)."""
-    spun: dict[tuple[int, Expr], Vector] = {}
-    place = {s: i for i, s in enumerate(columns)}
-    made: list[list[Expr]] = []
-    for i, r in enumerate(rows):
-        line = []
-        for j, s in enumerate(columns):
-            mirrored = place.get(r)
-            if mirrored is not None and rows[i] is columns[i] and j < i:
-                line.append(made[j][i])
-            else:
-                line.append(mass_matrix_entry(bodies, r, s, spun))
-        made.append(line)
-    return made
+        partials = b.rotation.partials
+        turned = [(i, _unique(vectors, partials[s])) for i, s in enumerate(symbols) if s in partials]
+        spun = [(j, b.inertia.times(w)) for j, w in turned if j < n]
+        for i, v in turned:
+            for j, h in spun:
+                if i <= j or i >= n:
+                    group = groups.setdefault((i, j), {})
+                    group[v] = (group[v] + h).gathered() if v in group else h
+    return groups
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,10 +179,14 @@ def forcing_terms(
 
 
 def generalized(terms: Iterable[PointForce], r: Expr) -> Expr:
-    """Σ V_r·X."""
-    total = _Sum()
+    """Σ V_r·X, the X that share a V summed first."""
+    groups: dict[Parts, Vector] = {}
     for term in terms:
         v = term.motion.partials.get(r)
         if v is not None and not term.vector.is_zero:
-            total.plain(v, term.vector)
-    return total.value()
+            known = groups.get(v.parts)
+            groups[v.parts] = term.vector if known is None else (known + term.vector).gathered()
+    total = ZERO
+    for parts, x in groups.items():
+        total = add(total, Vector(parts).dot(x))
+    return total

@@ -49,9 +49,9 @@ def derive(system: System) -> Equations:
     loads = loads_in_speeds(system.loads, speeds)
     forces, torques = forcing_terms(system, kinematics, bodies, loads)
     u: Sequence[Expr] = speeds.speeds
-    mass = mass_matrix(bodies, u, u)
-    mass_a = mass_matrix(bodies, auxiliary, u)
     rows = [*u, *auxiliary]
+    mass_rows = mass_matrix(bodies, u, auxiliary)
+    mass, mass_a = mass_rows[: len(u)], mass_rows[len(u) :]
     right = [generalized(forces, r) + generalized(torques, r) for r in rows]
     plain, coupling = _reaction_form(right, system, rows)
     for i, s in enumerate(auxiliary):
@@ -133,7 +133,7 @@ def _has_rates(e: Expr) -> bool:
 
 
 def _reaction_form(right: list[Expr], system: System, rows: Sequence[Expr]) -> tuple[list[Expr], list[list[Expr]]]:
-    if not any(isinstance(s, Reaction) for s in free_symbols(right)):
+    if not system.reactions or not any(isinstance(s, Reaction) for s in free_symbols(right)):
         return right, [[ZERO] * len(system.reactions) for _ in rows]
     try:
         forms = affine_forms(right, system.reactions)

@@ -454,26 +454,19 @@ def _operator(build: Callable[[Expr, Expr], Expr], swapped: bool = False) -> Cal
     if swapped:
 
         def reflected(self: Expr, other: Any) -> Any:
-            try:
-                return build(as_expr(other), self)
-            except ExpressionError:
-                if isinstance(other, Expr | int | float):
-                    raise
-                return NotImplemented
+            return build(as_expr(other), self) if isinstance(other, _SCALARS) else NotImplemented
 
         return reflected
 
     def forward(self: Expr, other: Any) -> Any:
-        if not isinstance(other, Expr):
-            try:
-                other = constant(other)
-            except ExpressionError:
-                if isinstance(other, int | float):
-                    raise
-                return NotImplemented
-        return build(self, other)
+        if isinstance(other, Expr):
+            return build(self, other)
+        return build(self, constant(other)) if isinstance(other, _SCALARS) else NotImplemented
 
     return forward
+
+
+_SCALARS = (Expr, int, float, Fraction, np.number)
 
 
 for _dunder, _build in (("add", add), ("sub", sub), ("mul", mul), ("truediv", div), ("pow", power)):

@@ -184,7 +184,6 @@ def _insert(name: tuple[Any, ...], cls: type[Expr], op: Op, args: tuple[Expr, ..
 
 def enter(name: tuple[Any, ...], node: Expr) -> Expr:
     """Put a finished node into the table, unless another thread was first; then theirs is the one."""
-    global _limit
     with _lock:
         first = _table.get(name)
         if first is not None:
@@ -192,14 +191,15 @@ def enter(name: tuple[Any, ...], node: Expr) -> Expr:
         _table[name] = node
         if len(_table) > _limit:
             sweep()
-            _limit = max(20_000, 2 * len(_table))
     return node
 
 
 def sweep() -> int:
     """Drop nodes that nothing but the table holds; returns how many went."""
+    global _limit
     dropped = 0
     with _lock:
+        _limit = sys.maxsize  # a finalizer that builds expressions must not start another sweep in this one
         names = list(_table)
         while names:
             name = names.pop()
@@ -211,6 +211,7 @@ def sweep() -> int:
             else:
                 dropped += 1
             del taken, name
+        _limit = max(20_000, 2 * len(_table))
     return dropped
 
 
@@ -298,6 +299,8 @@ def digest(root: Expr) -> bytes:
             text.update(repr(_number_key(node.value)).encode())  # type: ignore[attr-defined]
         elif node.op is SYMBOL:
             text.update(repr((type(node).__name__, node.key, node.declaration())).encode())  # type: ignore[attr-defined]
+            if isinstance(node.place, Expr):  # type: ignore[attr-defined]
+                text.update(digest(node.place))  # type: ignore[attr-defined]
         for a in node.args:
             text.update(made[a])
         made[node] = text.digest()

@@ -37,7 +37,11 @@ class Op:
         return f"Op({self.name!r})"
 
     def __reduce__(self) -> tuple[Callable[[str], Op], tuple[str]]:
-        return OPS.__getitem__, (self.name,)
+        return _named, (self.name,)
+
+
+def _named(name: str) -> Op:
+    return OPS[name]
 
 
 def _where(condition: Any, x: Any, y: Any) -> Any:

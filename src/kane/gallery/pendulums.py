@@ -1,34 +1,103 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Planar chains of uniform rods: absolute or relative angles, fixed or on a cart, all masses and lengths parameters."""
+"""Planar chains of uniform rods, or of point masses on massless ones: absolute or relative angles, fixed or on a cart.
+
+All masses and lengths are parameters; the angles are measured from the downward vertical, or from the rod before.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import kane as kn
+from kane.errors import ModelError
+from kane.gallery import Definitions, choose
 
-SOURCES = ("Kane, T. R. and Levinson, D. A. (1985), Dynamics: Theory and Applications, McGraw-Hill, problem set 9.",)
+TITLE = "chain of pendulums in a plane"
+SOURCES = ("Kane, T. R. and Levinson, D. A. (1985), Dynamics: Theory and Applications, McGraw-Hill.",)
+SPEEDS = ("rates", "mixed", "tips", "scrambled")
 
 
-def chain(n: int, *, relative: bool = False, cart: bool = False, rates: bool = True) -> kn.System:
-    """n uniform rods hanging in a plane, gravity along −y; angles from the downward vertical, or from the rod before."""
+def chain(
+    n: int, *, relative: bool = False, cart: bool = False, bobs: bool = False, speeds: str = "rates"
+) -> kn.System:
+    """n links hanging in a plane, gravity along −y.
+
+    Speeds: the rates of the coordinates ("rates"); the angular velocities of the odd links and those of the even ones relative
+    to the link before ("mixed"); the velocity of each link's end across the link ("tips"); or combinations whose coefficients
+    change with the configuration, and which are not zero at rest ("scrambled"). The cart's speed is its velocity.
+
+    Parameters
+    ----------
+    n : number of links
+    relative : whether each angle is measured from the link before
+    cart : whether the chain hangs on a cart that moves along x
+    bobs : point masses at the ends of massless links instead of uniform rods
+    speeds : one of `SPEEDS`
+    """
+    if n < 1:
+        raise ModelError(f"Expected at least one link, got {n}.")
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
     bodies: list[kn.RigidBody | kn.Particle] = []
+    coordinates: list[kn.Coordinate] = []
     end = O
     if cart:
-        end = O.at("A", kn.coordinate("x", "m", "position of the cart") * N.x)
+        x = kn.coordinate("x", "m", "position of the cart")
+        end = O.at("A", x * N.x)
         bodies.append(kn.Particle("cart", end, kn.parameter("m0", 1.0, "kg", "mass of the cart")))
-    frame = N
+        coordinates.append(x)
+    frames: list[kn.Frame] = []
+    ends: list[kn.Point] = []
     for i in range(1, n + 1):
-        q = kn.coordinate(f"q{i}", "rad", f"angle of rod {i}")
-        m = kn.parameter(f"m{i}", 1.0, "kg", f"mass of rod {i}")
-        length = kn.parameter(f"l{i}", 1.0, "m", f"length of rod {i}")
-        frame = (frame if relative else N).rotate(f"B{i}", q, N.z)
-        center = end.at(f"B{i}*", -length / 2 * frame.y)
-        bodies.append(
-            kn.RigidBody(
-                f"rod {i}", frame=frame, mass_center=center, mass=m, inertia=kn.rod(frame, m, length, axis=frame.y)
-            )
-        )
-        end = end.at(f"P{i}", -length * frame.y)
-    return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)])
+        q = kn.coordinate(f"q{i}", "rad", f"angle of link {i}")
+        m = kn.parameter(f"m{i}", 1.0, "kg", f"mass of link {i}")
+        l = kn.parameter(f"l{i}", 1.0, "m", f"length of link {i}")
+        B = (frames[-1] if relative and frames else N).rotate(f"B{i}", q, N.z)
+        tip = end.at(f"P{i}", -l * B.y)
+        if bobs:
+            bodies.append(kn.Particle(f"bob {i}", tip, m))
+        else:
+            center = end.at(f"B{i}*", -l / 2 * B.y)
+            inertia = kn.rod(B, m, l, axis=B.y)
+            bodies.append(kn.RigidBody(f"rod {i}", frame=B, mass_center=center, mass=m, inertia=inertia))
+        coordinates.append(q)
+        frames.append(B)
+        ends.append(tip)
+        end = tip
+    return kn.System(
+        N,
+        bodies=bodies,
+        speeds=_definitions(N, coordinates, frames, ends, speeds),
+        loads=[kn.gravity(-g * N.y)],
+        coordinates=coordinates,
+    )
+
+
+def _definitions(
+    N: kn.Frame, coordinates: Sequence[kn.Coordinate], frames: Sequence[kn.Frame], ends: Sequence[kn.Point], speeds: str
+) -> Definitions:
+    n = len(frames)
+    spins = [B.angular_velocity(N).dot(N.z) for B in frames]
+    own = [spins[i] if i % 2 == 0 else spins[i] - spins[i - 1] for i in range(n)]
+    across = [P.velocity(N).dot(B.x) for P, B in zip(ends, frames, strict=True)]
+    scrambled = [(2 + kn.sin(q)) * q.dt - kn.sin(q) / 5 for q in coordinates[-n:]]
+    for k, (q, before) in enumerate(pairwise(coordinates), 1):
+        scrambled[k - len(coordinates)] += kn.cos(q) * before.dt
+    cart = {kn.speed("u_x"): coordinates[0].dt} if len(coordinates) > n else {}
+    u = kn.speeds(f"u1:{n + 1}")
+    choices: dict[str, Definitions] = {
+        "rates": "rates",
+        "mixed": cart | dict(zip(u, own, strict=True)),
+        "tips": cart | dict(zip(u, across, strict=True)),
+        "scrambled": cart | dict(zip(u, scrambled, strict=True)),
+    }
+    return choose(choices, speeds)
+
+
+def system(
+    n: int = 3, *, relative: bool = False, cart: bool = False, bobs: bool = False, speeds: str = "rates"
+) -> kn.System:
+    """The chain of n links; see `chain`."""
+    return chain(n, relative=relative, cart=cart, bobs=bobs, speeds=speeds)

@@ -30,7 +30,12 @@ class Vector:
     parts: Parts
 
     def __init__(self, parts: Iterable[tuple[Frame, Triple]] = ()) -> None:
-        object.__setattr__(self, "parts", tuple(p for p in parts if any(x is not ZERO for x in p[1])))
+        kept = []
+        for part in parts:
+            x, y, z = part[1]
+            if x is not ZERO or y is not ZERO or z is not ZERO:
+                kept.append(part)
+        _set_parts(self, tuple(kept))
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"A Vector is frozen: {name!r} cannot be set.")
@@ -66,6 +71,8 @@ class Vector:
         return self._joined(other, sub)
 
     def _joined(self, other: Vector, join: Callable[[Expr, Expr], Expr]) -> Vector:
+        if not other.parts:
+            return self
         merged = dict(self.parts)
         for frame, (x, y, z) in other.parts:
             a, b, c = merged.get(frame, NOTHING)
@@ -101,6 +108,9 @@ class Vector:
     def cross(self, other: Vector) -> Vector:
         """Vector product self × other."""
         total = Vector()
+        if len(self.parts) == 1 == len(other.parts):
+            frame, a, b = _together(*self.parts[0], *other.parts[0])
+            return Vector(((frame, cross3(a, b)),))
         for f, v in self.parts:
             for g, w in other.parts:
                 frame, a, b = _together(f, v, g, w)
@@ -113,6 +123,12 @@ class Vector:
 
     def components(self, frame: Frame) -> Triple:
         """Measure numbers along the axes of `frame`."""
+        if not self.parts:
+            return NOTHING
+        if len(self.parts) == 1:
+            f, v = self.parts[0]
+            _check_connected(f, frame)
+            return express(v, f, frame)
         total = NOTHING
         for f, v in self.parts:
             _check_connected(f, frame)
@@ -122,6 +138,8 @@ class Vector:
 
     def express(self, frame: Frame) -> Vector:
         """The same vector, written along the axes of `frame` alone."""
+        if len(self.parts) == 1 and self.parts[0][0] is frame:
+            return self
         return Vector(((frame, self.components(frame)),))
 
     def gathered(self) -> Vector:
@@ -177,6 +195,9 @@ class Vector:
         return vector_text(self)
 
     __repr__ = __str__
+
+
+_set_parts = Vector.__dict__["parts"].__set__
 
 
 def _check_connected(f: Frame, g: Frame) -> None:
