@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks that need the derivation: speeds that move no mass, reactions along free directions."""
+"""Checks that need the derivation: speeds that move no mass, reactions along free directions or not independent."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from kane.errors import ModelError, ReactionError
+from kane.expr.build import sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Parameter
 from kane.kinematics.motion import Kinematics
@@ -27,6 +30,50 @@ def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -
             f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {', '.join(still)}. Give the "
             "massless part a mass or inertia, or leave out its coordinate."
         )
+    free = _null_vector(Matrix(mass))
+    if free is not None:
+        culprits = ", ".join(str(u) for u, c in zip(speeds, free, strict=True) if abs(c) > 1e-6)
+        raise ModelError(
+            f"Expected every motion to move some mass, got a combination of {culprits} that moves none: the mass matrix is singular "
+            "at every configuration. Give the massless part a mass or inertia (a rod has none about its axis), or leave out "
+            "a coordinate."
+        )
+
+
+def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> None:
+    """The matrix that the reactions are solved from must have an inverse at some configuration."""
+    free = _null_vector(matrix)
+    if free is not None:
+        culprits = ", ".join(str(r) for r, c in zip(reactions, free, strict=True) if abs(c) > 1e-6)
+        raise ReactionError(
+            f"Expected reactions that can be told apart, got {culprits}, which the auxiliary equations do not determine. Bring into "
+            "evidence at most three independent directions at one cut."
+        )
+
+
+def _null_vector(matrix: Matrix) -> npt.NDArray[np.float64] | None:
+    """x with A x = 0 at a random point, columns scaled; None where A is regular there."""
+    if not matrix.rows:
+        return None
+    a = np.asarray(evaluate(matrix, _random_values(x for row in matrix.rows for x in row)), dtype=float)
+    if not np.all(np.isfinite(a)):
+        return None
+    rows = np.abs(a).max(axis=1)
+    columns = np.abs(a).max(axis=0)
+    rows[rows == 0], columns[columns == 0] = 1.0, 1.0
+    balance = np.sqrt(np.outer(rows, columns))
+    _, sigma, right = np.linalg.svd(a / balance)
+    return right[-1] if sigma[-1] <= 1e-12 * sigma[0] else None
+
+
+def _random_values(exprs: Iterable[Expr]) -> dict[Expr, float]:
+    """A number for each symbol that has no default."""
+    generator = np.random.default_rng(20042)
+    return {
+        s: generator.uniform(0.3, 1.2)
+        for s in free_symbols(exprs)
+        if not (isinstance(s, Parameter) and s.default is not None)
+    }
 
 
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:
@@ -35,7 +82,7 @@ def check_reaction_places(system: System, kinematics: Kinematics) -> None:
         cut = cut_of(symbol)
         if cut is None:
             continue
-        free = _free_rate(cut)
+        free = _free_rate(cut, kinematics)
         if free is not ZERO and _vanishes_nowhere(free):
             raise ReactionError(
                 f"Expected the reaction {symbol} along a direction in which the far side is held, got {cut.along} at "
@@ -43,25 +90,24 @@ def check_reaction_places(system: System, kinematics: Kinematics) -> None:
             )
 
 
-def _free_rate(cut: Cut) -> Expr:
-    """Rate of the far side relative to the near side along the reaction."""
+def _free_rate(cut: Cut, kinematics: Kinematics) -> Expr:
+    """Rate of the far side relative to the near side along the reaction, prescribed motion left out."""
     if isinstance(cut.at, Frame):
         o, frame = cut.at.orientation, cut.at
         assert o is not None
         relative = frame.angular_velocity(frame.parent) if frame.parent is not None else Vector()
-        return relative.dot(cut.along)
+        return _without_prescribed(relative.dot(cut.along), kinematics)
     slide = Vector()
     for f, (x, y, z) in cut.at.offset.parts:
         slide = slide + Vector(((f, (time_derivative(x), time_derivative(y), time_derivative(z))),))
-    return slide.dot(cut.along)
+    return _without_prescribed(slide.dot(cut.along), kinematics)
+
+
+def _without_prescribed(e: Expr, kinematics: Kinematics) -> Expr:
+    (form,) = kinematics.speeds.forms([e])
+    return sub(form.total(), form.rest) if form.coefficients else ZERO
 
 
 def _vanishes_nowhere(e: Expr) -> bool:
     """Whether `e` differs from zero at a random point."""
-    generator = np.random.default_rng(20042)
-    numbers = {
-        s: generator.uniform(0.3, 1.2)
-        for s in free_symbols([e])
-        if not (isinstance(s, Parameter) and s.default is not None)
-    }
-    return bool(abs(float(evaluate(e, numbers))) > 1e-12)
+    return bool(abs(float(evaluate(e, _random_values([e])))) > 1e-12)

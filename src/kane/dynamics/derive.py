@@ -6,17 +6,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kane.dynamics.assemble import forcing_terms, generalized, homes, mass_matrix, moving_bodies
-from kane.dynamics.checks import check_mass, check_reaction_places
+from kane.dynamics.checks import check_mass, check_reaction_places, check_reactions_independent
 from kane.dynamics.equations import Equations
+from kane.dynamics.events import painleve_events, singular_events, slip_events
 from kane.dynamics.reduce import solve_motion
-from kane.errors import NotAffineError, ReactionError
+from kane.errors import NotAffineError, ReactionError, SingularError
 from kane.expr.affine import affine_forms
 from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr, postorder
-from kane.expr.ops import DIV, SQRT
-from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Speed
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction
 from kane.kinematics.motion import Kinematics, cuts_of
 from kane.kinematics.speeds import Speeds, generalized_speeds
 from kane.model.events import Event
@@ -59,7 +59,11 @@ def derive(system: System) -> Equations:
             coupling[len(u) + i][j] = coupling[len(u) + i][j] + pairs.get((s, reaction), ZERO)
     check_mass(system, u, mass)
     n = len(u)
-    solved = solve_motion(mass, plain[:n], coupling[:n], mass_a, plain[n:], coupling[n:])
+    try:
+        solved = solve_motion(mass, plain[:n], coupling[:n], mass_a, plain[n:], coupling[n:])
+    except SingularError as error:
+        raise ReactionError(f"Expected reactions that can be told apart: {error}") from error
+    check_reactions_independent(system.reactions, solved.reaction_matrix)
     return Equations(
         system=system,
         speeds=tuple(speeds.speeds),
@@ -79,7 +83,12 @@ def derive(system: System) -> Equations:
         forcing=tuple(_with_reactions(plain[i], coupling[i], system.reactions) for i in range(n)),
         auxiliary_forcing=tuple(_with_reactions(plain[i], coupling[i], system.reactions) for i in range(n, len(rows))),
         solved=solved,
-        events=(*_slip_events(loads), *(_event_in_speeds(e, speeds) for e in system.events)),
+        events=(
+            *slip_events(loads),
+            *painleve_events(solved),
+            *singular_events(speeds),
+            *(_event_in_speeds(e, speeds) for e in system.events),
+        ),
     )
 
 
@@ -149,33 +158,6 @@ def _with_reactions(plain: Expr, coefficients: Sequence[Expr], reactions: Sequen
     for c, r in zip(coefficients, reactions, strict=True):
         total = total + mul(c, r)
     return total
-
-
-def _slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
-    """One event for each speed |v| that a load divides by: there the direction of the load is lost."""
-    found: dict[Expr, str] = {}
-    for load in loads:
-        for node in postorder(_scalars(load)):
-            if node.op is DIV and node.args[1].op is SQRT:
-                speed = node.args[1]
-                if any(isinstance(s, Speed) for s in free_symbols([speed])):
-                    found.setdefault(speed, load.name)
-    return tuple(
-        Event(
-            f"onset of rolling ({name})",
-            speed,
-            SLIP_THRESHOLD,
-            -1,
-            True,
-            f"the slip speed of the {name} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the load "
-            "takes from the slip is lost. The sliding model ends here",
-        )
-        for speed, name in found.items()
-    )
-
-
-SLIP_THRESHOLD = 1e-4
-"""Speed (m/s) below which a load along a slip direction v/|v| is taken to have lost it."""
 
 
 def _event_in_speeds(event: Event, speeds: Speeds) -> Event:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 from kane.dynamics.assemble import Moving
 from kane.expr.build import add, mul, neg
+from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Input, Time
 from kane.kinematics.motion import acceleration_form
 from kane.model.system import total_mass
 from kane.space.point import Point
@@ -32,20 +34,25 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
 def power(eom: Equations) -> Expr:
     """P with dE/dt = P.
 
-    Loads with a potential are in E. Loads without one give Σ F·v + T·ω. Prescribed motions, through the parts v_t and ω_t of the
+    Loads with a potential are in E; where the potential depends on time, what it gains by that is added. Loads without
+    one give Σ F·v + T·ω. Prescribed motions, through the parts v_t and ω_t of the
     velocities that no speed multiplies, give −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their
     reactions do.
     """
     total = ZERO
     for load in eom.loads:
+        driven = load.potential is not None and _depends_on_time(load.potential)
+        if driven:
+            total = add(total, eom.time_derivative(load.potential))
+        works = load.potential is None or driven
         for point, f in load.forces:
             motion = eom.kinematics.point(point)
-            if load.potential is None:
+            if works:
                 total = add(total, motion.total.dot(f))
             total = add(total, neg(motion.rest.dot(f)))
         for frame, t in load.torques:
             motion = eom.kinematics.frame(frame)
-            if load.potential is None:
+            if works:
                 total = add(total, motion.total.dot(t))
             total = add(total, neg(motion.rest.dot(t)))
     for b in eom.bodies:
@@ -55,6 +62,10 @@ def power(eom: Equations) -> Expr:
             torque = b.inertia.times(acceleration_form(b.rotation)) + spin.cross(b.inertia.times(spin))
             total = add(total, b.rotation.rest.dot(torque))
     return total
+
+
+def _depends_on_time(e: Expr) -> bool:
+    return any(isinstance(s, Time | Input) for s in free_symbols([e]))
 
 
 def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:

@@ -15,11 +15,12 @@ from kane.dynamics.assemble import Moving
 from kane.dynamics.reduce import Solved
 from kane.dynamics.steps import Step, seven_steps
 from kane.dynamics.values import evaluate_along
+from kane.errors import ExpressionError
 from kane.expr.count import Operations, count_operations
 from kane.expr.diff import tangent
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Reaction, Speed, Time, rate
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, Time, rate
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
 from kane.kinematics.speeds import Speeds
 from kane.model.events import Event
@@ -268,6 +269,11 @@ class Equations:
                 return ONE
             if isinstance(leaf, Speed | Input):
                 return rate(leaf)
+            if isinstance(leaf, Rate | Reaction):
+                raise ExpressionError(
+                    f"Expected an expression of coordinates, rates and speeds to differentiate along the motion, got {leaf} in it. "
+                    "Differentiate a trajectory's values instead."
+                )
             return known.get(leaf, ZERO)
 
         return tangent(self.in_speeds(e), leaf_rate)

@@ -5,10 +5,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from kane.errors import ModelError
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.kinds import is_constant_in_time
+from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
+from kane.expr.symbols import Parameter
 from kane.model.bodies import RigidBody
 from kane.space.frame import Frame
 from kane.space.rotation import Cosines, Triple, dot3
@@ -43,9 +47,25 @@ def constant_inertia(body: RigidBody) -> ConstantInertia:
             f"Expected the inertia of {body.name} constant in its frame {body.frame.name}, got measure numbers that depend on "
             f"{', '.join(moving)}. Write the dyadic along the axes of {body.frame.name}."
         )
+    if home is not body.frame and _turns_with(body.inertia.components(body.frame)):
+        raise ModelError(
+            f"Expected the inertia of {body.name} constant in its frame {body.frame.name}, got one that is constant in "
+            f"{home.name}, in which {body.frame.name} turns. Write the dyadic along the axes of {body.frame.name}."
+        )
     a, b, c = matrix.rows
     rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
     return ConstantInertia(_despun(home, rows), rows)
+
+
+def _turns_with(matrix: Matrix) -> bool:
+    """Whether the measure numbers differ between two configurations, drawn at random."""
+    symbols = free_symbols(x for row in matrix.rows for x in row)
+    if is_constant_in_time(symbols):
+        return False
+    generator = np.random.default_rng(20043)
+    fixed = {s: generator.uniform(0.3, 1.2) for s in symbols if isinstance(s, Parameter)}
+    draws = [evaluate(matrix, {s: fixed.get(s, generator.uniform(0.3, 1.2)) for s in symbols}) for _ in range(2)]
+    return bool(np.abs(draws[1] - draws[0]).max() > 1e-9 * np.abs(draws[0]).max())
 
 
 def _despun(frame: Frame, rows: Cosines) -> Frame:

@@ -11,7 +11,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
-from kane.expr.symbols import AuxiliarySpeed, Input, Rate, Reaction, Speed, Symbol, rate, time
+from kane.expr.symbols import AuxiliarySpeed, Input, QuasiRate, Rate, Reaction, Speed, Symbol, rate, time
 
 if TYPE_CHECKING:
     from kane.dynamics.equations import Equations
@@ -22,7 +22,11 @@ def without_rates(eom: Equations, root: Expr) -> Expr:
     second: dict[Expr, Expr] = {
         s: eom.time_derivative(s.place)
         for s in free_symbols([root])
-        if isinstance(s, Rate) and isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | Input)
+        if isinstance(s, Rate)
+        and (
+            isinstance(s.place, QuasiRate)
+            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | Input))
+        )
     }
     if second:
         root = substitute(root, second)

@@ -80,4 +80,5 @@ def _combine(node: Expr, parts: list[Affine]) -> Affine:
 
 
 def _scale(form: Affine, f: Callable[[Expr], Expr]) -> Affine:
-    return {s: f(c) for s, c in form[0].items()}, f(form[1])
+    scaled = {s: f(c) for s, c in form[0].items()}
+    return {s: c for s, c in scaled.items() if c is not ZERO}, f(form[1])

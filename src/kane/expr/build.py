@@ -317,9 +317,30 @@ def _split(a: Expr) -> tuple[Number, Expr]:
 
 
 def _like_terms(a: Expr, b: Expr, sign: int) -> Expr | None:
+    """c x ± d x; c x y ± d x y however the three factors are grouped."""
     ca, ra = _split(a)
     cb, rb = _split(b)
-    return mul(constant(ca + sign * cb), ra) if ra is rb else None
+    if ra is rb:
+        return mul(constant(ca + sign * cb), ra)
+    if a.op is MUL is b.op:
+        for c, x, y in _scaled_pairs(a):
+            for d, v, w in _scaled_pairs(b):
+                if (x is v and y is w) or (x is w and y is v):
+                    return mul(constant(c + sign * d), mul(x, y))
+    return None
+
+
+def _scaled_pairs(a: Expr) -> list[tuple[Number, Expr, Expr]]:
+    """Ways to write the product a as c x y with a number c ≠ 1; and a itself as 1 x y."""
+    x, y = a.args
+    if x.op is CONST:
+        return [(_value(x), y.args[0], y.args[1])] if y.op is MUL else []
+    found: list[tuple[Number, Expr, Expr]] = [(1, x, y)]
+    if y.op is MUL and y.args[0].op is CONST:
+        found.append((_value(y.args[0]), x, y.args[1]))
+    if x.op is MUL and x.args[0].op is CONST:
+        found.append((_value(x.args[0]), y, x.args[1]))
+    return found
 
 
 def _same_product(a: Expr, b: Expr) -> bool:
@@ -461,7 +482,7 @@ def _operator(build: Callable[[Expr, Expr], Expr], swapped: bool = False) -> Cal
     def forward(self: Expr, other: Any) -> Any:
         if isinstance(other, Expr):
             return build(self, other)
-        return build(self, constant(other)) if isinstance(other, _SCALARS) else NotImplemented
+        return build(self, as_expr(other)) if isinstance(other, _SCALARS) else NotImplemented
 
     return forward
 

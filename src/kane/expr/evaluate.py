@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.errors import ValueMissingError
 from kane.expr.node import Expr, as_expr, constant_value, postorder

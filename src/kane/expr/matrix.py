@@ -23,6 +23,8 @@ class Matrix:
 
     def __init__(self, rows: Iterable[Iterable[Any]], shape: tuple[int, int] | None = None) -> None:
         made = tuple(tuple(as_expr(x) for x in row) for row in rows)
+        if shape is not None and not made:
+            made = ((),) * shape[0]  # no columns
         widths = {len(row) for row in made}
         if len(widths) > 1:
             raise ExpressionError(f"Expected rows of one length, got lengths {sorted(widths)}.")
@@ -83,7 +85,7 @@ class Matrix:
         if isinstance(other, Matrix):
             if self.shape[1] != other.shape[0]:
                 raise ExpressionError(f"Expected inner sizes that agree, got {self.shape} @ {other.shape}.")
-            columns = list(zip(*other.rows, strict=True))
+            columns = other.T.rows
             return Matrix([[dot(r, c) for c in columns] for r in self.rows], (self.shape[0], other.shape[1]))
         vector = [as_expr(x) for x in other]
         if len(vector) != self.shape[1]:

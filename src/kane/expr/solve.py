@@ -4,11 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, neg, sub
@@ -134,13 +132,40 @@ class Inverse(NamedTuple):
 
 def structural_rank(rows: Rows, width: int) -> int:
     """Largest number of nonzero entries no two of which share a row or column."""
-    if not rows or not width:
-        return 0
-    return int((maximum_bipartite_matching(_pattern(rows), perm_type="column") >= 0).sum())
+    return sum(c >= 0 for c in _matched_columns(rows)) if rows and width else 0
 
 
-def _pattern(rows: Rows) -> csr_matrix:
-    return csr_matrix(np.array([[x is not ZERO for x in row] for row in rows], dtype=float))
+def _matched_columns(rows: Rows) -> list[int]:
+    """A column for each row, no two the same, -1 where there is none left."""
+    from scipy.sparse.csgraph import maximum_bipartite_matching  # here, since it is slow to import and seldom needed
+
+    return [
+        int(c) for c in maximum_bipartite_matching(_sparse([[x is not ZERO for x in row] for row in rows]), "column")
+    ]
+
+
+def _sparse(pattern: Sequence[Sequence[bool]]) -> Any:
+    from scipy.sparse import csr_matrix
+
+    return csr_matrix(np.array(pattern, dtype=float))
+
+
+def _blocks(rows: Rows, match: list[int]) -> list[list[int]]:
+    """Rows that must be solved together: those that reach each other, each row pointing at the owners of its columns."""
+    from scipy.sparse.csgraph import connected_components
+
+    owner = {c: i for i, c in enumerate(match)}
+    n = len(rows)
+    links = [[False] * n for _ in range(n)]
+    for i, row in enumerate(rows):
+        for c, x in enumerate(row):
+            if x is not ZERO:
+                links[i][owner[c]] = True
+    _, label = connected_components(_sparse(links), directed=True, connection="strong")
+    blocks: dict[int, list[int]] = {}
+    for i in range(n):
+        blocks.setdefault(int(label[i]), []).append(i)
+    return list(blocks.values())
 
 
 def invert(rows: Rows) -> Inverse:
@@ -150,27 +175,22 @@ def invert(rows: Rows) -> Inverse:
     determinant vanishes), larger ones by LU with partial pivoting.
     """
     n = len(rows)
-    match = maximum_bipartite_matching(_pattern(rows), perm_type="column")
-    if n and int((match >= 0).sum()) < n:
-        raise SingularError(f"Expected an invertible matrix, got structural rank {int((match >= 0).sum())} of {n}.")
-    # Row i owns column match[i]; row i depends on row k when it has an entry in the column that k owns.
-    owner = {int(c): i for i, c in enumerate(match)}
-    links = np.zeros((n, n))
-    for i, row in enumerate(rows):
-        for c, x in enumerate(row):
-            if x is not ZERO:
-                links[i, owner[c]] = 1
-    _, label = connected_components(csr_matrix(links), directed=True, connection="strong")
+    supports = [[c for c, x in enumerate(row) if x is not ZERO] for row in rows]
+    if all(len(support) == 1 for support in supports) and len({support[0] for support in supports}) == n:
+        match = [support[0] for support in supports]
+        waiting = [[i] for i in range(n)]
+    else:
+        match = _matched_columns(rows)
+        found = sum(c >= 0 for c in match)
+        if found < n:
+            raise SingularError(f"Expected an invertible matrix, got structural rank {found} of {n}.")
+        waiting = _blocks(rows, match)
     result: list[list[Expr]] = [[ZERO] * n for _ in range(n)]
     pivots: list[Expr] = []
     done: set[int] = set()
-    blocks: dict[int, list[int]] = {}
-    for i in range(n):
-        blocks.setdefault(int(label[i]), []).append(i)
-    waiting = list(blocks.values())
     while waiting:
         for block in waiting:
-            own = [int(match[i]) for i in block]
+            own = [match[i] for i in block]
             outside = {c for i in block for c, x in enumerate(rows[i]) if x is not ZERO} - set(own)
             if outside <= done:
                 break
@@ -190,6 +210,14 @@ def invert(rows: Rows) -> Inverse:
     return Inverse(result, pivots)
 
 
+def determinant(a: Rows) -> Expr:
+    """Determinant of a matrix up to 3 × 3."""
+    if len(a) == 1:
+        return a[0][0]
+    cofactors = [_cofactor([list(row) for row in a], 0, j) for j in range(len(a))]
+    return dot(a[0], cofactors)
+
+
 def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
     n = len(a)
     if n == 1:
@@ -201,12 +229,12 @@ def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
         columns = solve_lu(a, units)
         return [[columns[j][i] for j in range(n)] for i in range(n)]
     cofactors = [[_cofactor(a, i, j) for j in range(n)] for i in range(n)]
-    determinant = dot(a[0], cofactors[0])
-    if determinant is ZERO:
+    size = dot(a[0], cofactors[0])
+    if size is ZERO:
         raise SingularError(f"Expected an invertible {n} × {n} block, got determinant 0.")
-    if determinant.op is not CONST:
-        pivots.append(determinant)
-    return [[div(cofactors[j][i], determinant) for j in range(n)] for i in range(n)]
+    if size.op is not CONST:
+        pivots.append(size)
+    return [[div(cofactors[j][i], size) for j in range(n)] for i in range(n)]
 
 
 def _cofactor(a: list[list[Expr]], i: int, j: int) -> Expr:

@@ -83,7 +83,7 @@ def _definitions(
     own = [spins[i] if i % 2 == 0 else spins[i] - spins[i - 1] for i in range(n)]
     across = [P.velocity(N).dot(B.x) for P, B in zip(ends, frames, strict=True)]
     scrambled = [(2 + kn.sin(q)) * q.dt - kn.sin(q) / 5 for q in coordinates[-n:]]
-    for k, (q, before) in enumerate(pairwise(coordinates), 1):
+    for k, (before, q) in enumerate(pairwise(coordinates), 1):
         scrambled[k - len(coordinates)] += kn.cos(q) * before.dt
     cart = {kn.speed("u_x"): coordinates[0].dt} if len(coordinates) > n else {}
     u = kn.speeds(f"u1:{n + 1}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import kane as kn
 
@@ -46,12 +47,20 @@ class Model:
 Inertia = Callable[[kn.Frame, kn.Expr, kn.Expr], kn.Dyadic]
 
 
-def model(inertia: Inertia | None = None) -> Model:
-    """The disk; `inertia(C, m, R)` gives another central inertia, which must be that of a body of revolution about C.z."""
+def model(inertia: Inertia | None = None, *, speeds: Literal["components", "rates"] = "components") -> Model:
+    """The disk; `inertia(C, m, R)` gives another central inertia, which must be that of a body of revolution about C.z.
+
+    The speeds u1, u2, u3 are the components of the angular velocity along B's axes, or, with "rates", u = q̇ throughout.
+    """
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    q1, q2, q3, q4, q5 = kn.coordinates("q1:6")
-    u1, u2, u3, u4, u5 = kn.speeds("u1:6")
+    q1 = kn.coordinate("q1", "rad", "yaw")
+    q2 = kn.coordinate("q2", "rad", "lean")
+    q3 = kn.coordinate("q3", "rad", "spin")
+    q4 = kn.coordinate("q4", "m", "contact, along x")
+    q5 = kn.coordinate("q5", "m", "contact, along y")
+    u1, u2, u3 = kn.speeds("u1:4", "rad/s")
+    u4, u5 = kn.speeds("u4:6", "m/s")
     m = kn.parameter("m", 1.2, "kg", "mass of the disk")
     R = kn.parameter("R", 0.3, "m", "radius")
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
@@ -67,13 +76,16 @@ def model(inertia: Inertia | None = None) -> Model:
     disk = kn.RigidBody("disk", frame=C, mass_center=Cs, mass=m, inertia=dyadic)
 
     w = C.angular_velocity(N)
+    definitions = {u1: w.dot(B.x), u2: w.dot(B.y), u3: w.dot(B.z), u4: q4.dt, u5: q5.dt}
+    if speeds == "rates":
+        definitions = {u1: q1.dt, u2: q2.dt, u3: q3.dt, u4: q4.dt, u5: q5.dt}
     normal = kn.reaction("N_z", at=P, along=N.z)
     slip = Ch.velocity(N).reject(N.z)
     system = kn.System(
         N,
         bodies=[disk],
         reactions=[normal],
-        speeds={u1: w.dot(B.x), u2: w.dot(B.y), u3: w.dot(B.z), u4: q4.dt, u5: q5.dt},
+        speeds=definitions,
         loads=[kn.gravity(-g * N.z), kn.Force(Ch, -mu * normal * slip.normalized(), name="friction")],
         coordinates=(q1, q2, q3, q4, q5),
     )

@@ -228,9 +228,11 @@ def _derivative(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
     if node in symbols:
         return symbols[node]
     base, (variable, order), *more = node.args
-    if more or order != 1 or not isinstance(base, AppliedUndef) or base.args != (variable,):
-        raise ExpressionError(f"Expected first derivatives of functions of time such as q(t), got {node!s:.80}.")
-    rate: Expr = _declared(base, base.func.__name__, symbols).dt
+    if more or not order.is_Integer or not isinstance(base, AppliedUndef) or base.args != (variable,):
+        raise ExpressionError(f"Expected derivatives of functions of time such as q(t), got {node!s:.80}.")
+    rate = _declared(base, base.func.__name__, symbols)
+    for _ in range(int(order)):
+        rate = rate.dt
     return rate
 
 

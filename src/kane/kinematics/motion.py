@@ -121,10 +121,11 @@ class Kinematics:
         omega = frame.angular_velocity(self.speeds.system.inertial)
         best: tuple[int, Frame, Forms] | None = None
         for target in chain(frame)[:-1]:
-            forms = self._forms(omega.components(target))
-            score = sum(f.exact for f in forms)
-            if score and (best is None or score > best[0]):
-                best = (score, target, forms)
+            for measures in _measures(omega, target):
+                forms = self._forms(measures)
+                score = sum(f.exact for f in forms)
+                if score and (best is None or score > best[0]):
+                    best = (score, target, forms)
         if best is None:
             return None
         _, target, chosen = best
@@ -194,17 +195,26 @@ class Kinematics:
         targets = dict.fromkeys(g for f, _ in velocity.parts for g in chain(f))
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
         for target in targets:
-            forms = self._forms(velocity.components(target))
-            if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(
-                f.exact for f in forms
-            ):
-                own, rest = _vectors(forms, target)
-                own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
-                return self._direct(None, target, own, rest, forms)
+            for measures in _measures(velocity, target):
+                forms = self._forms(measures)
+                if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(
+                    f.exact for f in forms
+                ):
+                    own, rest = _vectors(forms, target)
+                    own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
+                    return self._direct(None, target, own, rest, forms)
         return None
 
 
 _NO_FORM = ScalarForm({}, ZERO)
+
+
+def _measures(v: Vector, frame: Frame) -> tuple[Triple, ...]:
+    """The measure numbers of `v` along `frame` in the two ways in which a speed's definition may have come to them."""
+    components = v.components(frame)
+    products = (v.dot(frame.x), v.dot(frame.y), v.dot(frame.z))
+    same = all(x is y for x, y in zip(components, products, strict=True))
+    return (components,) if same else (components, products)
 
 
 def _vectors(forms: Iterable[ScalarForm], frame: Frame) -> tuple[Partials, Vector]:

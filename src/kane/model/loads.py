@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.errors import ModelError
+from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import Expr, as_expr
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -84,7 +85,10 @@ def torque_pair(on: Frame, from_: Frame, torque: Vector, name: str = "") -> Load
 
 
 def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name: str = "") -> Load:
-    """Spring between two points: force k (|r| − l) towards each other, potential k (|r| − l)²/2."""
+    """Spring between two points: force k (|r| − l) towards each other, potential k (|r| − l)²/2.
+
+    A stiffness or free length that changes with time or place leaves it without a potential: its work counts as power.
+    """
     r, k, free = a.position(b), as_expr(stiffness), as_expr(free_length)
     if free is as_expr(0):
         pull, potential = r * -k, k * r.dot(r) / 2
@@ -92,7 +96,8 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
         length = r.magnitude()
         pull, potential = r * (-k * (length - free) / length), k * (length - free) ** 2 / 2
     label = name or f"spring between {a.name} and {b.name}"
-    return Load(label, forces=(_force(a, pull), _force(b, -pull)), potential=potential)
+    stored = potential if is_constant_in_time((k, free)) else None
+    return Load(label, forces=(_force(a, pull), _force(b, -pull)), potential=stored)
 
 
 def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
@@ -115,7 +120,8 @@ def torsional_spring(
     k, stretch = as_expr(stiffness), as_expr(angle) - as_expr(rest)
     torque = axis * (-k * stretch)
     label = name or f"torsional spring between {on.name} and {from_.name}"
-    return Load(label, torques=(_torque(on, torque), _torque(from_, -torque)), potential=k * stretch**2 / 2)
+    stored = k * stretch**2 / 2 if is_constant_in_time((k, as_expr(rest))) else None
+    return Load(label, torques=(_torque(on, torque), _torque(from_, -torque)), potential=stored)
 
 
 def torsional_damper(on: Frame, from_: Frame, damping: Any, axis: Vector, name: str = "") -> Load:

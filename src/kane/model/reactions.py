@@ -10,12 +10,18 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from kane.errors import ReactionError
+from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Reaction
+from kane.expr.symbols import AuxiliarySpeed, Parameter, Reaction
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Parts, Vector
+
+
+_SLACK = 1e-9
 
 
 class Cut(NamedTuple):
@@ -51,7 +57,24 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
         )
     if not isinstance(along, Vector) or along.is_zero:
         raise ReactionError(f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60}.")
+    length = _length(along)
+    if abs(length - 1) > _SLACK:
+        raise ReactionError(
+            f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60} of length {length:.6g}: the reaction would not be "
+            "measured in units of force. Use along.normalized()."
+        )
     return Cut(place, along.parts)
+
+
+def _length(along: Vector) -> float:
+    """|along| at parameters' defaults and a random configuration; 1 where a parameter has no default."""
+    square = along.dot(along)
+    symbols = free_symbols([square])
+    if any(isinstance(s, Parameter) and s.default is None for s in symbols):
+        return 1.0
+    moving = [s for s in symbols if s.default is None]
+    draws = np.random.default_rng(20045).uniform(0.3, 1.2, len(moving))
+    return float(np.sqrt(evaluate(square, dict(zip(moving, draws, strict=True)))))
 
 
 def reaction(

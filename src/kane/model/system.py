@@ -10,6 +10,7 @@ from typing import Any, Literal
 from kane.errors import ModelError, ReactionError, SpeedsError
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols
+from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import (
     AuxiliarySpeed,
@@ -100,13 +101,13 @@ class System:
         found = free_symbols(geometry)
         ordered = _coordinates(found, euler, coordinates)
         definitions = _speeds(speeds, ordered, euler)
-        roots = (
-            geometry
-            + list(definitions.values())
-            + list(_contents(bodies, own, gravities))
-            + [e.quantity for e in events]
-        )
+        contents = list(_contents(bodies, own, gravities))
+        watched = [e.quantity for e in events]
+        roots = [*geometry, *definitions.values(), *contents, *watched]
         symbols = free_symbols(roots)
+        _check_inputs((*found, *free_symbols(definitions.values())))
+        _check_no_accelerations(free_symbols(contents))
+        _check_strays(free_symbols([*contents, *watched]), ordered, definitions, euler)
         _check_names((*symbols, *definitions, *reactions, *auxiliary))
         _check_reactions(symbols, reactions, auxiliary)
         values = {
@@ -143,13 +144,16 @@ class System:
 
 
 def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:
-    """Gravity as forces on the mass centres."""
+    """Gravity as forces on the mass centres; without a potential where it is not constant in the inertial frame."""
     forces, potential = [], ZERO
+    steady = is_constant_in_time(gravity.acceleration.scalars())
     for b in bodies:
         forces.append((b.mass_center, gravity.acceleration * b.mass))
-        height = gravity.acceleration.dot(b.mass_center.position(b.mass_center.root()))
+        root = b.mass_center.root()
+        steady = steady and is_constant_in_time(gravity.acceleration.components(root.frame))
+        height = gravity.acceleration.dot(b.mass_center.position(root))
         potential = sub(potential, mul(b.mass, height))
-    return Load(gravity.name, forces=tuple(forces), potential=potential)
+    return Load(gravity.name, forces=tuple(forces), potential=potential if steady else None)
 
 
 def _check_bodies(bodies: tuple[Body, ...]) -> None:
@@ -333,6 +337,42 @@ def _check_names(symbols: Iterable[Symbol]) -> None:
                 f"Expected one symbol of the name {s.name!r}, got two with different declarations: "
                 f"{type(other).__name__}{other.declaration()[:4]} and {type(s).__name__}{s.declaration()[:4]}. Declare it once and "
                 "use it in both places, or rename one."
+            )
+
+
+def _check_inputs(symbols: Iterable[Symbol]) -> None:
+    for s in symbols:
+        if isinstance(s, Input) or (isinstance(s, Rate) and isinstance(s.place, Input)):
+            raise ModelError(
+                f"Expected inputs in loads only, got {s} in a position, an orientation or the definition of a speed, whose "
+                "acceleration needs its derivatives. Write prescribed motion as an expression of kn.time."
+            )
+
+
+def _check_no_accelerations(symbols: Iterable[Symbol]) -> None:
+    for s in symbols:
+        if isinstance(s, Rate) and not isinstance(s.place, Coordinate):
+            raise ModelError(
+                f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
+                "equations are solved. Model a load that depends on an acceleration as mass or inertia."
+            )
+
+
+def _check_strays(
+    symbols: Iterable[Symbol],
+    coordinates: tuple[Coordinate, ...],
+    speeds: Mapping[Speed, Expr],
+    euler: tuple[EulerParameters, ...],
+) -> None:
+    known: set[Symbol] = {*coordinates, *speeds, *(w for s in euler for w in s.quasi)}
+    for s in symbols:
+        origin: Any = s
+        while isinstance(origin, Rate):
+            origin = origin.place
+        if isinstance(origin, Coordinate | Speed | QuasiRate) and origin not in known:
+            raise ModelError(
+                f"Expected loads, masses and events in symbols of the system, got {s}: no frame or point depends on it and it is not "
+                "among the keys of speeds=."
             )
 
 

@@ -6,13 +6,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
+import numpy as np
+
 from kane.errors import SpaceError
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
-from kane.expr.symbols import Coordinate, Input, QuasiRate, Speed, Time
+from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
 from kane.space.rotation import UNITS, Cosines, Orientation, Triple, connected, dot3, express, path, transposed
 from kane.space.vector import Vector
 
@@ -101,14 +103,13 @@ class Frame:
                 f"Expected an axis fixed in frame {self.name}, got {axis}: it depends on {', '.join(map(str, moving))}. "
                 "Rotate about an axis of the parent, or start from the frame in which the axis is fixed."
             )
-        square = constant_value(dot3(direction, direction))
+        square = _number(dot3(direction, direction))
         if square is not None:
             if square == 0:
                 raise SpaceError("Expected a unit vector as axis, got the zero vector.")
-            if abs(float(square) - 1) > _SLACK:
+            if abs(square - 1) > _SLACK:
                 raise SpaceError(
-                    f"Expected a unit vector as axis, got {axis} of length {float(square) ** 0.5:.6g}. Use "
-                    "axis.normalized()."
+                    f"Expected a unit vector as axis, got {axis} of length {square**0.5:.6g}. Use axis.normalized()."
                 )
         return direction
 
@@ -153,7 +154,7 @@ class Frame:
     def rotate_matrix(self, name: str, cosines: Any) -> Frame:
         """A frame oriented by its direction cosines: column j of `cosines` holds its j-th unit vector along these axes.
 
-        A matrix of numbers must be orthogonal and right-handed.
+        The matrix must be orthogonal and right-handed; this is checked where its parameters have defaults.
         """
         rows = [[as_expr(x) for x in row] for row in cosines]
         if len(rows) != 3 or any(len(row) != 3 for row in rows):
@@ -229,6 +230,13 @@ def _sequence(sequence: str, angles: Sequence[Any]) -> tuple[int, ...]:
     return tuple(_AXES.index(c) for c in text)
 
 
+def _number(e: Expr) -> float | None:
+    """The value of `e`, parameters at their defaults; None where one has none."""
+    if any(s.default is None for s in free_symbols([e])):
+        return None
+    return float(evaluate(e, {}))
+
+
 def _rodrigues(n: Triple, c: Expr, s: Expr) -> Cosines:
     """C = c 1 + (1 − c) n nᵀ + s [n×]."""
     k = sub(ONE, c)
@@ -243,10 +251,15 @@ def _rodrigues(n: Triple, c: Expr, s: Expr) -> Cosines:
 
 
 def _check_orthogonal(columns: Cosines) -> None:
-    numbers = [[constant_value(x) for x in column] for column in columns]
-    if any(x is None for column in numbers for x in column):
+    symbols = free_symbols(x for column in columns for x in column)
+    if any(isinstance(s, Parameter) and s.default is None for s in symbols):
         return
-    c = [[float(x) for x in column if x is not None] for column in numbers]
+    moving = [s for s in symbols if s.default is None]
+    draws = np.random.default_rng(20044).uniform(0.3, 1.2, len(moving))
+    numbers = evaluate(Matrix(columns), dict(zip(moving, draws, strict=True)))
+    if not np.all(np.isfinite(numbers)):
+        return
+    c = [[float(x) for x in column] for column in numbers]
     for i in range(3):
         for j in range(i, 3):
             product = sum(a * b for a, b in zip(c[i], c[j], strict=True))

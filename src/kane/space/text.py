@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from kane.expr.build import neg
 from kane.expr.latex import to_latex
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.ops import ADD, NEG, SUB
 from kane.expr.text import to_text
 
@@ -18,11 +19,16 @@ _AXES = ("x", "y", "z")
 
 def _terms(v: Vector) -> list[tuple[str, bool, Expr, str, str]]:
     return [
-        ("-" if x.op is NEG else "+", x.op in (ADD, SUB), x.args[0] if x.op is NEG else x, frame.name, axis)
+        ("-" if _is_negative(x) else "+", x.op in (ADD, SUB), neg(x) if _is_negative(x) else x, frame.name, axis)
         for frame, triple in v.parts
         for x, axis in zip(triple, _AXES, strict=True)
         if x is not ZERO
     ]
+
+
+def _is_negative(x: Expr) -> bool:
+    value = constant_value(x)
+    return x.op is NEG or (value is not None and value < 0)
 
 
 def vector_text(v: Vector) -> str:
@@ -36,7 +42,7 @@ def vector_text(v: Vector) -> str:
 
 
 def vector_latex(v: Vector) -> str:
-    """LaTeX with unit vectors such as \\hat{b}_x."""
+    r"""LaTeX with unit vectors such as \hat{b}_x."""
     line = ""
     for sign, _, x, frame, axis in _terms(v):
         inner = to_latex(x)

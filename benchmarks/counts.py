@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Operations of each counted right-hand side, solution and reactions included: `python -m benchmarks.counts [--write]`.
+
+`counts.json` holds what the code gives now, `limits.json` what it may give at most; a test holds both.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import kane as kn
+from benchmarks.systems import COUNTED
+
+HERE = Path(__file__).parent
+COUNTS, LIMITS = HERE / "counts.json", HERE / "limits.json"
+
+
+def counts() -> dict[str, dict[str, int]]:
+    """State tier, parameter tier and their sum of every counted system."""
+    found = {}
+    for name, make in COUNTED.items():
+        operations = kn.derive(make()).operations
+        found[name] = {"state": operations.state, "parameter": operations.parameter, "total": operations.total}
+    return found
+
+
+def main() -> None:
+    """Print the counts beside their limits; with --write, commit them to counts.json."""
+    found = counts()
+    if "--write" in sys.argv[1:]:
+        COUNTS.write_text(json.dumps(found, indent=1) + "\n")
+    limits = json.loads(LIMITS.read_text())
+    for name, tiers in found.items():
+        limit = limits.get(name, "none")
+        print(
+            f"{name:45} state {tiers['state']:5}  parameter {tiers['parameter']:4}  total {tiers['total']:5}  limit {limit}"
+        )
+
+
+if __name__ == "__main__":
+    main()

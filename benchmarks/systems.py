@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The systems whose operations are counted: name → system."""
+
+from collections.abc import Callable
+
+import kane as kn
+from kane.gallery import pendulums, rolling_disk
+
+
+def arm(axes: str) -> kn.System:
+    """A serial arm of revolute joints, one a letter of `axes`; all masses, lengths and inertias are parameters."""
+    N = kn.Frame("N")
+    end, frame = kn.Point("O", fixed_in=N), N
+    g = kn.parameter("g", 9.81, "m/s^2")
+    bodies = []
+    for i, axis in enumerate(axes, 1):
+        frame = frame.rotate(f"B{i}", kn.coordinate(f"q{i}", "rad"), getattr(frame, axis))
+        m, length = kn.parameter(f"m{i}", 1.0, "kg"), kn.parameter(f"l{i}", 0.5, "m")
+        inertia = kn.inertia(frame, *kn.parameters(f"Ix{i} Iy{i} Iz{i}", 0.1, "kg*m^2"))
+        center = end.at(f"C{i}", length / 2 * frame.z)
+        bodies.append(kn.RigidBody(f"link {i}", frame=frame, mass_center=center, mass=m, inertia=inertia))
+        end = end.at(f"P{i}", length * frame.z)
+    return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.z)])
+
+
+COUNTED: dict[str, Callable[[], kn.System]] = {
+    "planar pendulum, absolute angles, 2 rods": lambda: pendulums.chain(2),
+    "planar pendulum, absolute angles, 10 rods": lambda: pendulums.chain(10),
+    "planar pendulum, relative angles, 10 rods": lambda: pendulums.chain(10, relative=True),
+    "planar pendulum on a cart, 10 rods": lambda: pendulums.chain(10, cart=True),
+    "rolling disk, sliding": rolling_disk.system,
+    "7R arm": lambda: arm("zyzyzyz"),
+}

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kane demo`: the worked example from declaration to report."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+import kane as kn
+from kane.gallery import rolling_disk
+from kane.gallery.rolling_disk_check import checks
+from kane.present.checks import Check
+from kane.present.report import report
+from kane.present.text import step_text
+
+START = {"q1": 0.0, "q2": 0.1, "q3": 0.0, "q4": 0.0, "q5": 0.0}
+SPEEDS = {"u1": 0.0, "u2": 2.0, "u3": 25.0, "u4": 2.0, "u5": 0.0}
+FRICTION = 0.1
+ENERGY_LIMIT = 1e-8
+
+
+def run(out: Path, console: Console | None = None) -> bool:
+    """Derive, print, check, simulate, report; whether every check passed."""
+    screen = console or Console(highlight=False)
+    began = time.perf_counter()
+    disk = rolling_disk.model()
+    eom = kn.derive(disk.system)
+    took = time.perf_counter() - began
+    _heading(screen, f"The {rolling_disk.TITLE}")
+    for step in eom.steps:
+        title, _, body = step_text(step, eom).partition("\n")
+        _line(screen, title, "bold")
+        _line(screen, body)
+        screen.line()
+    _line(screen, f"Derived in {took * 1e3:.0f} ms; one evaluation with the solution takes {eom.operations}")
+
+    _heading(screen, "Checks")
+    found = list(checks(disk, eom))
+    for check in found:
+        _check(screen, check)
+
+    _heading(screen, f"Motion, thrown forward with backspin, {disk.mu} = {FRICTION:g}")
+    sol = kn.simulate(eom, (0, 5), q=START, u=SPEEDS, parameters={disk.mu: FRICTION})
+    _line(screen, f"From {sol.t[0]:g} s: {sol.message}")
+    _line(screen, f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations")
+    energy = sol.energy_check
+    found.append(
+        Check("energy less the work of friction, along the motion", energy.relative, ENERGY_LIMIT, str(energy))
+    )
+    _check(screen, found[-1])
+
+    written = report(
+        eom,
+        out / "rolling_disk" / "report.html",
+        solution=sol,
+        title=rolling_disk.TITLE,
+        sources=rolling_disk.SOURCES,
+        checks=found,
+    )
+    screen.line()
+    passed = sum(c.passed for c in found)
+    _line(screen, f"{passed} of {len(found)} checks passed", "green" if passed == len(found) else "bold red")
+    _line(screen, f"Report: {written}")
+    return passed == len(found)
+
+
+def _line(screen: Console, text: str, style: str = "") -> None:
+    screen.print(Text(text, style), soft_wrap=True)
+
+
+def _heading(screen: Console, text: str) -> None:
+    screen.line()
+    _line(screen, text, "bold underline")
+    screen.line()
+
+
+def _check(screen: Console, check: Check) -> None:
+    _line(screen, str(check), "green" if check.passed else "bold red")
+    _line(screen, f"      {check.detail}", "dim")

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Events that every system watches: the end of slip, Painlevé's case, and singular kinematics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kane.dynamics.reduce import Solved
+from kane.expr.build import div
+from kane.expr.evaluate import free_symbols
+from kane.expr.kinds import is_constant_in_time
+from kane.expr.node import ONE, Expr, postorder
+from kane.expr.ops import DIV, SQRT
+from kane.expr.solve import determinant
+from kane.expr.symbols import Speed
+from kane.kinematics.speeds import Speeds
+from kane.model.events import Event
+from kane.model.loads import Load
+
+SLIP_THRESHOLD = 1e-4
+"""Speed (m/s) below which a load along a slip direction v/|v| is taken to have lost it."""
+
+_LARGEST_WATCHED = 3
+
+
+def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
+    """One event for each speed |v| that a load divides by: there the direction of the load is lost."""
+    found: dict[Expr, str] = {}
+    for load in loads:
+        for node in postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars()):
+            if node.op is DIV and node.args[1].op is SQRT:
+                speed = node.args[1]
+                if any(isinstance(s, Speed) for s in free_symbols([speed])):
+                    found.setdefault(speed, load.name)
+    return tuple(
+        Event(
+            f"onset of rolling ({name})",
+            speed,
+            SLIP_THRESHOLD,
+            -1,
+            True,
+            f"the slip speed of the {name} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the load "
+            "takes from the slip is lost. The sliding model ends here",
+        )
+        for speed, name in found.items()
+    )
+
+
+def singular_events(speeds: Speeds) -> tuple[Event, ...]:
+    """Each pivot of W through zero: there the coordinates' rates are not determined by the speeds."""
+    return tuple(
+        Event(
+            f"singular kinematics ({pivot} = 0)",
+            pivot,
+            0.0,
+            0,
+            True,
+            f"W of q' = W u + X divides by {pivot}, which vanishes here. Choose coordinates that are regular along this motion "
+            "(another sequence of angles, Euler parameters), or speeds that need no such division",
+        )
+        for pivot in dict.fromkeys(speeds.pivots)
+        if not is_constant_in_time([pivot])
+    )
+
+
+def painleve_events(solved: Solved) -> tuple[Event, ...]:
+    """The determinant of what the reactions are multiplied by, over its value without the loads they enter.
+
+    It is 1 without friction. Where it vanishes the reactions have no finite solution; beyond, more pressing needs less force
+    (Painlevé 1895). Watched for up to three reactions.
+    """
+    matrix, bare = solved.reaction_matrix, solved.bare_reaction_matrix
+    count = matrix.shape[0]
+    if not 1 <= count <= _LARGEST_WATCHED:
+        return ()
+    ratio = div(determinant(matrix.rows), determinant(bare.rows))
+    if ratio is ONE:
+        return ()
+    return (
+        Event(
+            "Painlevé's case",
+            ratio,
+            0.0,
+            -1,
+            True,
+            "the friction multiplies the reactions that it depends on so strongly that they have no unique finite solution. Lower "
+            "the friction coefficient, or model the contact as compliant",
+        ),
+    )

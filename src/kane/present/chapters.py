@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The report's seven chapters, one a step of the method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from kane.dynamics.equations import Equations
+from kane.dynamics.steps import Step
+from kane.expr.latex import latex_name
+from kane.expr.node import ZERO
+from kane.present.declared import Table, Tex
+from kane.present.formulas import Formula, formulas
+from kane.present.names import item_names, quantity_latex
+
+LONG = 300
+"""Formulas longer than this, as text, are folded away."""
+_FEW = 12
+"""At most as many intermediates are unfolded."""
+_WIDE = 9
+"""Speeds beyond which the table of partial velocities and the mass matrix are not laid out as such."""
+_MOST = 400
+"""Lines of the solution beyond which it is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """A step: its intermediates, formulas, and what is better laid out as a table or one matrix equation."""
+
+    number: int
+    title: str
+    text: str
+    between: tuple[Formula, ...] = ()
+    formulas: tuple[Formula, ...] = ()
+    tables: tuple[Table, ...] = ()
+    displays: tuple[str, ...] = ()
+    solution: tuple[Formula, ...] = ()
+    note: str = ""
+    unfolded: bool = field(default=True)
+
+
+def chapters(eom: Equations) -> list[Chapter]:
+    """One chapter for each of `eom.steps`."""
+    names = item_names(eom)
+    return [_chapter(eom, step, names) for step in eom.steps]
+
+
+def _chapter(eom: Equations, step: Step, names: dict[str, str]) -> Chapter:
+    if all(isinstance(value, str) for _, value in step.items):
+        return Chapter(step.number, step.title, _prose(step.number, step.text), tables=(_coordinates(eom),))
+    between, shown = formulas(step.items, names)
+    tables: tuple[Table, ...] = ()
+    displays: tuple[str, ...] = ()
+    if step.number == 4 and len(eom.all_speeds) <= _WIDE:
+        tables = (_partials(eom, {f.name: f.right for f in shown}),)
+        shown = [f for f in shown if "," not in f.name]
+    if step.number == 7 and len(eom.speeds) <= _WIDE:
+        entries = {f.name: f.right for f in shown}
+        displays = (r"M \dot{u} = f, \qquad M = " + _matrix(eom, entries),)
+        inside = {f"M[{r.name}, {s.name}]" for r in eom.speeds for s in eom.speeds}
+        shown = [f for f in shown if f.name not in inside]
+    solution, note = _solution(eom) if step.number == 7 else ((), "")
+    return Chapter(
+        step.number,
+        step.title,
+        _prose(step.number, step.text),
+        tuple(between),
+        tuple(shown),
+        tables,
+        displays,
+        solution,
+        note,
+        unfolded=len(between) <= _FEW and all(len(z.text) <= LONG for z in between),
+    )
+
+
+_PROSE = {
+    3: r"$u = Y\dot{q} + z$, chosen so that these velocities become short; solved, $\dot{q} = W u + X$.",
+    5: r"$F_r = \sum \mathbf{v}_r \cdot \mathbf{F} + \sum \boldsymbol{\omega}_r \cdot \mathbf{T}$ over all loads.",
+    6: r"$F^{*}_r = \sum \mathbf{v}_r \cdot (-m\,\mathbf{a}) + \sum \boldsymbol{\omega}_r \cdot (-\mathbf{I}\cdot"
+    r"\boldsymbol{\alpha} - \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega})$ over all bodies.",
+    7: r"$F_r + F^{*}_r = 0$, ordered as $M\dot{u} = f$; the auxiliary equations give the reactions.",
+}
+
+
+def _prose(number: int, text: str) -> str:
+    return _PROSE.get(number, text)
+
+
+def _coordinates(eom: Equations) -> Table:
+    rows = tuple((Tex(latex_name(q.name)), q.unit, q.description) for q in eom.coordinates)
+    return Table("", ("coordinate", "unit", "meaning"), rows)
+
+
+def _partials(eom: Equations, entries: dict[str, str]) -> Table:
+    """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
+    inertial = eom.system.inertial
+    columns = [("w", r"\boldsymbol{\omega}", f) for f in eom.frames if f is not inertial]
+    columns += [("v", r"\mathbf{v}", p) for p in eom.points if p.parent is not None]  # type: ignore[misc]
+    rows: list[tuple[str | Tex, ...]] = []
+    for s in eom.all_speeds:
+        name = str(s)
+        cells = [entries.get(f"{kind}_{place.name},{name}", "0") for kind, _, place in columns]
+        rows.append((Tex(latex_name(name)), *map(Tex, cells)))
+    head = (r"$u_r$", *(f"${quantity_latex(letter, place, inertial)}_r$" for _, letter, place in columns))
+    return Table("Partial angular velocities and partial velocities", head, tuple(rows))
+
+
+def _matrix(eom: Equations, entries: dict[str, str]) -> str:
+    names = [s.name for s in eom.speeds]
+
+    def entry(i: int, j: int) -> str:
+        i, j = min(i, j), max(i, j)
+        return entries.get(f"M[{names[i]}, {names[j]}]", "0") if eom.mass_matrix[i, j] is not ZERO else "0"
+
+    rows = r" \\ ".join(" & ".join(entry(i, j) for j in range(len(names))) for i in range(len(names)))
+    return rf"\begin{{bmatrix}} {rows} \end{{bmatrix}}"
+
+
+def _solution(eom: Equations) -> tuple[tuple[Formula, ...], str]:
+    items = [(f"{u.name}'", a) for u, a in zip(eom.speeds, eom.accelerations, strict=True)]
+    items += [(r.name, e) for r, e in zip(eom.reactions, eom.reaction_values, strict=True)]
+    between, shown = formulas(items, {})
+    if len(between) > _MOST:
+        return (), f"The solution takes {len(between)} intermediates and is left out here."
+    return (*between, *shown), ""

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+r"""LaTeX of the names in the seven steps: `w_C` is {}^N\boldsymbol\omega^C, `v_C*,u1` is {}^N\mathbf v^{C^*}_{u_1}."""
+
+from __future__ import annotations
+
+import re
+
+from kane.dynamics.equations import Equations
+from kane.expr.latex import latex_name
+from kane.space.frame import Frame
+from kane.space.point import Point
+
+
+def place_latex(name: str) -> str:
+    r"""LaTeX of a frame's or point's name: C* is C^{*}, C^ is \hat{C}, B1* is B_{1}^{*}."""
+    stem = name.rstrip("*^'")
+    marks = name[len(stem) :]
+    text = latex_name(stem) if stem else latex_name(name)
+    if "^" in marks:
+        text = rf"\hat{{{text}}}"
+    raised = "*" * marks.count("*") + r"\prime" * marks.count("'")
+    return f"{text}^{{{raised}}}" if raised else text
+
+
+def unit_vector_latex(frame: Frame, axis: str) -> str:
+    r"""\hat{b}_{x} of a frame B, \hat{b}_{1x} of a frame B1."""
+    found = re.fullmatch(r"([A-Za-z])([0-9]*)", frame.name)
+    if found:
+        return rf"\hat{{{found[1].lower()}}}_{{{found[2]}{axis}}}"
+    return rf"\hat{{{latex_name(frame.name)}}}_{{{axis}}}"
+
+
+def quantity_latex(letter: str, place: Frame | Point, inertial: Frame, speed: str = "") -> str:
+    """LaTeX of a vector of a frame or point in the inertial frame; with a speed, of its partial velocity."""
+    lower = f"_{{{latex_name(speed)}}}" if speed else ""
+    return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(place.name)}}}{lower}"
+
+
+def item_names(eom: Equations) -> dict[str, str]:
+    """LaTeX by the name that an item has in `eom.steps`."""
+    inertial = eom.system.inertial
+    speeds = [s.name for s in (*eom.speeds, *eom.auxiliary_speeds)]
+    found: dict[str, str] = {}
+    kinds: list[tuple[str, str, tuple[Frame | Point, ...]]] = [
+        ("w", r"\boldsymbol{\omega}", eom.frames),
+        ("alpha", r"\boldsymbol{\alpha}", eom.frames),
+        ("v", r"\mathbf{v}", eom.points),
+        ("a", r"\mathbf{a}", eom.points),
+    ]
+    for kind, letter, places in kinds:
+        for place in places:
+            found[f"{kind}_{place.name}"] = quantity_latex(letter, place, inertial)
+            if kind in ("w", "v"):
+                for s in speeds:
+                    found[f"{kind}_{place.name},{s}"] = quantity_latex(letter, place, inertial, s)
+    for s in speeds:
+        found[f"F_{s}"] = f"F_{{{latex_name(s)}}}"
+        found[f"F*_{s}"] = f"F^{{*}}_{{{latex_name(s)}}}"
+        found[f"f[{s}]"] = f"f_{{{latex_name(s)}}}"
+        for r in speeds:
+            found[f"M[{s}, {r}]"] = rf"M_{{{latex_name(s)}\,{latex_name(r)}}}"
+    return found

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`report`: the derivation, and a motion, as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from kane.dynamics.equations import Equations
+from kane.expr.latex import latex_name
+from kane.present.assets import asset
+from kane.present.chapters import LONG, chapters
+from kane.present.checks import Check
+from kane.present.declared import Table, Tex, declared
+from kane.simulate.solution import Solution
+
+
+def report(
+    eom: Equations,
+    path: str | Path,
+    *,
+    solution: Solution | None = None,
+    title: str | None = None,
+    sources: Sequence[str] = (),
+    checks: Iterable[Check] = (),
+) -> Path:
+    """Write the report of a derivation to `path` and return it.
+
+    One self-contained HTML file: what was declared, a chapter for each of the seven steps with its formulas, the operations
+    that one evaluation costs, checks with their figures and, with a solution, plots of the motion.
+
+    Parameters
+    ----------
+    eom : Equations
+    path : where to write; missing folders are made
+    solution : a motion of the same equations
+    title : heading; by default the bodies' names
+    sources : where the system comes from, a line each
+    checks : figures to show, each with its limit
+
+    Raises
+    ------
+    ValueError
+        if the solution is one of other equations
+    """
+    if solution is not None and solution.equations is not eom:
+        raise ValueError("Expected a solution of the equations reported, got one of others: pass solution.equations as eom.")
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(page(eom, solution, title, tuple(sources), tuple(checks)), encoding="utf-8")
+    return target
+
+
+def page(
+    eom: Equations, solution: Solution | None, title: str | None, sources: Sequence[str], checks: Sequence[Check]
+) -> str:
+    """The report's HTML."""
+    from kane.present.plots import plots
+
+    environment = Environment(
+        loader=PackageLoader("kane.present"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    environment.filters["segments"] = segments
+    environment.tests["tex"] = lambda cell: isinstance(cell, Tex)
+    names = ", ".join(b.body.name for b in eom.bodies)
+    return environment.get_template("report.html").render(
+        title=title or f"Equations of motion: {names}",
+        eom=eom,
+        summary=_summary(eom),
+        declared=declared(eom, solution.parameters if solution is not None else None),
+        chapters=chapters(eom),
+        long=LONG,
+        checks=checks,
+        solution=solution,
+        start=_start(solution) if solution is not None else None,
+        plots=[(p, Markup(p.svg)) for p in plots(solution)] if solution is not None else [],
+        sources=sources,
+        version=version("kane"),
+        katex_css=Markup(asset("katex.min.css")),
+        katex_js=Markup(asset("katex.min.js")),
+    )
+
+
+def segments(text: str) -> list[tuple[bool, str]]:
+    """Pieces of a sentence, LaTeX between dollar signs marked."""
+    return [(i % 2 == 1, piece) for i, piece in enumerate(re.split(r"\$", text)) if piece]
+
+
+def _summary(eom: Equations) -> list[tuple[int, str]]:
+    counts: list[tuple[Sequence[Any], str, str]] = [
+        (eom.bodies, "body", "bodies"),
+        (eom.coordinates, "coordinate", "coordinates"),
+        (eom.speeds, "generalized speed", "generalized speeds"),
+        (eom.reactions, "reaction", "reactions"),
+    ]
+    found = [(len(some), one if len(some) == 1 else many) for some, one, many in counts if some]
+    return [*found, (eom.operations.total, "operations")]
+
+
+def _start(solution: Solution) -> Table:
+    eom = solution.equations
+    symbols = (*eom.coordinates, *eom.speeds)
+    rows = tuple(
+        (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", s.unit)
+        for s, a, b in zip(symbols, solution.states[0], solution.states[-1], strict=True)
+    )
+    return Table("Start and end", ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit"), rows, False)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A step of the method as text to read in a terminal."""
+
+from __future__ import annotations
+
+from kane.dynamics.equations import Equations
+from kane.dynamics.steps import Step
+from kane.expr.symbols import Symbol
+from kane.present.formulas import text_formulas
+from kane.present.wrap import WIDTH, wrapped
+
+_INDENT = 3
+
+
+def step_text(step: Step, eom: Equations, *, width: int = WIDTH) -> str:
+    """The step with one shared list of intermediates, lines of about `width` columns at most."""
+    lines = [f"Step {step.number}. {step.title}", *wrapped(step.text, indent=_INDENT, hang=_INDENT, width=width)]
+    if all(isinstance(value, str) for _, value in step.items):
+        symbols = {s.name: s for s in eom.coordinates}
+        return "\n".join([*lines, *(f"{'':{_INDENT}}{described(symbols.get(name), name)}" for name, _ in step.items)])
+    between, shown = text_formulas(step.items)
+    if between:
+        lines += _block(between, width)
+        lines.append("")
+    return "\n".join(lines + _block(shown, width))
+
+
+def described(symbol: Symbol | None, name: str) -> str:
+    """A symbol with its description and unit: `q1  yaw, rad`."""
+    words = [w for w in (symbol.description, symbol.unit) if w] if symbol is not None else []
+    return f"{name}  {', '.join(words)}".rstrip()
+
+
+def _block(named: list[tuple[str, str]], width: int) -> list[str]:
+    column = max((len(name) for name, _ in named), default=0)
+    lines: list[str] = []
+    for name, text in named:
+        hang = _INDENT + column + 3
+        lines += wrapped(f"{name:<{column}} = {text}", indent=_INDENT, hang=hang, width=width)
+    return lines

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Operation counts are committed: a change of any of them must be meant."""
+
+import json
+
+from benchmarks.counts import COUNTS, LIMITS, counts
+
+
+def test_counts_are_those_committed():
+    found = counts()
+    committed = json.loads(COUNTS.read_text())
+    assert found == committed, "operation counts changed; if that is meant: python -m benchmarks.counts --write"
+
+
+def test_counts_keep_their_limits():
+    found = counts()
+    for name, limit in json.loads(LIMITS.read_text()).items():
+        assert found[name]["total"] <= limit, f"{name}: {found[name]['total']} operations, limit {limit}"
