@@ -102,22 +102,22 @@ from kane.model.loads import (
 )
 from kane.model.reactions import auxiliary_speed, reaction
 from kane.model.system import System
+from kane.simulate.run import simulate  # not lazy: the subpackage of that name would take its place
+from kane.simulate.solution import Solution
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
 
 if TYPE_CHECKING:
     from kane.interop.sympy import from_sympy, to_sympy
+    from kane.present.checks import Check
     from kane.present.report import report
-    from kane.simulate.run import simulate
-    from kane.simulate.solution import Solution
 
 __version__ = "0.1.0.dev0"
 
 _LAZY = {
-    "simulate": "kane.simulate.run",
-    "Solution": "kane.simulate.solution",
     "report": "kane.present.report",
+    "Check": "kane.present.checks",
     "to_sympy": "kane.interop.sympy",
     "from_sympy": "kane.interop.sympy",
 }
@@ -147,7 +147,7 @@ __all__ = [
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "action_reaction", "torque_pair",
     "reaction", "auxiliary_speed", "Event",
-    "System", "derive", "Equations", "simulate", "Solution", "report",
+    "System", "derive", "Equations", "simulate", "Solution", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",

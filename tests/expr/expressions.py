@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import mpmath
+import mpmath  # type: ignore[import-untyped]
 from hypothesis import strategies as st
 
 from kane.expr.build import NODE_BUILDERS
@@ -27,7 +27,23 @@ X, Y = coordinates("x, y")
 U = speed("u")
 M = parameter("m")
 LEAVES = (X, Y, U, M)
-CONSTANTS = (0, 1, -1, 2, 3, Fraction(1, 2), Fraction(-2, 3), 0.3, -1.7, pi, pi / 2, -pi / 2, 2 * pi, pi + X, X - pi / 2)
+CONSTANTS = (
+    0,
+    1,
+    -1,
+    2,
+    3,
+    Fraction(1, 2),
+    Fraction(-2, 3),
+    0.3,
+    -1.7,
+    pi,
+    pi / 2,
+    -pi / 2,
+    2 * pi,
+    pi + X,
+    X - pi / 2,
+)
 
 ROUTES: dict[str, Callable[..., Any]] = {
     "add": lambda a, b: a + b,
@@ -56,7 +72,7 @@ ROUTES: dict[str, Callable[..., Any]] = {
     "less": lambda a, b: a < b,
     "where": lambda c, a, b: a if c else b,
 }
-ARITHMETIC = ("add", "sub", "mul", "div", "neg")
+OPERATIONS = tuple(name for name in ROUTES if name != "less")  # `where` brings its own
 SMOOTH = tuple(name for name in ROUTES if name not in ("abs", "sign", "min", "max", "less", "where"))
 _SAFE: dict[str, Callable[..., bool]] = {
     "div": lambda a, b: abs(b) > 0.1,
@@ -111,7 +127,11 @@ class Program:
 
 def _constants(given: list[Any]) -> list[Any]:
     return [
-        value_of(c, given) if isinstance(c, Expr) else MP.mpf(c.numerator) / c.denominator if isinstance(c, Fraction) else MP.mpf(c)
+        value_of(c, given)
+        if isinstance(c, Expr)
+        else MP.mpf(c.numerator) / c.denominator
+        if isinstance(c, Fraction)
+        else MP.mpf(c)
         for c in CONSTANTS
     ]
 
@@ -128,7 +148,9 @@ def values_of(roots: list[Expr], given: Iterable[Any]) -> list[Any]:
             continue
         number = constant_value(node)
         if number is not None:
-            known[node] = MP.mpf(number.numerator) / number.denominator if isinstance(number, Fraction) else MP.mpf(number)
+            known[node] = (
+                MP.mpf(number.numerator) / number.denominator if isinstance(number, Fraction) else MP.mpf(number)
+            )
         elif node is pi:
             known[node] = +MP.pi
         else:
@@ -136,12 +158,19 @@ def values_of(roots: list[Expr], given: Iterable[Any]) -> list[Any]:
     return [known[r] for r in roots]
 
 
+def identical(a: Iterable[object], b: Iterable[object]) -> bool:
+    """The same objects in the same order: expressions refuse `==`."""
+    return [id(i) for i in a] == [id(i) for i in b]
+
+
 def value_of(root: Expr, given: Iterable[Any]) -> Any:
     return values_of([root], given)[0]
 
 
 def draw_program(
-    integer: Callable[[int, int], int], operations: tuple[str, ...] = tuple(n for n in ROUTES if n != "less"), length: int = 14
+    integer: Callable[[int, int], int],
+    operations: tuple[str, ...] = OPERATIONS,
+    length: int = 14,
 ) -> Program:
     """A program from a source of integers `integer(least, most)`; what would be unsafe becomes a sum or a sine."""
     values = tuple(sign * (0.2 + integer(0, 1000) / 700) for sign in (1, -1, 1, 1))
@@ -171,7 +200,7 @@ def _place(integer: Callable[[int, int], int], known: int) -> int:
 
 
 @st.composite
-def programs(draw: st.DrawFn, operations: tuple[str, ...] = tuple(n for n in ROUTES if n != "less"), length: int = 14) -> Program:
+def programs(draw: st.DrawFn, operations: tuple[str, ...] = OPERATIONS, length: int = 14) -> Program:
     """Hypothesis strategy."""
     return draw_program(lambda a, b: draw(st.integers(a, b)), operations, length)
 

@@ -28,8 +28,10 @@ def _kane(
     pass
 
 
-@app.command()
-def demo(out: Annotated[Path, typer.Option(help="Folder to write rolling_disk/report.html into.")] = Path("out")) -> None:
+@app.command("demo")
+def _demo(
+    out: Annotated[Path, typer.Option(help="Folder to write rolling_disk/report.html into.")] = Path("out"),
+) -> None:
     """Derive, check and simulate the disk that rolls and slides; write its report."""
     from kane.cli.demo import run
 

@@ -15,6 +15,7 @@ from kane.gallery.rolling_disk_check import checks
 from kane.present.checks import Check
 from kane.present.report import report
 from kane.present.text import step_text
+from kane.present.wrap import wrapped
 
 START = {"q1": 0.0, "q2": 0.1, "q3": 0.0, "q4": 0.0, "q5": 0.0}
 SPEEDS = {"u1": 0.0, "u2": 2.0, "u3": 25.0, "u4": 2.0, "u5": 0.0}
@@ -35,7 +36,7 @@ def run(out: Path, console: Console | None = None) -> bool:
         _line(screen, title, "bold")
         _line(screen, body)
         screen.line()
-    _line(screen, f"Derived in {took * 1e3:.0f} ms; one evaluation with the solution takes {eom.operations}")
+    _prose(screen, f"Derived in {took * 1e3:.0f} ms. One evaluation, solution included: {eom.operations}")
 
     _heading(screen, "Checks")
     found = list(checks(disk, eom))
@@ -44,7 +45,7 @@ def run(out: Path, console: Console | None = None) -> bool:
 
     _heading(screen, f"Motion, thrown forward with backspin, {disk.mu} = {FRICTION:g}")
     sol = kn.simulate(eom, (0, 5), q=START, u=SPEEDS, parameters={disk.mu: FRICTION})
-    _line(screen, f"From {sol.t[0]:g} s: {sol.message}")
+    _prose(screen, f"From {sol.t[0]:g} s: {sol.message}.")
     _line(screen, f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations")
     energy = sol.energy_check
     found.append(
@@ -69,6 +70,11 @@ def run(out: Path, console: Console | None = None) -> bool:
 
 def _line(screen: Console, text: str, style: str = "") -> None:
     screen.print(Text(text, style), soft_wrap=True)
+
+
+def _prose(screen: Console, text: str) -> None:
+    for line in wrapped(text, hang=0):
+        _line(screen, line)
 
 
 def _heading(screen: Console, text: str) -> None:

@@ -52,17 +52,17 @@ def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> No
 
 
 def _null_vector(matrix: Matrix) -> npt.NDArray[np.float64] | None:
-    """x with A x = 0 at a random point, columns scaled; None where A is regular there."""
+    """x with A x = 0 at a random point, its entries scaled; None where A is regular there."""
     if not matrix.rows:
         return None
     a = np.asarray(evaluate(matrix, _random_values(x for row in matrix.rows for x in row)), dtype=float)
     if not np.all(np.isfinite(a)):
         return None
-    rows = np.abs(a).max(axis=1)
-    columns = np.abs(a).max(axis=0)
-    rows[rows == 0], columns[columns == 0] = 1.0, 1.0
-    balance = np.sqrt(np.outer(rows, columns))
-    _, sigma, right = np.linalg.svd(a / balance)
+    for _ in range(2):  # units must not matter
+        for axis in (0, 1):
+            size = np.abs(a).max(axis=axis, keepdims=True)
+            a = a / np.where(size > 0, size, 1.0)
+    _, sigma, right = np.linalg.svd(a)
     return right[-1] if sigma[-1] <= 1e-12 * sigma[0] else None
 
 

@@ -12,7 +12,7 @@ from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.ops import DIV, SQRT
 from kane.expr.solve import determinant
-from kane.expr.symbols import Speed
+from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.speeds import Speeds
 from kane.model.events import Event
 from kane.model.loads import Load
@@ -20,29 +20,51 @@ from kane.model.loads import Load
 SLIP_THRESHOLD = 1e-4
 """Speed (m/s) below which a load along a slip direction v/|v| is taken to have lost it."""
 
+PAINLEVE_THRESHOLD = 1e-3
+"""Share of its frictionless value below which the reactions' determinant counts as lost: they grow without bound towards 0."""
+
 _LARGEST_WATCHED = 3
 
 
 def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
-    """One event for each speed |v| that a load divides by: there the direction of the load is lost."""
-    found: dict[Expr, str] = {}
+    """For each load along a slip direction v/|v|: the end of slip, and, where it holds a reaction, the loss of contact."""
+    slips: dict[Expr, str] = {}
+    contacts: dict[Expr, str] = {}
     for load in loads:
-        for node in postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars()):
-            if node.op is DIV and node.args[1].op is SQRT:
-                speed = node.args[1]
-                if any(isinstance(s, Speed) for s in free_symbols([speed])):
-                    found.setdefault(speed, load.name)
-    return tuple(
-        Event(
-            f"onset of rolling ({name})",
-            speed,
-            SLIP_THRESHOLD,
-            -1,
-            True,
-            f"the slip speed of the {name} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the load "
-            "takes from the slip is lost. The sliding model ends here",
-        )
-        for speed, name in found.items()
+        below = postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars())
+        found = [n.args[1] for n in below if n.op is DIV and n.args[1].op is SQRT]
+        speeds = [e for e in found if any(isinstance(s, Speed) for s in free_symbols([e]))]
+        for speed in speeds:
+            slips.setdefault(speed, load.name)
+        if speeds:
+            for s in below:
+                if isinstance(s, Reaction):
+                    contacts.setdefault(s, load.name)
+    return (
+        *(
+            Event(
+                f"onset of rolling ({name})",
+                speed,
+                SLIP_THRESHOLD,
+                -1,
+                True,
+                f"the slip speed of the {name} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the "
+                "load takes from the slip is lost. The sliding model ends here",
+            )
+            for speed, name in slips.items()
+        ),
+        *(
+            Event(
+                f"contact lost ({reaction} = 0)",
+                reaction,
+                0.0,
+                -1,
+                True,
+                f"the {name} takes its size from {reaction}, which must press: at {reaction} = 0 the contact opens, and the "
+                "model ends here",
+            )
+            for reaction, name in contacts.items()
+        ),
     )
 
 
@@ -80,7 +102,7 @@ def painleve_events(solved: Solved) -> tuple[Event, ...]:
         Event(
             "Painlevé's case",
             ratio,
-            0.0,
+            PAINLEVE_THRESHOLD,
             -1,
             True,
             "the friction multiplies the reactions that it depends on so strongly that they have no unique finite solution. Lower "

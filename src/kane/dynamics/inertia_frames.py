@@ -12,7 +12,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
-from kane.expr.symbols import Parameter
+from kane.expr.symbols import Parameter, Symbol
 from kane.model.bodies import RigidBody
 from kane.space.frame import Frame
 from kane.space.rotation import Cosines, Triple, dot3
@@ -42,7 +42,7 @@ def constant_inertia(body: RigidBody) -> ConstantInertia:
         home = body.frame
         matrix = body.inertia.components(home)
     moving = [str(s) for s in free_symbols(x for row in matrix.rows for x in row) if not is_constant_in_time([s])]
-    if moving:
+    if moving and _turns_with(matrix):
         raise ModelError(
             f"Expected the inertia of {body.name} constant in its frame {body.frame.name}, got measure numbers that depend on "
             f"{', '.join(moving)}. Write the dyadic along the axes of {body.frame.name}."
@@ -63,7 +63,7 @@ def _turns_with(matrix: Matrix) -> bool:
     if is_constant_in_time(symbols):
         return False
     generator = np.random.default_rng(20043)
-    fixed = {s: generator.uniform(0.3, 1.2) for s in symbols if isinstance(s, Parameter)}
+    fixed: dict[Symbol, float] = {s: generator.uniform(0.3, 1.2) for s in symbols if isinstance(s, Parameter)}
     draws = [evaluate(matrix, {s: fixed.get(s, generator.uniform(0.3, 1.2)) for s in symbols}) for _ in range(2)]
     return bool(np.abs(draws[1] - draws[0]).max() > 1e-9 * np.abs(draws[0]).max())
 

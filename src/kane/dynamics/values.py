@@ -6,7 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from kane.errors import ValueMissingError
+import numpy as np
+
+from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
@@ -107,4 +109,15 @@ def parameter_values(eom: Equations, parameters: Mapping[Any, Any] | None) -> di
             f"Expected a value for every parameter, got none for {', '.join(missing)}: pass parameters={{…}} or declare a "
             "default, kn.parameter(name, default)."
         )
-    return {p: float(v) for p, v in values.items()}
+    return {p: finite_number("value", str(p), v) for p, v in values.items()}
+
+
+def finite_number(what: str, name: str, value: Any) -> float:
+    """`value` as a finite float."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(f"Expected a number as the {what} for {name}, got {value!r:.60}.") from error
+    if not np.isfinite(number):
+        raise SimulationError(f"Expected a finite {what} for {name}, got {number}.")
+    return number

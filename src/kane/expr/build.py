@@ -213,6 +213,8 @@ def power(a: Expr, p: Expr) -> Expr:
     if exponent == Fraction(-1, 2):
         return div(ONE, sqrt(a))
     base = constant_value(a)
+    if base == 0 and exponent > 0:
+        return ZERO
     if base is not None and base > 0:
         with np.errstate(all="ignore"):
             return constant(np.power(float(base), float(exponent)))

@@ -77,13 +77,18 @@ def gradient(root: Expr, symbols: Iterable[Expr]) -> tuple[Expr, ...]:
     """All ∂root/∂symbol in one reverse sweep."""
     wanted = tuple(symbols)
     order = postorder((as_expr(root),))
+    depends = set(wanted)
+    for node in order:
+        if any(a in depends for a in node.args):
+            depends.add(node)
     adjoint: dict[Expr, Expr] = {order[-1]: ONE}
     for node in reversed(order):
         bar = adjoint.get(node)
         if bar is None or bar is ZERO or not node.args:
             continue
         for a, p in zip(node.args, partials(node), strict=True):
-            adjoint[a] = add(adjoint.get(a, ZERO), mul(bar, p))
+            if a in depends:
+                adjoint[a] = add(adjoint.get(a, ZERO), mul(bar, p))
     return tuple(adjoint.get(s, ZERO) for s in wanted)
 
 

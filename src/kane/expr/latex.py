@@ -60,7 +60,7 @@ _GREEK = re.compile(
     "(var)?epsilon|(var)?theta|(var)?phi|alpha|beta|gamma|delta|zeta|eta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|"
     "tau|upsilon|chi|psi|omega|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Upsilon|Phi|Psi|Omega"
 )
-_SPECIAL = {c: "\\" + c for c in "#$%&{}"} | {"~": r"\sim ", "^": r"\hat{}", "\\": r"\backslash "}
+_SPECIAL = {c: "\\" + c for c in "#$%&{}_"} | {"~": r"\sim ", "^": r"\hat{}", "\\": r"\backslash "}
 
 
 def latex_name(name: str) -> str:
@@ -71,7 +71,7 @@ def latex_name(name: str) -> str:
     """
     stem = name.rstrip("'")
     dots = len(name) - len(stem)
-    head, *lower = [part for part in stem.split("_") if part] or [stem.replace("_", r"\_")]
+    head, *lower = [part for part in stem.split("_") if part] or [stem]
     inertia = re.fullmatch(r"([A-Z])([xyz]{1,2})", head)
     digits = re.fullmatch(r"(.*?[^0-9])([0-9]+)", head)
     if inertia:

@@ -105,16 +105,30 @@ def _is_square(node: Expr) -> bool:
     return node.op is MUL and node.args[0] is node.args[1]
 
 
+def _is_tangent(node: Expr) -> bool:
+    if node.op is not DIV:
+        return False
+    above, below = node.args
+    return above.op is SIN and below.op is COS and above.args[0] is below.args[0]
+
+
 def _written(node: Expr) -> Sequence[Expr]:
     """The arguments as often as they are printed."""
     return node.args[:1] if _is_square(node) else node.args
+
+
+def _cost(node: Expr, cost: Mapping[Expr, int]) -> int:
+    """Operations that are printed; sin q/cos q is printed as tan q."""
+    if _is_tangent(node):
+        return 1 + cost[node.args[0].args[0]]
+    return node.op.cost + sum(cost[a] for a in _written(node))
 
 
 def _is_long(root: Expr) -> bool:
     cost: dict[Expr, int] = {}
     levels: dict[Expr, int] = {}
     for node in postorder((root,)):
-        cost[node] = min(node.op.cost + sum(cost[a] for a in _written(node)), _SATURATED)
+        cost[node] = min(_cost(node, cost), _SATURATED)
         levels[node] = _level(node, levels)
     return cost[root] > LONG or levels[root] > DEEP
 
@@ -136,7 +150,7 @@ def _choose_names(roots: Sequence[Expr], shown: Iterable[Expr]) -> dict[Expr, st
     number = 0
     final = set(roots)
     for node in order:
-        cost[node] = node.op.cost + sum(cost[a] for a in _written(node))
+        cost[node] = _cost(node, cost)
         levels[node] = _level(node, levels)
         if not node.args or node.op is NEG or node.op is LESS:
             continue
@@ -180,28 +194,35 @@ def _unsigned(form: Signed) -> Tree:
     return Minus(tree, tree.tokens) if negative else tree
 
 
+_ODD = {"sin", "tan", "asin", "atan", "sinh", "tanh", "sign"}
+_EVEN = {"cos", "cosh", "abs"}
+
+
 def _call(name: str, args: Sequence[Signed]) -> Signed:
-    trees = tuple(_unsigned(a) for a in args)
+    """A function; sin(q1 - q2), not -sin(q2 - q1), and arguments of min and max in natural order."""
+    trees = [_unsigned(a) for a in args]
     if name == "pow":
         base, exponent = trees
         return False, Power(base, exponent, joined((RANK_SUM, ("", 0, "^"), -1), (t.tokens for t in trees)))
+    negative = False
+    if name in ("min", "max"):
+        trees.sort(key=lambda t: t.tokens)
+    elif (name in _ODD or name in _EVEN) and isinstance(trees[0], Sum) and trees[0].leads_with_minus:
+        trees[0] = trees[0].flipped()
+        negative = name in _ODD
     rank = RANK_COMPARISON if name == "less" else RANK_CALL
-    return False, Call(name, trees, joined((rank, (name,), -1), (t.tokens for t in trees)))
+    return negative, Call(name, tuple(trees), joined((rank, (name,), -1), (t.tokens for t in trees)))
 
 
-def _product(
-    negative: bool,
-    coefficient: Number,
-    factors: Sequence[tuple[Signed, int, Expr]],
-    tangents: Sequence[tuple[Tree, int, Expr]],
-) -> Signed:
+def _product(negative: bool, coefficient: Number, factors: Sequence[tuple[Signed, int, Expr]]) -> Signed:
+    """Of a - b and b - a the same one is a factor whichever the graph holds."""
     if coefficient < 0:
         negative, coefficient = not negative, -coefficient
-    found: list[tuple[Tree, int, Expr]] = list(tangents)
+    found: list[tuple[Tree, int, Expr]] = []
     for (minus, tree), exponent, node in factors:
         shown = tree
-        if isinstance(tree, Sum) and all(sign for sign, _ in tree.terms):
-            shown, minus = Sum(tuple((False, t) for _, t in tree.terms), tree.tokens), not minus
+        if isinstance(shown, Sum) and shown.leads_with_minus:
+            shown, minus = shown.flipped(), not minus
         negative ^= minus and exponent % 2 == 1
         found.append((shown, exponent, node))
     ordered = _sorted([(raised(t.tokens, e), n, (t, e)) for t, e, n in found])
@@ -221,6 +242,8 @@ def _scaled(coefficient: Number, form: Signed) -> Signed:
         negative, coefficient = not negative, -coefficient
     if coefficient == 1:
         return negative, tree
+    if isinstance(tree, Sum) and tree.leads_with_minus:
+        negative, tree = not negative, tree.flipped()
     if isinstance(tree, NumberTree):
         return negative, _number(coefficient * tree.value)
     if isinstance(tree, Product):
@@ -236,9 +259,7 @@ def _sum(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> Signed:
         return False, _number(0)
     if len(ordered) == 1:
         return ordered[0]
-    first = next((i for i, (minus, _) in enumerate(ordered) if not minus), 0)
-    ordered.insert(0, ordered.pop(first))
-    return False, Sum(tuple(ordered), joined((RANK_SUM, (), -1), (t.tokens for _, t in ordered)))
+    return False, Sum.of(ordered, joined((RANK_SUM, (), -1), (t.tokens for _, t in ordered)))
 
 
 def _sorted(items: list[tuple[Tokens, Expr, Item]]) -> list[Item]:
@@ -406,8 +427,8 @@ def _plan_product(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
     left = [(n, e) for n, e in factors.items() if e]
 
     def finish(forms: _Forms) -> Signed:
-        tans = [(_call("tan", [forms[a]])[1], e, a) for a, e in tangents.items() if e]
-        return _product(negative, coefficient, [(forms[n], e, n) for n, e in left], tans)
+        tans = [(_call("tan", [forms[a]]), e, a) for a, e in tangents.items() if e]
+        return _product(negative, coefficient, [*tans, *((forms[n], e, n) for n, e in left)])
 
     return [*(n for n, _ in left), *tangents], finish
 

@@ -141,6 +141,27 @@ class Expr:
         def __neg__(self) -> Expr: ...
         def __pos__(self) -> Expr: ...
         def __abs__(self) -> Expr: ...
+
+        sqrt: Callable[[], Expr]
+        sin: Callable[[], Expr]
+        cos: Callable[[], Expr]
+        tan: Callable[[], Expr]
+        asin: Callable[[], Expr]
+        acos: Callable[[], Expr]
+        atan: Callable[[], Expr]
+        sinh: Callable[[], Expr]
+        cosh: Callable[[], Expr]
+        tanh: Callable[[], Expr]
+        exp: Callable[[], Expr]
+        log: Callable[[], Expr]
+        abs: Callable[[], Expr]
+        sign: Callable[[], Expr]
+        atan2: Callable[[Expr | Number], Expr]
+        min: Callable[[Expr | Number], Expr]
+        max: Callable[[Expr | Number], Expr]
+        less: Callable[[Expr | Number], Expr]
+        where: Callable[[Expr | Number, Expr | Number], Expr]
+
         @property
         def dt(self) -> Expr:
             """Total time derivative; of a coordinate or speed, its rate leaf."""

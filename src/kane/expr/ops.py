@@ -49,6 +49,10 @@ def _where(condition: Any, x: Any, y: Any) -> Any:
     return value if value.ndim else value[()]
 
 
+def _power_partials(node: Any, x: Any, p: Any) -> tuple[Any, Any]:
+    return p * x ** (p - 1), 0 if p.op is CONST else node * x.log()
+
+
 def _max_partials(_node: Any, x: Any, y: Any) -> tuple[Any, Any]:
     at_x = y.less(x)
     return at_x.where(1, 0), at_x.where(0, 1)
@@ -68,7 +72,7 @@ _ROWS = (
     Op("mul", 2, operator.mul, lambda n, x, y: (y, x), ufunc=np.multiply, infix="*", commutative=True),
     Op("div", 2, operator.truediv, lambda n, x, y: (1 / y, -n / y), ufunc=np.divide, infix="/"),
     Op("neg", 1, operator.neg, lambda n, x: (-1,), cost=0, ufunc=np.negative),
-    Op("pow", 2, np.power, lambda n, x, p: (p * x ** (p - 1), n * x.log()), ufunc=np.power, infix="**"),
+    Op("pow", 2, np.power, _power_partials, ufunc=np.power, infix="**"),
     Op("sqrt", 1, np.sqrt, lambda n, x: (1 / (2 * n),), ufunc=np.sqrt),
     Op("sin", 1, np.sin, lambda n, x: (x.cos(),), ufunc=np.sin),
     Op("cos", 1, np.cos, lambda n, x: (-x.sin(),), ufunc=np.cos),

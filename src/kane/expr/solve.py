@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -136,35 +136,45 @@ def structural_rank(rows: Rows, width: int) -> int:
 
 
 def _matched_columns(rows: Rows) -> list[int]:
-    """A column for each row, no two the same, -1 where there is none left."""
-    from scipy.sparse.csgraph import maximum_bipartite_matching  # here, since it is slow to import and seldom needed
+    """A column for each row, no two the same, -1 where there is none left: maximum matching by augmenting paths.
 
-    return [
-        int(c) for c in maximum_bipartite_matching(_sparse([[x is not ZERO for x in row] for row in rows]), "column")
-    ]
+    The blocks here have a few rows; a library's matching would cost more to import than to run.
+    """
+    owner: dict[int, int] = {}
 
+    def place(i: int, tried: set[int]) -> bool:
+        for c, x in enumerate(rows[i]):
+            if x is ZERO or c in tried:
+                continue
+            tried.add(c)
+            if c not in owner or place(owner[c], tried):
+                owner[c] = i
+                return True
+        return False
 
-def _sparse(pattern: Sequence[Sequence[bool]]) -> Any:
-    from scipy.sparse import csr_matrix
-
-    return csr_matrix(np.array(pattern, dtype=float))
+    for i in range(len(rows)):
+        place(i, set())
+    match = [-1] * len(rows)
+    for c, i in owner.items():
+        match[i] = c
+    return match
 
 
 def _blocks(rows: Rows, match: list[int]) -> list[list[int]]:
     """Rows that must be solved together: those that reach each other, each row pointing at the owners of its columns."""
-    from scipy.sparse.csgraph import connected_components
-
     owner = {c: i for i, c in enumerate(match)}
     n = len(rows)
-    links = [[False] * n for _ in range(n)]
+    reach = np.eye(n, dtype=bool)
     for i, row in enumerate(rows):
         for c, x in enumerate(row):
             if x is not ZERO:
-                links[i][owner[c]] = True
-    _, label = connected_components(_sparse(links), directed=True, connection="strong")
+                reach[i, owner[c]] = True
+    for _ in range(n.bit_length()):
+        reach = reach @ reach
+    together = reach & reach.T
     blocks: dict[int, list[int]] = {}
     for i in range(n):
-        blocks.setdefault(int(label[i]), []).append(i)
+        blocks.setdefault(int(np.argmax(together[i])), []).append(i)
     return list(blocks.values())
 
 

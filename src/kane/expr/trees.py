@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
@@ -54,10 +54,29 @@ class Minus:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sum:
-    """Terms with their signs: True is minus."""
+    """Terms with their signs: True is minus. The first one stood at the place `moved` in the natural order."""
 
     terms: tuple[tuple[bool, Tree], ...]
+    moved: int
     tokens: Tokens
+
+    @classmethod
+    def of(cls, ordered: Sequence[tuple[bool, Tree]], tokens: Tokens) -> Sum:
+        """The sum of terms in natural order: the first positive one is written first."""
+        moved = next((i for i, (minus, _) in enumerate(ordered) if not minus), 0)
+        return cls((ordered[moved], *ordered[:moved], *ordered[moved + 1 :]), moved, tokens)
+
+    def flipped(self) -> Sum:
+        """The sum with all signs changed."""
+        first, *others = [(not minus, tree) for minus, tree in self.terms]
+        others.insert(self.moved, first)
+        return Sum.of(others, self.tokens)
+
+    @property
+    def leads_with_minus(self) -> bool:
+        """Whether -sum reads better: by the sign of its number (1 - cos q), else of the first in natural order."""
+        minus, last = self.terms[-1 if self.moved < len(self.terms) - 1 else 0]
+        return minus if isinstance(last, NumberTree) else self.terms[1 if self.moved else 0][0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +115,7 @@ Signed: TypeAlias = tuple[bool, Tree]
 
 _WIDTH = 24
 (
+    RANK_CONSTANT,
     RANK_PARAMETER,
     RANK_PI,
     RANK_COORDINATE,
@@ -104,7 +124,6 @@ _WIDTH = 24
     RANK_SUM,
     RANK_CALL,
     RANK_COMPARISON,
-    RANK_CONSTANT,
     RANK_END,
 ) = range(10)
 _KINDS: dict[type[Symbol], int] = {

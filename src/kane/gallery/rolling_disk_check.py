@@ -68,7 +68,7 @@ def newton_euler(
     s_rate = np.cross(omega, d)[:, 2]
     s_bias = np.cross(omega, np.cross(omega, d))[:, 2]
     right[:, 6] = -(R**2) * (s_rate**2 + s[:, 0] * s_bias) - v[:, 2] ** 2
-    x: Array = np.linalg.solve(table, right[:, :, None])[:, :, 0]
+    x = np.asarray(np.linalg.solve(table, right[:, :, None])[:, :, 0], dtype=np.float64)
 
     spins = [np.einsum("ni,ni->n", omega, axis) for axis in (b1, b2, d)]
     power = x[:, 6] * np.einsum("ni,ni->n", f, slip)
@@ -97,15 +97,25 @@ def checks(
     twin = kn.derive(other.system)
     mine = _values(disk, eom, q, truth.speeds)
     theirs = _values(other, twin, q, rates)
-    change, power = (np.asarray(x) for x in eom.evaluate([eom.time_derivative(eom.energy), eom.power], q=q, u=truth.speeds))
+    change, power = (
+        np.asarray(x)
+        for x in eom.evaluate([eom.time_derivative(eom.energy), eom.power], q=list(q), u=list(truth.speeds))
+    )
     at = f"at {states} random states"
     newton = f"Newton–Euler in redundant coordinates (a, α, N), {at}"
     return (
         Check("accelerations of the centre", _off(mine[:3], truth.a.T), 1e-10, newton),
         Check("angular acceleration", _off(mine[3:6], truth.alpha.T), 1e-10, newton),
         Check("normal force", _off(mine[6:], truth.normal[None]), 1e-10, newton),
-        Check("dE/dt less the power of friction", _off(change[None], truth.friction_power[None]), 1e-10, f"{newton}; power N f·slip"),
-        Check("dE/dt less the power derived", _off(change[None], power[None]), 1e-10, f"energy and power as derived, {at}"),
+        Check(
+            "dE/dt less the power of friction",
+            _off(change[None], truth.friction_power[None]),
+            1e-10,
+            f"{newton}; power N f·slip",
+        ),
+        Check(
+            "dE/dt less the power derived", _off(change[None], power[None]), 1e-10, f"energy and power as derived, {at}"
+        ),
         Check(
             "invariance under the choice of speeds",
             max(_off(mine[i:j], theirs[i:j]) for i, j in ((0, 3), (3, 6), (6, 7))),

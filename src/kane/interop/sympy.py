@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from fractions import Fraction
 from functools import lru_cache, reduce
 from typing import Any
@@ -32,22 +33,32 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
     ExpressionError
         if two different symbols of `expr` have one name.
     """
+    import sympy
+
     order = postorder((as_expr(expr),))
     _refuse_namesakes(order)
     inner = _flattened(order)
     functions = _to_functions()
     made: dict[Expr, Any] = {}
-    for node in order:
-        if node in inner:
-            continue
+
+    def convert(node: Expr) -> Any:
         if isinstance(node, Symbol):
-            made[node] = _symbol(node, functions_of_time)
-        elif not node.args:
-            made[node] = _number(constant_value(node))
-        elif node.op in _FAMILY:
-            made[node] = _flat(node, made, inner)
-        else:
-            made[node] = functions[node.op.name](*[made[a] for a in node.args])
+            return _symbol(node, functions_of_time)
+        if not node.args:
+            return _number(constant_value(node))
+        if node.op in _FAMILY:
+            return _flat(node, made, inner)
+        return functions[node.op.name](*[made[a] for a in node.args])
+
+    with ExitStack() as rest:
+        for node in order:
+            if node in inner:
+                continue
+            try:
+                made[node] = convert(node)
+            except RecursionError:  # SymPy asks deep arguments for their properties: from here on unevaluated
+                rest.enter_context(sympy.evaluate(False))
+                made[node] = convert(node)
     return made[order[-1]]
 
 

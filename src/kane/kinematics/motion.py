@@ -120,7 +120,7 @@ class Kinematics:
             return None
         omega = frame.angular_velocity(self.speeds.system.inertial)
         best: tuple[int, Frame, Forms] | None = None
-        for target in chain(frame)[:-1]:
+        for target in chain(frame):
             for measures in _measures(omega, target):
                 forms = self._forms(measures)
                 score = sum(f.exact for f in forms)

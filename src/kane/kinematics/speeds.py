@@ -376,6 +376,12 @@ def _check_rank(
         if not (isinstance(s, Parameter) and s.default)
     }
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
+    if not np.all(np.isfinite(y)):
+        return
+    for _ in range(2):  # units must not matter
+        for axis in (0, 1):
+            size = np.abs(y).max(axis=axis, keepdims=True)
+            y = y / np.where(size > 0, size, 1.0)
     _, sigma, right = np.linalg.svd(y.T)
     if sigma[-1] <= 1e-10 * sigma[0]:
         culprits = [str(u) for u, c in zip(speeds, right[-1], strict=True) if abs(c) > 1e-6]

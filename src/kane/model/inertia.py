@@ -6,9 +6,11 @@ from __future__ import annotations
 from typing import Any
 
 from kane.errors import ModelError
-from kane.expr.node import ONE, ZERO, as_expr, constant
+from kane.expr.node import ONE, ZERO, as_expr, constant, constant_value
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic, Vector
+
+_SLACK = 1e-12
 
 
 def inertia(frame: Frame, Ixx: Any, Iyy: Any, Izz: Any, Ixy: Any = 0, Iyz: Any = 0, Izx: Any = 0) -> Dyadic:
@@ -25,10 +27,11 @@ def _axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
             diagonal[i] = about
             return inertia(frame, *diagonal)
     square = axis.dot(axis)
-    if square is not ONE:
+    number = constant_value(square)
+    if number is not None and abs(float(number) - 1) > _SLACK:
         raise ModelError(f"Expected a unit vector as axis, such as {frame.name}.z, got {axis}. Use axis.normalized().")
     unit = Dyadic.of(frame, ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
-    return unit * as_expr(across) + axis.outer(axis) * (as_expr(about) - as_expr(across))
+    return unit * as_expr(across) + axis.outer(axis) * ((as_expr(about) - as_expr(across)) / square)
 
 
 def _ratio(top: int, bottom: int) -> Any:

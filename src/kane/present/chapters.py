@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from kane.dynamics.equations import Equations
 from kane.dynamics.steps import Step
 from kane.expr.latex import latex_name
 from kane.expr.node import ZERO
-from kane.present.declared import Table, Tex
+from kane.present.declared import Table, Tex, unit_text
 from kane.present.formulas import Formula, formulas
 from kane.present.names import item_names, quantity_latex
 
@@ -19,6 +19,8 @@ _FEW = 12
 """At most as many intermediates are unfolded."""
 _WIDE = 9
 """Speeds beyond which the table of partial velocities and the mass matrix are not laid out as such."""
+_BRIEF, _SHORT = 7, 60
+"""More formulas than this, each shorter than this as text, are set in two columns."""
 _MOST = 400
 """Lines of the solution beyond which it is left out."""
 
@@ -36,7 +38,12 @@ class Chapter:
     displays: tuple[str, ...] = ()
     solution: tuple[Formula, ...] = ()
     note: str = ""
-    unfolded: bool = field(default=True)
+    unfolded: bool = True
+
+    @property
+    def brief(self) -> bool:
+        """Whether the formulas are many and short, so that two columns hold them."""
+        return len(self.formulas) > _BRIEF and all(len(f.name + f.text) < _SHORT for f in self.formulas)
 
 
 def chapters(eom: Equations) -> list[Chapter]:
@@ -88,7 +95,7 @@ def _prose(number: int, text: str) -> str:
 
 
 def _coordinates(eom: Equations) -> Table:
-    rows = tuple((Tex(latex_name(q.name)), q.unit, q.description) for q in eom.coordinates)
+    rows = tuple((Tex(latex_name(q.name)), unit_text(q.unit), q.description) for q in eom.coordinates)
     return Table("", ("coordinate", "unit", "meaning"), rows)
 
 
@@ -113,7 +120,7 @@ def _matrix(eom: Equations, entries: dict[str, str]) -> str:
         i, j = min(i, j), max(i, j)
         return entries.get(f"M[{names[i]}, {names[j]}]", "0") if eom.mass_matrix[i, j] is not ZERO else "0"
 
-    rows = r" \\ ".join(" & ".join(entry(i, j) for j in range(len(names))) for i in range(len(names)))
+    rows = r" \\[3pt] ".join(" & ".join(entry(i, j) for j in range(len(names))) for i in range(len(names)))
     return rf"\begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +12,15 @@ from kane.expr.latex import latex_name, to_latex
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody
+from kane.model.loads import Load
 from kane.model.reactions import cut_of
 from kane.present.formulas import formulas
 from kane.present.names import place_latex, unit_vector_latex
 from kane.space.frame import Frame
 from kane.space.vector import Vector
+
+_FEW = 4
+"""Places of a load that are listed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +45,11 @@ def declared(eom: Equations, values: Any = None) -> list[Table]:
     system = eom.system
     tables = [
         Table("Bodies", ("body", "mass", "mass centre", "frame", "central inertia"), tuple(map(_body, system.bodies))),
-        Table("Loads", ("load", "kind"), tuple((load.name, _kind(load)) for load in eom.loads)),
+        Table(
+            "Loads",
+            ("load", "acts", "potential"),
+            tuple((load.name, _acting(load), _potential(load)) for load in eom.loads),
+        ),
         Table("Reactions brought into evidence", ("reaction", "at", "along", "auxiliary speed"), _reactions(eom)),
         Table(*_parameters(eom, values)),
         Table("Inputs", ("input", "unit", "meaning"), tuple(_symbol(s) for s in eom.inputs)),
@@ -57,8 +66,16 @@ def vector_tex(v: Vector) -> Tex:
     return Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
 
 
+def unit_text(unit: str) -> str:
+    """A unit with raised exponents: m/s², N·m."""
+    return re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_RAISED), unit).replace("*", "·").replace(" ", " ")
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
 def _symbol(s: Symbol) -> tuple[str | Tex, ...]:
-    return (Tex(latex_name(s.name)), s.unit, s.description)
+    return (Tex(latex_name(s.name)), unit_text(s.unit), s.description)
 
 
 def _body(body: Body) -> tuple[str | Tex, ...]:
@@ -84,9 +101,14 @@ def _factor(text: str) -> str:
     return rf"\left({text}\right)" if " + " in text or " - " in text else text
 
 
-def _kind(load: Any) -> str:
-    parts = [f"force on {p.name}" for p, _ in load.forces] + [f"torque on {f.name}" for f, _ in load.torques]
-    return ", ".join(parts) + ("; has a potential" if load.potential is not None else "")
+def _acting(load: Load) -> Tex:
+    places = [rf"\text{{force on }} {place_latex(p.name)}" for p, _ in load.forces]
+    places += [rf"\text{{torque on }} {place_latex(f.name)}" for f, _ in load.torques]
+    return Tex(r",\; ".join(places[:_FEW]) + (r",\; \dots" if len(places) > _FEW else ""))
+
+
+def _potential(load: Load) -> str | Tex:
+    return Tex(to_latex(load.potential)) if load.potential is not None else "none"
 
 
 def _reactions(eom: Equations) -> tuple[tuple[str | Tex, ...], ...]:
@@ -105,7 +127,7 @@ def _parameters(eom: Equations, values: Any) -> tuple[str, tuple[str, ...], tupl
     for p in eom.parameters:
         default = f"{p.default:g}" if p.default is not None else "–"
         now = ((f"{used[p]:g}" if p in used else ""),) if used else ()
-        rows.append((Tex(latex_name(p.name)), default, *now, p.unit, p.description))
+        rows.append((Tex(latex_name(p.name)), default, *now, unit_text(p.unit), p.description))
     return "Parameters", head, tuple(rows)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Named expressions and vectors as formulas that share one list of intermediates Z1, Z2, …"""
+"""Named expressions and vectors as formulas that share one list of intermediates, Z1 and so on."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from kane.expr.latex import latex_name
 from kane.model.reactions import cut_of
+from kane.present.declared import unit_text
 from kane.present.names import place_latex
 from kane.present.svg import FAINT, INK, SERIES, legend, panels, to_svg
 from kane.simulate.solution import Solution
@@ -58,13 +59,12 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     for a, group in zip(axes, groups, strict=True):
         for k, i in enumerate(group):
             a.plot(solution.t, values[i], color=SERIES[k % len(SERIES)], label=f"${latex_name(symbols[i].name)}$")
-        unit = symbols[group[0]].unit
+        unit = unit_text(symbols[group[0]].unit)
         left = f"${latex_name(symbols[group[0]].name)}$" if alone else ""
         a.set_ylabel(f"{left} [{unit}]" if unit else left)
         if not alone and len(group) <= _LABELS:
             legend(a, ncols=4, loc="best")
     axes[-1].set_xlabel("t [s]")
-    figure.align_ylabels(axes)
     meanings = [f"{s.name}: {s.description}" for s in symbols if s.description]
     return Plot(name, title, "; ".join(meanings), to_svg(figure, name))
 
@@ -87,7 +87,6 @@ def balance(solution: Solution) -> Plot:
     axes[2].plot(t, total - total[0] - solution.work, color=SERIES[4])
     axes[2].set_ylabel("E − E(0) − ∫P dt [J]", fontsize=8)
     axes[2].set_xlabel("t [s]")
-    figure.align_ylabels(axes)
     caption = (
         "Kinetic energy K, potential energy V, and their sum E; P is the power of the loads that have no potential. Below, the "
         "difference that must vanish."

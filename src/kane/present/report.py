@@ -17,7 +17,7 @@ from kane.expr.latex import latex_name
 from kane.present.assets import asset
 from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check
-from kane.present.declared import Table, Tex, declared
+from kane.present.declared import Table, Tex, declared, unit_text
 from kane.simulate.solution import Solution
 
 
@@ -50,11 +50,16 @@ def report(
         if the solution is one of other equations
     """
     if solution is not None and solution.equations is not eom:
-        raise ValueError("Expected a solution of the equations reported, got one of others: pass solution.equations as eom.")
+        raise ValueError(
+            "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
+        )
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(page(eom, solution, title, tuple(sources), tuple(checks)), encoding="utf-8")
     return target
+
+
+_SIGNS = {"add": "+", "sub": "−", "mul": "×", "div": "÷", "sqrt": "√"}
 
 
 def page(
@@ -77,6 +82,7 @@ def page(
         title=title or f"Equations of motion: {names}",
         eom=eom,
         summary=_summary(eom),
+        receipt=[(_SIGNS.get(kind, kind), n) for kind, n in eom.operations.by_operation],
         declared=declared(eom, solution.parameters if solution is not None else None),
         chapters=chapters(eom),
         long=LONG,
@@ -111,7 +117,7 @@ def _start(solution: Solution) -> Table:
     eom = solution.equations
     symbols = (*eom.coordinates, *eom.speeds)
     rows = tuple(
-        (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", s.unit)
+        (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(s.unit))
         for s, a, b in zip(symbols, solution.states[0], solution.states[-1], strict=True)
     )
     return Table("Start and end", ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit"), rows, False)

@@ -23,8 +23,11 @@ WIDTH = 5.4
 
 def panels(rows: int, height: float, **options: Any) -> tuple[Figure, list[Axes]]:
     """A figure of `rows` panels above each other, styled; `height` inches each."""
-    figure = Figure(figsize=(WIDTH, height * rows + 0.45), layout="constrained")
+    total = height * rows + 0.45
+    figure = Figure(figsize=(WIDTH, total))
     figure.patch.set_visible(False)
+    # fixed margins: a layout engine draws everything twice
+    figure.subplots_adjust(left=0.15, right=0.985, top=1 - 0.14 / total, bottom=0.46 / total, hspace=0.27 / height)
     found = figure.subplots(rows, 1, squeeze=False, **options)
     axes: list[Axes] = list(found[:, 0])
     for a in axes:
@@ -43,11 +46,15 @@ def _style(a: Axes) -> None:
     for label in (a.xaxis.label, a.yaxis.label):
         label.set_color(INK)
         label.set_fontsize(10)
+        label.set_math_fontfamily("cm")
+    a.yaxis.set_label_coords(-0.115, 0.5)
 
 
 def legend(a: Axes, **options: Any) -> None:
     """A legend without a box."""
-    a.legend(frameon=False, fontsize=9, labelcolor=INK, **options)
+    made = a.legend(frameon=False, fontsize=9, labelcolor=INK, **options)
+    for text in made.get_texts():
+        text.set_math_fontfamily("cm")
 
 
 def to_svg(figure: Figure, prefix: str) -> str:

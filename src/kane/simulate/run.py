@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import integrate
-from scipy.optimize import brentq
 
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import parameter_values
@@ -33,8 +31,8 @@ def simulate(
     eom: Equations,
     span: tuple[float, float],
     *,
-    q: Mapping[Any, float] | Sequence[float],
-    u: Mapping[Any, float] | Sequence[float],
+    q: Mapping[Any, float] | Sequence[float] | Array,
+    u: Mapping[Any, float] | Sequence[float] | Array,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     method: str = "DOP853",
@@ -92,8 +90,10 @@ def simulate(
     power = without_unknowns(eom, [eom.power])
     rate = at([*eom.right_hand_side, *power])
     start = np.append(start_state(eom, q, u), 0.0)
-    _check_start(eom, rate, t0, start)
     watch = at(without_unknowns(eom, [e.quantity for e in eom.events])) if eom.events else None
+    if watch:
+        _check_events(eom, watch(t0, start), t0)
+    _check_start(eom, rate, t0, start)
     return _integrate(eom, rate, watch, (t0, t1), start, method, tolerances, samples, max_steps, constants, drives)
 
 
@@ -121,10 +121,11 @@ def _integrate(
     constants: dict[Expr, float],
     drives: dict[Expr, Callable[[Any], Any]],
 ) -> Solution:
+    from scipy import integrate
+
     t0, t1 = span
     wanted = _sample_times(samples, t0, t1)
     values = watch(t0, start) if watch else np.zeros(0)
-    _check_events(eom.events, values, t0)
     solver = getattr(integrate, method)(rate, t0, start, t1, **tolerances)
     grid, rows, steps = [t0], [start], 0
     status, message, hit = "finished", f"reached t = {t1:g}", None
@@ -132,13 +133,18 @@ def _integrate(
         if steps >= max_steps:
             status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
             break
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
-            failure = solver.step()
+        before, failure = solver.t, None
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                warnings.filterwarnings("ignore", message="lsoda", category=UserWarning)
+                failure = solver.step()
+        except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
+            failure = str(error)
         steps += 1
-        if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
+        if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
             status = "stopped"
-            message = f"the right-hand side is singular or not finite near t = {solver.t:.6g} ({failure or 'NaN'})"
+            message = f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
             break
         dense, end = solver.dense_output(), solver.t
         if watch:
@@ -157,6 +163,9 @@ def _integrate(
             grid.append(float(end))
             rows.append(dense(end))
             break
+    if status == "stopped" and solver.t > grid[-1] and np.all(np.isfinite(solver.y)):
+        grid.append(float(solver.t))
+        rows.append(solver.y)
     states = np.array(rows)
     return Solution(
         eom,
@@ -174,19 +183,23 @@ def _integrate(
 
 
 def _sample_times(samples: int | Sequence[float], t0: float, t1: float) -> Array:
-    if isinstance(samples, int):
+    if isinstance(samples, int | np.integer):
         if samples < 2:
             raise SimulationError(f"Expected at least 2 samples, got {samples}.")
-        return np.linspace(t0, t1, samples)
-    times = np.asarray(samples, dtype=float)
+        return np.linspace(t0, t1, int(samples))
+    try:
+        times = np.asarray(samples, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(f"Expected a number of samples or their times, got {samples!r:.60}.") from error
     if times.ndim != 1 or np.any(np.diff(times) <= 0) or (times.size and (times[0] < t0 or times[-1] > t1)):
         raise SimulationError(f"Expected increasing sample times within ({t0:g}, {t1:g}).")
     return times
 
 
-def _check_events(events: Sequence[Event], values: Array, t0: float) -> None:
-    for event, value in zip(events, values, strict=True):
-        if event.terminal and event.direction < 0 and value <= event.threshold:
+def _check_events(eom: Equations, values: Array, t0: float) -> None:
+    """The model must hold at the start; the user's own events may start on either side of their thresholds."""
+    for event, value in zip(eom.events, values, strict=True):
+        if event.direction < 0 and value <= event.threshold and event.name not in {e.name for e in eom.system.events}:
             raise SimulationError(
                 f"Expected a start before the event {event.name!r}, got {value:.6g} at t = {t0:g}, already at or below "
                 f"{event.threshold:g}. {event.message}"
@@ -205,6 +218,8 @@ def _first_event(
     after: Array,
 ) -> tuple[Event, float] | None:
     """The first terminal event of a step and its time."""
+    from scipy.optimize import brentq
+
     first: tuple[Event, float] | None = None
     for k, event in enumerate(events):
         a, b = before[k] - event.threshold, after[k] - event.threshold

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
-from kane.dynamics.values import named_values
+from kane.dynamics.values import finite_number, named_values
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
@@ -28,10 +28,7 @@ def start_values(eom: Equations, what: str, symbols: Sequence[Symbol], given: An
         raise ValueMissingError(f"Expected a start value for all {what}, got none for {', '.join(missing)}.")
     numbers = []
     for s in symbols:
-        number = float(values[s])
-        if not np.isfinite(number):
-            raise SimulationError(f"Expected a finite start value for {s.name}, got {number}.")
-        numbers.append(number)
+        numbers.append(finite_number("start value", s.name, values[s]))
     return numbers
 
 
@@ -57,7 +54,9 @@ def input_functions(eom: Equations, inputs: Mapping[Any, Any] | None) -> dict[Ex
         raise ValueMissingError(
             f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
         )
-    return {s: v if callable(v) else _constant(float(v)) for s, v in given.items()}
+    return {
+        s: v if callable(v) else _constant(finite_number("value or function of time", str(s), v)) for s, v in given.items()
+    }
 
 
 def _constant(value: float) -> Callable[[Any], Any]:
@@ -77,6 +76,7 @@ def check_span(span: Any) -> tuple[float, float]:
 
 def check_tolerance(name: str, value: float) -> float:
     """A tolerance above zero."""
-    if not value > 0:
+    number = finite_number("tolerance", name, value)
+    if not number > 0:
         raise SimulationError(f"Expected {name} > 0, got {value!r}.")
-    return float(value)
+    return number

@@ -2,7 +2,7 @@ for (const place of document.querySelectorAll(".math")) {
   const display = place.classList.contains("display");
   const source = place.textContent;
   const long = place.parentElement.classList.contains("formula");
-  katex.render(long && !display ? "\\displaystyle " + source : source, place, { displayMode: display, throwOnError: false });
+  katex.render(long && !display ? "\\displaystyle " + source : source, place, { displayMode: display, fleqn: true, throwOnError: false });
 }
 const folded = () => [...document.querySelectorAll("details:not([open])")];
 let opened = [];

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Replacement of leaves and nodes."""
+
+from hypothesis import given
+
+from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
+from kane.expr.substitute import substitute
+from kane.expr.symbols import coordinates
+from tests.expr.expressions import M, Program, X, Y, programs, value_of
+
+x, y, z = coordinates("x, y, z")
+
+
+def test_what_changes_is_rewritten_and_the_rest_stays() -> None:
+    e = x * y.sin() + y.sin() / z
+    assert substitute(e, {x: ZERO}) is y.sin() / z
+    assert substitute(e, {x: z}) is z * y.sin() + y.sin() / z
+    assert substitute(e, {}) is e
+    assert substitute(y.sin(), {x: z}) is y.sin()
+
+
+def test_replacement_is_simultaneous() -> None:
+    assert substitute(x - y, {x: y, y: x}) is y - x
+
+
+def test_nodes_can_be_replaced() -> None:
+    assert substitute((x + y) * z, {x + y: ONE}) is z
+    assert substitute(x + y, {x + y: z}) is z
+
+
+@given(programs())
+def test_a_replacement_of_equal_value_keeps_the_value(program: Program) -> None:
+    """No place where an operation is not defined is met."""
+    x_value, _, _, m_value = program.values
+    expected = value_of(program.root, program.values)
+    for instead in (as_expr(x_value), M + (x_value - m_value), M * (x_value / m_value)):
+        replaced = substitute(program.root, {X: instead})
+        assert X not in set(postorder([replaced]))
+        assert abs(value_of(replaced, program.values) - expected) <= 1e-9 * (1 + abs(expected))
+
+
+@given(programs())
+def test_back_and_forth(program: Program) -> None:
+    there = substitute(program.root, {X: Y, Y: X})
+    back = substitute(there, {X: Y, Y: X})
+    ours, theirs = value_of(back, program.values), value_of(program.root, program.values)
+    assert abs(ours - theirs) <= 1e-10 * (1 + abs(theirs))
+
+
+def test_a_memo_is_shared() -> None:
+    memo: dict[Expr, Expr] = {}
+    e = (x + y).sin()
+    substitute(e, {x: z}, memo)
+    assert memo[e] is (z + y).sin()
+    assert substitute(e * y, {x: z}, memo) is (z + y).sin() * y
+
+
+def test_a_deep_graph() -> None:
+    e: Expr = x
+    for _ in range(10_000):
+        e = (e + y).sin()
+    assert y not in set(postorder([substitute(e, {y: z})]))

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Plots: which there are, what is drawn, and that drawing leaves nothing behind."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import matplotlib as mpl
+
+import kane as kn
+from kane.gallery.pendulums import chain
+from kane.present.plots import plots
+from tests.present.disk import moved
+
+
+def test_each_plot_is_there_once() -> None:
+    assert [p.name for p in plots(moved())] == ["paths", "coordinates", "speeds", "reactions", "energy"]
+
+
+def test_no_reactions_no_plot_and_the_plane_is_the_moving_one() -> None:
+    sol = kn.simulate(kn.derive(chain(2)), (0.0, 0.2), q=[0.5, 0.2], u=[0.0, 0.0], samples=11)
+    found = {p.name: p for p in plots(sol)}
+    assert list(found) == ["paths", "coordinates", "speeds", "energy"]
+
+
+def test_a_system_at_rest_has_no_paths() -> None:
+    sol = kn.simulate(kn.derive(chain(1)), (0.0, 0.2), q=[0.0], u=[0.0], samples=5)
+    assert "paths" not in [p.name for p in plots(sol)]
+
+
+def test_many_coordinates_share_panels() -> None:
+    sol = kn.simulate(kn.derive(chain(8)), (0.0, 0.05), q=[0.1] * 8, u=[0.0] * 8, samples=5)
+    shown = next(p for p in plots(sol) if p.name == "coordinates")
+    assert len(re.findall(r'id="coordinates-\d+"', shown.svg)) > 8
+    assert shown.svg.count("var(--series-6)") >= 1
+
+
+def test_settings_and_identifiers_are_left_alone() -> None:
+    before = dict(mpl.rcParams)
+    first, second = (plots(moved()) for _ in range(2))
+    assert dict(mpl.rcParams) == before
+    assert [p.svg for p in first] == [p.svg for p in second]
+    names = [i for p in first for i in re.findall(r'\bid="([^"]+)"', p.svg)]
+    assert len(names) == len(set(names))
+
+
+def test_drawing_is_loaded_only_when_needed() -> None:
+    code = "import sys, kane, kane.present.report; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-W", "error", "-c", code], check=False).returncode == 0

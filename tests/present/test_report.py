@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The report: self-contained, seven chapters, formulas that stand for something, figures as computed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import kane as kn
+from kane.gallery.pendulums import chain
+from kane.present.checks import Check
+from tests.present.disk import derived, moved
+from tests.present.page import Page
+
+CHECKS = (Check("first <of> two", 1.234e-15, 1e-10, "a & b"), Check("second", 3e-2, 1e-6))
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    target = tmp_path_factory.mktemp("report") / "new" / "disk.html"
+    made = kn.report(
+        derived()[1], target, solution=moved(), title="A <disk>", sources=("Somebody & others",), checks=CHECKS
+    )
+    assert made == target
+    return made.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(text: str) -> Page:
+    return Page(text)
+
+
+def test_loads_nothing(page: Page, text: str) -> None:
+    assert page.loads == []
+    assert not {"link", "img", "iframe", "object", "embed"} & set(page.tags)
+    assert "default-src 'none'" in text
+
+
+def test_references_are_within_the_page(page: Page) -> None:
+    assert len(page.identifiers) == len(set(page.identifiers))
+    missing = {r[1:] for r in page.references} - set(page.identifiers)
+    assert missing == set()
+
+
+def test_a_chapter_for_each_step(page: Page) -> None:
+    assert [s for s in page.sections if s.startswith("step-")] == [f"step-{i}" for i in range(1, 8)]
+    assert page.sections[0] == "system"
+    assert page.sections[8:] == ["operations", "checks", "motion", "sources"]
+
+
+def test_formulas_are_whole(page: Page) -> None:
+    for section in page.sections[:8]:
+        assert page.math[section], section
+        for formula in page.math[section]:
+            assert formula.strip()
+            assert formula.count("{") == formula.count("}"), formula
+            assert formula.count(r"\left") == formula.count(r"\right"), formula
+            assert not re.search(r"=\s*$", formula), formula
+
+
+def test_every_equation_of_motion_is_there(page: Page) -> None:
+    _, eom = derived()
+    shown = "\n".join(page.math["step-7"])
+    for i in range(1, 6):
+        assert rf"f_{{u_{{{i}}}}} = " in shown
+        assert rf"\dot{{u}}_{{{i}}} = " in shown
+    assert "N_{z} = " in shown
+    for step in (5, 6):
+        assert sum(" = " in f and f.startswith("F") for f in page.math[f"step-{step}"]) >= len(eom.all_speeds)
+
+
+def test_intermediates_are_defined_before_use(page: Page) -> None:
+    for step in (5, 6):
+        known: set[str] = set()
+        for formula in page.math[f"step-{step}"]:
+            left, equals, right = formula.partition(" = ")
+            if equals:
+                assert set(re.findall(r"Z_\{\d+\}", right)) <= known, formula
+                known.add(left)
+
+
+def test_velocities_print_as_the_article_has_them(page: Page) -> None:
+    assert (
+        r"{}^{N}\boldsymbol{\omega}^{C} = u_{1}\,\hat{b}_{x} + u_{2}\,\hat{b}_{y} + u_{3}\,\hat{b}_{z}"
+        in page.math["step-4"]
+    )
+
+
+def test_checks_and_operations_show_their_figures(page: Page) -> None:
+    _, eom = derived()
+    assert ["first <of> two", "1.2e-15", "1e-10", "passed"] in page.rows
+    assert ["second", "3.0e-02", "1e-06", "failed"] in page.rows
+    assert ["total", str(eom.operations.total)] in page.rows
+    assert ["×", str(dict(eom.operations.by_operation)["mul"])] in page.rows
+
+
+def test_parameters_show_default_and_value_used(page: Page) -> None:
+    assert [r"\mu_{k}", "0.25", "0.1", "1", "coefficient of sliding friction"] in page.rows
+    assert ["g", "9.81", "", "m/s²", "acceleration of free fall"] in page.rows
+
+
+def test_plots_follow_the_theme(page: Page, text: str) -> None:
+    assert page.tags.count("svg") == 5
+    assert "currentColor" in text
+    assert "var(--series-1)" in text
+    assert not re.search(r"#0[12]0[23]0[0-9a-f]", text)
+
+
+def test_text_is_escaped(text: str) -> None:
+    assert "A &lt;disk&gt;" in text
+    assert "first &lt;of&gt; two" in text
+    assert "Somebody &amp; others" in text
+
+
+def test_is_the_same_each_time(tmp_path: Path) -> None:
+    _, eom = derived()
+    pages = [kn.report(eom, tmp_path / f"{i}.html", solution=moved()).read_bytes() for i in range(2)]
+    assert pages[0] == pages[1]
+
+
+def test_without_a_motion(tmp_path: Path) -> None:
+    eom = kn.derive(chain(3))
+    page = Page(kn.report(eom, str(tmp_path / "chain.html")).read_text(encoding="utf-8"))
+    assert page.loads == []
+    assert page.sections == ["system", *(f"step-{i}" for i in range(1, 8)), "operations"]
+
+
+def test_many_speeds_are_listed(tmp_path: Path) -> None:
+    page = Page(kn.report(kn.derive(chain(11)), tmp_path / "chain.html").read_text(encoding="utf-8"))
+    assert any(f.startswith("M_{u_{1}") for f in page.math["step-7"])
+
+
+def test_a_motion_of_other_equations_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="Expected a solution of the equations reported"):
+        kn.report(kn.derive(chain(1)), tmp_path / "x.html", solution=moved())
+    assert not (tmp_path / "x.html").exists()
