@@ -39,7 +39,7 @@ class TestMass:
         A = N.rotate("A", a, N.z)
         B = A.rotate("B", b, A.x)
         bob = kn.Particle("bob", O.at("P", L * B.x), 1)  # turning about B.x does not move it
-        with pytest.raises(kn.ModelError, match="moves? .*mass"):
+        with pytest.raises(kn.ModelError, match=r"moves? .*mass"):
             derive(bob)
 
     def test_a_massless_link_in_between_is_fine(self):
@@ -74,7 +74,10 @@ class TestInertia:
         F = self.B.rotate("F", 0.4, self.B.y)
         turn = kn.evaluate(self.B.dcm(F), {})
         rows = turn @ np.diag([1.0, 2.0, 3.0]) @ turn.T
-        one, two = derive(self.body(self.B, kn.inertia(F, 1, 2, 3))), derive(self.body(self.B, kn.Dyadic.of(self.B, rows)))
+        one, two = (
+            derive(self.body(self.B, kn.inertia(F, 1, 2, 3))),
+            derive(self.body(self.B, kn.Dyadic.of(self.B, rows))),
+        )
         state = {"q": [0.3, 0.9, 0.5], "u": [1, -2, 0.5]}
         assert np.array(one.evaluate(list(one.accelerations), **state)) == pytest.approx(
             np.array(two.evaluate(list(two.accelerations), **state))
@@ -90,7 +93,9 @@ class TestInertia:
             kn.inertia(self.B, 0.5, 0.5, 1) + kn.inertia(inner, 0.5, 0.5, 1),
         ]
         state = {"q": [0.3, 0.9, 0.5], "u": [1, -2, 0.5]}
-        found = [np.array(e.evaluate(list(e.accelerations), **state)) for e in (derive(self.body(self.B, d)) for d in made)]
+        found = [
+            np.array(e.evaluate(list(e.accelerations), **state)) for e in (derive(self.body(self.B, d)) for d in made)
+        ]
         assert found[1] == pytest.approx(found[0])
         assert found[2] == pytest.approx(found[0])
 
@@ -123,7 +128,7 @@ class TestReactionPlaces:
     def test_a_direction_across_the_motion_only_by_trigonometry(self):
         """s ẋ − c ẏ along a curve whose slope is tan x: zero, but not to the eye of a simplifier."""
         curve = O.at("c", a * N.x - kn.log(kn.cos(a)) * N.y)
-        normal = (kn.cos(a) * N.y - kn.sin(a) * N.x)
+        normal = kn.cos(a) * N.y - kn.sin(a) * N.x
         force = kn.reaction("F", at=curve, along=normal)
         eom = derive(kn.Particle("p", curve, 2), reactions=[force], loads=[kn.gravity(-9.81 * N.y)])
         state = {"q": [0.5], "u": [1.2]}

@@ -95,7 +95,7 @@ def test_accelerations_solve_the_system(case):
     eom, state = case
     M, f = eom.evaluate(eom.mass_matrix, **state), array(eom.evaluate(list(eom.forcing), **state))
     assert array(eom.evaluate(list(eom.accelerations), **state)) == pytest.approx(np.linalg.solve(M, f), abs=1e-10)
-    assert M == pytest.approx(M.T, abs=0)
+    assert pytest.approx(M.T, abs=0) == M
     assert np.linalg.eigvalsh(M)[0] > 0
 
 
@@ -105,7 +105,10 @@ def test_contributions_sum_up(case):
         from_loads = [eom.Fr_contributions[s, load] for load in eom.loads]
         from_bodies = [eom.Fr_star_contributions[s, b.body] for b in eom.bodies]
         pairs = [eom.pairs[s, r] * r for r in eom.reactions if (s, r) in eom.pairs]
-        total, inertia = sum(array(eom.evaluate(from_loads + pairs, **state))), sum(array(eom.evaluate(from_bodies, **state)))
+        total, inertia = (
+            sum(array(eom.evaluate(from_loads + pairs, **state))),
+            sum(array(eom.evaluate(from_bodies, **state))),
+        )
         assert float(eom.evaluate(eom.Fr[i], **state)) == pytest.approx(total, abs=1e-12)
         assert float(eom.evaluate(eom.Fr_star[i], **state)) == pytest.approx(inertia, abs=1e-12)
 
@@ -137,7 +140,9 @@ def test_equations_do_not_depend_on_the_speeds():
     """q̈ of both choices of speeds, at the same q and q̇."""
     first, second = kn.derive(mechanism("rates")), kn.derive(mechanism("mixed"))
     state = STATE | {"inputs": {"T": 0.6}}
-    values = dict(zip(q, state["q"], strict=True)) | {x.dt: v for x, v in zip(q, state["u"], strict=True)} | {kn.time: 0.3}
+    values = (
+        dict(zip(q, state["q"], strict=True)) | {x.dt: v for x, v in zip(q, state["u"], strict=True)} | {kn.time: 0.3}
+    )
     other = state | {"u": array(kn.evaluate(list(second.system.speeds.values()), values))}
     wanted = [*(x.dt.dt for x in q), kn.reaction("N_z", at=first.system.bodies[0].point, along=N.z)]
     one = array(first.evaluate([*wanted[:4], first.reactions[0]], **state))

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 import pytest
 
@@ -36,7 +38,7 @@ class TestPendulum:
     inertia = np.array([[1.0, 0.1, 0.3], [0.1, 2.0, 0.2], [0.3, 0.2, 1.5]])
     body = kn.RigidBody("body", frame=B, mass_center=center, mass=2, inertia=kn.Dyadic.of(B, inertia))
     drag = kn.Torque(B, -0.4 * q.dt * B.z)
-    state = {"q": [0.6], "u": [1.3]}
+    state = MappingProxyType({"q": [0.6], "u": [1.3]})
 
     def derive(self, *reactions, **more):
         loads = [kn.gravity(-g * N.y), self.drag, kn.Force(self.center.at("tip", self.B.y), 3 * N.x)]
@@ -141,7 +143,9 @@ class TestPendulum:
         pair = [kn.reaction("Fx", at=self.pin, along=N.x), kn.reaction("Fy", at=self.pin, along=N.y)]
         assert float(self.derive(*pair).reaction_condition(**self.state)) == pytest.approx(1)
         close = [pair[0], kn.reaction("Fc", at=self.pin, along=(N.x + 1e-3 * N.y).normalized())]
-        assert float(self.derive(*close).reaction_condition(**self.state)) == pytest.approx(2.5e-7, rel=1e-3)  # of the Gram matrix
+        assert float(self.derive(*close).reaction_condition(**self.state)) == pytest.approx(
+            2.5e-7, rel=1e-3
+        )  # of the Gram matrix
 
 
 @pytest.mark.parametrize("bodies", [1, 2, 4])
@@ -209,11 +213,13 @@ class TestIntermediateJoint:
     A, B = N.rotate("A", q[0], N.z), N.rotate("B", q[1], N.z)
     elbow = O.at("A*", -0.5 * A.y).at("elbow", -0.5 * A.y)
     G2 = elbow.at("B*", -0.4 * B.y)
-    state = {"q": [0.5, -0.8], "u": [1.1, 2.0]}
+    state = MappingProxyType({"q": [0.5, -0.8], "u": [1.1, 2.0]})
 
     def bodies(self):
         return [
-            kn.RigidBody("a", frame=self.A, mass_center=self.elbow.parent, mass=1.5, inertia=kn.rod(self.A, 1.5, 1, self.A.y)),
+            kn.RigidBody(
+                "a", frame=self.A, mass_center=self.elbow.parent, mass=1.5, inertia=kn.rod(self.A, 1.5, 1, self.A.y)
+            ),
             kn.RigidBody("b", frame=self.B, mass_center=self.G2, mass=0.8, inertia=kn.rod(self.B, 0.8, 0.8, self.B.y)),
         ]
 
@@ -230,7 +236,9 @@ class TestIntermediateJoint:
             speeds = {u[0]: v.dot(self.B.x), u[1]: self.q[0].dt - 2 * self.q[1].dt}
         forces = [kn.reaction("Fx", at=self.elbow, along=N.x), kn.reaction("Fy", at=self.elbow, along=N.y)]
         eom = self.derive(speeds, *forces)
-        rates = {x.dt: v for x, v in zip(self.q, self.state["u"], strict=True)} | dict(zip(self.q, self.state["q"], strict=True))
+        rates = {x.dt: v for x, v in zip(self.q, self.state["u"], strict=True)} | dict(
+            zip(self.q, self.state["q"], strict=True)
+        )
         values = [float(kn.evaluate(d, rates)) for d in eom.system.speeds.values()]
         state = {"q": dict(zip(self.q, self.state["q"], strict=True)), "u": values}
         second = array(eom.evaluate([x.dt.dt for x in self.q], **state))
@@ -241,13 +249,15 @@ class TestIntermediateJoint:
             return length * np.array([alpha * c - w * w * s, alpha * s + w * w * c])
 
         a = acceleration(0.5, 1.1, second[0], 1.0) + acceleration(-0.8, 2.0, second[1], 0.4)
-        expected = 0.8 * (a + [0, G])
+        expected = 0.8 * (a + np.array([0, G]))
         assert array(eom.evaluate(forces, **state)) == pytest.approx(expected)
 
     def test_the_torque_there_is_zero(self):
         """B is born in N: its torque from N is that of no part, zero along the pin's axis."""
         torque = kn.reaction("T", frame=self.A, along=N.x)
-        assert float(self.derive("rates", torque).evaluate(torque, q=[0.5, -0.8], u=[1.1, 2.0])) == pytest.approx(0, abs=1e-12)
+        assert float(self.derive("rates", torque).evaluate(torque, q=[0.5, -0.8], u=[1.1, 2.0])) == pytest.approx(
+            0, abs=1e-12
+        )
 
 
 class TestCoaxialRotations:
@@ -278,20 +288,21 @@ class TestCoaxialRotations:
         place = frames[cut]
         joint = elbow if cut == 1 else elbow.at("W", 2 * frames[1].x)
         reactions = [kn.reaction("Tx", frame=place, along=N.x), kn.reaction("Ty", frame=place, along=N.y)]
-        eom = kn.derive(
-            kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.z)], reactions=reactions)
-        )
+        eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.z)], reactions=reactions))
         state = {"q": [0.3, -0.5, 0.9], "u": [1.0, -2.0, 0.6]}
         torque = np.zeros(3)
         for frame, point, body, i in zip(frames[cut:], points[cut:], bodies[cut:], inertias[cut:], strict=True):
             turn = eom.evaluate(N.dcm(frame), **state)
             xx, yy, zz, xy, yz, zx = i
             inertia = turn @ np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) @ turn.T
-            w, alpha = along(eom, eom.angular_velocities[frame], **state), along(eom, eom.angular_accelerations[frame], **state)
+            w, alpha = (
+                along(eom, eom.angular_velocities[frame], **state),
+                along(eom, eom.angular_accelerations[frame], **state),
+            )
             a = along(eom, eom.point_accelerations[point], **state)
             r = along(eom, point.position(joint), **state)
             mass = float(kn.evaluate(body.mass, {}))
-            torque += inertia @ alpha + np.cross(w, inertia @ w) + np.cross(r, mass * (a + [0, 0, G]))
+            torque += inertia @ alpha + np.cross(w, inertia @ w) + np.cross(r, mass * (a + np.array([0, 0, G])))
         assert torque[2] == pytest.approx(0, abs=1e-10)
         assert array(eom.evaluate(reactions, **state)) == pytest.approx(torque[:2])
 
@@ -321,7 +332,9 @@ class TestPrescribedMotion:
         bob = pivot.at("bob", -1.5 * A.y)
         force = kn.reaction("F", at=pivot, along=N.y)
         eom = kn.derive(
-            kn.System(N, bodies=[kn.Particle("bob", bob, 2)], speeds="rates", loads=[kn.gravity(-g * N.y)], reactions=[force])
+            kn.System(
+                N, bodies=[kn.Particle("bob", bob, 2)], speeds="rates", loads=[kn.gravity(-g * N.y)], reactions=[force]
+            )
         )
         state = {"q": [0.6], "u": [1.2], "t": 0.3}
         angle = float(eom.evaluate(q.dt.dt, **state))
@@ -333,7 +346,9 @@ class TestPrescribedMotion:
         table = O.at("table", kn.sin(3 * kn.time) * N.y)
         force = kn.reaction("F", at=table, along=N.y)
         eom = kn.derive(
-            kn.System(N, bodies=[kn.Particle("p", table, 2)], speeds={}, loads=[kn.gravity(-g * N.y)], reactions=[force])
+            kn.System(
+                N, bodies=[kn.Particle("p", table, 2)], speeds={}, loads=[kn.gravity(-g * N.y)], reactions=[force]
+            )
         )
         assert eom.speeds == ()
         assert float(eom.evaluate(force, t=0.4)) == pytest.approx(2 * (G - 9 * np.sin(1.2)))
@@ -409,7 +424,9 @@ class TestFriction:
         ]
         with pytest.raises(kn.ReactionError, match="moves freely"):
             kn.derive(
-                kn.System(N, bodies=[rod], speeds="rates", loads=loads, reactions=[floor, wall], auxiliary_speeds=[up, away])
+                kn.System(
+                    N, bodies=[rod], speeds="rates", loads=loads, reactions=[floor, wall], auxiliary_speeds=[up, away]
+                )
             )
         start = O.at("free of both", 0)
         up = kn.auxiliary_speed("up", at=start, along=N.y)
@@ -424,7 +441,9 @@ class TestFriction:
             kn.Force(high, -wall * N.x - self.mu * wall * kn.sign(slide_high) * N.y),
         ]
         eom = kn.derive(
-            kn.System(N, bodies=[rod], speeds="rates", loads=loads, reactions=[floor, wall], auxiliary_speeds=[up, away])
+            kn.System(
+                N, bodies=[rod], speeds="rates", loads=loads, reactions=[floor, wall], auxiliary_speeds=[up, away]
+            )
         )
         angle, w = 1.1, -0.4  # it slips down: low end away from the wall (−x), high end down
         s, c, h = np.sin(angle), np.cos(angle), length / 2
@@ -477,7 +496,7 @@ class TestFriction:
                 assert float(eom.evaluate(normal, **state)) == pytest.approx(force)
         with pytest.raises(kn.SimulationError, match="Painlevé"):
             kn.simulate(eom, (0, 1), q={th: 1.1, self.x: 0}, u={"u_x": -1, "u_th": 0}, parameters={"mu": 2.0})
-        sol = kn.simulate(eom, (0, 1), q={th: 0.4, self.x: 0}, u={"u_x": -9, "u_th": 6}, parameters={"mu": 1.8})
+        sol = kn.simulate(eom, (0, 1), q={th: 0.5, self.x: 0}, u={"u_x": -9, "u_th": 2}, parameters={"mu": 1.8})
         assert sol.status == "event"
         assert "Painlevé" in sol.event.name
 
@@ -506,7 +525,7 @@ class TestErrors:
         slider = O.at("slider", self.x * N.x)
         p = kn.Particle("p", slider, 1)
         for along in (N.x, (N.x + N.y).normalized()):
-            with pytest.raises(kn.ReactionError, match="moves freely with .*u_x"):
+            with pytest.raises(kn.ReactionError, match=r"moves freely with .*u_x"):
                 self.derive([kn.reaction("R", at=slider, along=along)], bodies=[p])
 
     def test_torque_along_a_free_axis(self):

@@ -93,7 +93,9 @@ def case(request):
 def test_velocities_are_those_in_rates(case):
     arm, eom = case
     for p in arm.places:
-        assert at_state(eom, eom.velocities[p].components(N)) == pytest.approx(at_state(eom, p.velocity(N).components(N)))
+        assert at_state(eom, eom.velocities[p].components(N)) == pytest.approx(
+            at_state(eom, p.velocity(N).components(N))
+        )
     for f in arm.frames:
         expected = at_state(eom, f.angular_velocity(N).components(N))
         assert at_state(eom, eom.angular_velocities[f].components(N)) == pytest.approx(expected, abs=1e-12)

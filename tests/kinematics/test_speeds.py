@@ -28,7 +28,9 @@ def free_body(definitions, sequence="zxz", orientation=None):
     B = N.rotate_body("B", q[:3], sequence) if orientation is None else orientation
     body = kn.RigidBody("body", frame=B, mass_center=P, mass=m, inertia=kn.inertia(B, 1, 2, 3, 0.1, 0.2, 0.3))
     loads = [kn.Torque(B, 0.4 * B.x - 0.3 * N.y), kn.Force(P.at("tip", B.y), 2 * N.z), kn.gravity(-9.81 * N.z)]
-    system = kn.System(N, bodies=[body], speeds=dict(zip((*u, kn.speed("u7")), definitions(P, B), strict=False)), loads=loads)
+    system = kn.System(
+        N, bodies=[body], speeds=dict(zip((*u, kn.speed("u7")), definitions(P, B), strict=False)), loads=loads
+    )
     return kn.derive(system), P, B
 
 
@@ -54,7 +56,14 @@ def omega_and_v_by_components(P, B):
 
 def shifted(P, B):
     w = B.angular_velocity(N)
-    return [w.dot(B.y) + kn.sin(kn.time), 2 * w.dot(B.z) - q[3] * kn.time, w.dot(B.x), q[3].dt + 0.5, q[4].dt, q[5].dt - m]
+    return [
+        w.dot(B.y) + kn.sin(kn.time),
+        2 * w.dot(B.z) - q[3] * kn.time,
+        w.dot(B.x),
+        q[3].dt + 0.5,
+        q[4].dt,
+        q[5].dt - m,
+    ]
 
 
 def scrambled(P, B):
@@ -65,7 +74,14 @@ def scrambled(P, B):
 def mixed(P, B):
     w = components(B.angular_velocity(N), N)
     x = q
-    return [w[0] + x[3].dt, x[3].dt - 2 * w[1], w[1] + kn.cos(x[0]) * x[4].dt, w[2], x[5].dt + w[2] * x[0], 3 * x[4].dt - w[2]]
+    return [
+        w[0] + x[3].dt,
+        x[3].dt - 2 * w[1],
+        w[1] + kn.cos(x[0]) * x[4].dt,
+        w[2],
+        x[5].dt + w[2] * x[0],
+        3 * x[4].dt - w[2],
+    ]
 
 
 CHOICES = [rates, omega, omega_and_v, omega_and_v_by_components, shifted, scrambled, mixed]
@@ -84,7 +100,7 @@ class TestKinematicalEquations:
         Y, W = eom.evaluate(eom.Y, **state), eom.evaluate(eom.W, **state)
         z, X = array(eom.evaluate(list(eom.z), **state)), array(eom.evaluate(list(eom.X), **state))
         q_dot = array(eom.evaluate(list(eom.rates), **state))
-        assert Y @ W == pytest.approx(np.eye(6), abs=1e-11)
+        assert pytest.approx(np.eye(6), abs=1e-11) == Y @ W
         assert Y @ q_dot + z == pytest.approx(speeds, abs=1e-11)
         assert W @ speeds + X == pytest.approx(q_dot, abs=1e-11)
         assert Y @ X + z == pytest.approx(np.zeros(6), abs=1e-11)
@@ -101,11 +117,18 @@ class TestKinematicalEquations:
         common = {"q": dict(zip(q, path.q, strict=True)), "t": 0.2}
         given = kn.evaluate(list(eom.system.speeds.values()), path.values())
         ours = common | {"u": dict(zip(eom.speeds, given, strict=True))}
-        theirs = common | {"u": dict(zip(reference.speeds, [path.values()[x.dt] for x in reference.coordinates], strict=True))}
+        theirs = common | {
+            "u": dict(zip(reference.speeds, [path.values()[x.dt] for x in reference.coordinates], strict=True))
+        }
 
         def everything(eom, P, B, state):
             wanted = [x.dt.dt for x in q]
-            for v in (eom.angular_velocities[B], eom.angular_accelerations[B], eom.velocities[P], eom.point_accelerations[P]):
+            for v in (
+                eom.angular_velocities[B],
+                eom.angular_accelerations[B],
+                eom.velocities[P],
+                eom.point_accelerations[P],
+            ):
                 wanted += v.components(N)
             return array(eom.evaluate([*wanted, eom.kinetic_energy, eom.power], **state))
 
@@ -136,11 +159,16 @@ class TestMatching:
         assert abs(float(eom.evaluate(disk.q[0].dt, **state))) > 1e15
         assert np.abs(eom.evaluate(eom.mass_matrix, **state)).max() > 1e15
 
-    @pytest.mark.parametrize("choice", [omega, omega_and_v, omega_and_v_by_components, scrambled], ids=lambda f: f.__name__)
+    @pytest.mark.parametrize(
+        "choice", [omega, omega_and_v, omega_and_v_by_components, scrambled], ids=lambda f: f.__name__
+    )
     def test_a_free_body_at_exact_gimbal_lock(self, choice):
         """u̇ is right at θ = 0, though φ̇ and ψ̇ are not finite: Euler's equations in NumPy are the second route."""
         eom, P, B = free_body(choice)
-        state = {"q": dict(zip(q, [0.3, 0.0, 0.5, 1, 2, 3], strict=True)), "u": dict(zip(u, [1, 2, 3, 4, 5, 6.0], strict=True))}
+        state = {
+            "q": dict(zip(q, [0.3, 0.0, 0.5, 1, 2, 3], strict=True)),
+            "u": dict(zip(u, [1, 2, 3, 4, 5, 6.0], strict=True)),
+        }
         assert not np.isfinite(array(eom.evaluate(list(eom.rates), **state))[:3]).all()
         angle = 0.3 + 0.5
         turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
@@ -163,7 +191,7 @@ class TestMatching:
         assert found == pytest.approx(np.array(expected), abs=1e-12)
 
     def test_velocity_components_of_the_mass_center(self):
-        eom, P, B = free_body(omega_and_v)
+        eom, P, _ = free_body(omega_and_v)
         assert str(eom.velocities[P]) == "u4 B.x + u5 B.y + u6 B.z"
         assert str(eom.partial_velocities[P][u[4]]) == "B.y"
 
@@ -185,7 +213,7 @@ class TestMatching:
         state = {"q": dict.fromkeys(q, 0.0) | {hinge: 0.4}, "u": values}
         found = array(eom.evaluate(list(eom.accelerations), **state))
         assert np.isfinite(found).all()
-        near = {"q": {x: 1e-7 for x in q} | {hinge: 0.4}, "u": values}
+        near = {"q": dict.fromkeys(q, 1e-07) | {hinge: 0.4}, "u": values}
         assert found == pytest.approx(array(eom.evaluate(list(eom.accelerations), **near)), rel=1e-5)
 
     def test_signs(self):
@@ -224,7 +252,7 @@ class TestEulerParameters:
         assert eom.Y.shape == eom.W.shape == (7, 7)
         state = self.state()
         Y, W = eom.evaluate(eom.Y, **state), eom.evaluate(eom.W, **state)
-        assert Y @ W == pytest.approx(np.eye(7), abs=1e-12)
+        assert pytest.approx(np.eye(7), abs=1e-12) == Y @ W
         row = Y[6]  # last: eᵀė = 0
         e = [state["q"].get(x, 0.0) if x in set(self.e) else 0.0 for x in eom.coordinates]
         assert row == pytest.approx(e)
@@ -238,8 +266,8 @@ class TestEulerParameters:
 
     def test_same_motion_as_with_angles(self):
         """α and a of the body with Euler parameters and with Euler angles at one orientation."""
-        eom, B = self.eom()
-        other, P, F = free_body(omega_and_v)
+        eom, _ = self.eom()
+        other, _, _ = free_body(omega_and_v)
         state = self.state(6)
         e = np.array([state["q"][x] for x in self.e])
         from scipy.spatial.transform import Rotation

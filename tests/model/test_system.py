@@ -164,7 +164,11 @@ def test_two_frames_of_one_set_of_euler_parameters():
     ]
     eom = kn.derive(make(bodies=bodies))
     single = kn.RigidBody(
-        "both", frame=frames[0], mass_center=O.at("C", 0.5 * frames[0].x), mass=2, inertia=kn.inertia(frames[0], 2, 3.5, 4.5)
+        "both",
+        frame=frames[0],
+        mass_center=O.at("C", 0.5 * frames[0].x),
+        mass=2,
+        inertia=kn.inertia(frames[0], 2, 3.5, 4.5),
     )
     other = kn.derive(make(bodies=[single]))
     state = {"q": np.array([0.5, -0.5, 0.1, np.sqrt(0.49)]), "u": [0.3, -0.2, 0.7]}

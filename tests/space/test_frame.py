@@ -170,7 +170,11 @@ class TestEulerParameters:
         u = kn.speeds("u1:4")
         w = frame.angular_velocity(N)
         body = kn.RigidBody(
-            "b", frame=frame, mass_center=kn.Point("O", fixed_in=N).at("G", 0), mass=1, inertia=kn.inertia(frame, 1, 2, 3)
+            "b",
+            frame=frame,
+            mass_center=kn.Point("O", fixed_in=N).at("G", 0),
+            mass=1,
+            inertia=kn.inertia(frame, 1, 2, 3),
         )
         axes = (frame.x, frame.y, frame.z)
         eom = kn.derive(kn.System(N, bodies=[body], speeds=dict(zip(u, (w.dot(x) for x in axes), strict=True))))

@@ -42,11 +42,11 @@ def by_hand(count):
         a = Rotation.from_rotvec([0, 0, x[0]])
         b = a * Rotation.from_rotvec((x[1] + np.sin(3 * t)) * np.array([1, -2, 2]) / 3)
         c = b * Rotation.from_euler("zyx", x[2:5])
-        r = a.apply([1 + x[5], 0, 0]) + [0, 0, 2]
+        r = np.add(a.apply([1 + x[5], 0, 0]), [0, 0, 2])
         if count > 1:
             r = r + b.apply([0, t * t, -x[0] * x[1]])
         if count > 2:
-            r = r + c.apply([-1, 0, 3]) + [0, x[2], 0]
+            r = r + c.apply([-1, 0, 3]) + np.array([0, x[2], 0])
         return r
 
     return position
@@ -126,7 +126,9 @@ class TestParticles:
 
     def test_nothing_is_built_on_it(self):
         Q = P2.fixed_in(C, "Q", C.x)
-        with pytest.raises(kn.SpaceError, match=r"geometric point to build S on, got Q, a particle of C.*Build S on P2"):
+        with pytest.raises(
+            kn.SpaceError, match=r"geometric point to build S on, got Q, a particle of C.*Build S on P2"
+        ):
             Q.at("S", C.x)
         with pytest.raises(kn.SpaceError, match="a particle of C"):
             Q.fixed_in(C, "S")

@@ -84,8 +84,8 @@ def derive(system: System) -> Equations:
         auxiliary_forcing=tuple(_with_reactions(plain[i], coupling[i], system.reactions) for i in range(n, len(rows))),
         solved=solved,
         events=(
-            *slip_events(loads),
             *painleve_events(solved),
+            *slip_events(loads),
             *singular_events(speeds),
             *(_event_in_speeds(e, speeds) for e in system.events),
         ),

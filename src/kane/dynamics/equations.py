@@ -14,7 +14,7 @@ from kane.dynamics import energy, forces
 from kane.dynamics.assemble import Moving
 from kane.dynamics.reduce import Solved
 from kane.dynamics.steps import Step, seven_steps
-from kane.dynamics.values import evaluate_along
+from kane.dynamics.values import evaluate_along, speeds_from_rates
 from kane.errors import ExpressionError
 from kane.expr.count import Operations, count_operations
 from kane.expr.diff import tangent
@@ -300,6 +300,17 @@ class Equations:
         parameters not given take their defaults.
         """
         return evaluate_along(self, exprs, q, u, parameters, inputs, t)
+
+    def speeds_from_rates(
+        self,
+        q: Mapping[Any, Any] | Sequence[Any] | np.ndarray[Any, Any],
+        rates: Mapping[Any, Any] | Sequence[Any] | np.ndarray[Any, Any],
+        *,
+        parameters: Mapping[Any, Any] | None = None,
+        t: Any = 0.0,
+    ) -> dict[Speed, Any]:
+        """u = Y q̇ + z at numbers: the generalized speeds of a motion known by the rates of its coordinates."""
+        return speeds_from_rates(self, q, rates, parameters, t)
 
     def reaction_condition(self, **state: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Reciprocal condition number (2-norm) of the matrix that the reactions are solved from; 1 without reactions."""

@@ -10,10 +10,10 @@ import numpy as np
 
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
-from kane.expr.symbols import AuxiliarySpeed, Input, QuasiRate, Rate, Reaction, Speed, Symbol, rate, time
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, rate, time
 
 if TYPE_CHECKING:
     from kane.dynamics.equations import Equations
@@ -69,6 +69,24 @@ def named_values(eom: Equations, what: str, symbols: Sequence[Symbol], given: An
             )
         found[symbol] = value
     return found
+
+
+def speeds_from_rates(
+    eom: Equations, q: Any, rates: Any, parameters: Mapping[Any, Any] | None, t: Any
+) -> dict[Speed, Any]:
+    """See Equations.speeds_from_rates."""
+    given = named_values(eom, "rates, by coordinate,", eom.coordinates, rates)
+    missing = [c.name for c in eom.coordinates if c not in given]
+    if missing:
+        raise ValueMissingError(f"Expected a rate for every coordinate, got none for {', '.join(missing)}.")
+    values: dict[Expr, Any] = {time: t}
+    values.update({rate(c): v for c, v in given.items() if isinstance(c, Coordinate)})
+    values.update(named_values(eom, "coordinates", eom.coordinates, q))
+    values.update(named_values(eom, "parameters", eom.parameters, parameters))
+    q_dot = [rate(c) for c in eom.coordinates]
+    rows = zip(eom.speeds, eom.Y.rows, eom.z, strict=False)
+    found = evaluate([dot(row, q_dot) + z for _, row, z in rows], values)
+    return dict(zip(eom.speeds, found, strict=True))
 
 
 def evaluate_along(

@@ -62,14 +62,14 @@ def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable
 def evaluate(exprs: Any, values: Values) -> Any:
     """Values of one expression, or of a sequence or Matrix of them, at numbers or broadcastable arrays.
 
-    Parameters without a value take their default; any other symbol without one is a `ValueMissingError`.
+    Those of a sequence all have the broadcast shape. Parameters without a value take their default; any other symbol without one is a `ValueMissingError`.
     """
     from kane.expr.matrix import Matrix
 
     if isinstance(exprs, Matrix):
         flat = evaluate([x for row in exprs.rows for x in row], values)
-        shape = np.broadcast_shapes(*(v.shape for v in flat)) if flat else ()
-        stacked = np.stack([np.broadcast_to(v, shape) for v in flat]) if flat else np.zeros((0,))
+        shape = flat[0].shape if flat else ()
+        stacked = np.stack(flat) if flat else np.zeros((0,))
         return np.moveaxis(stacked.reshape(*exprs.shape, *shape), (0, 1), (-2, -1))
     if isinstance(exprs, Expr | int | float):
         return evaluate([exprs], values)[0]
@@ -79,7 +79,9 @@ def evaluate(exprs: Any, values: Values) -> Any:
         if isinstance(node, Parameter) and node not in given and node.default is not None:
             given[node] = np.float64(node.default)
     run = compile_reference(roots, list(given))
-    return [np.asarray(v) for v in run(list(given.values()))]
+    found = [np.asarray(v) for v in run(list(given.values()))]
+    shape = np.broadcast_shapes(*(v.shape for v in found))
+    return [v if v.shape == shape else np.broadcast_to(v, shape).copy() for v in found]
 
 
 def free_symbols(roots: Iterable[Expr]) -> tuple[Symbol, ...]:

@@ -26,7 +26,8 @@ from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.solve import invert, structural_rank
 from kane.expr.substitute import substitute
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, rate
-from kane.model.system import EulerParameters, System
+from kane.model.system import System
+from kane.model.variables import EulerParameters
 
 Row = Mapping[Expr, Expr]
 

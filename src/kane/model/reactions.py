@@ -20,7 +20,6 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Parts, Vector
 
-
 _SLACK = 1e-9
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
-from kane.dynamics.values import parameter_values
+from kane.dynamics.values import parameter_values, without_unknowns
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.evaluate import compile_reference
 from kane.expr.node import Expr
@@ -32,7 +32,8 @@ def simulate(
     span: tuple[float, float],
     *,
     q: Mapping[Any, float] | Sequence[float] | Array,
-    u: Mapping[Any, float] | Sequence[float] | Array,
+    u: Mapping[Any, float] | Sequence[float] | Array | None = None,
+    rates: Mapping[Any, float] | Sequence[float] | Array | None = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     method: str = "DOP853",
@@ -52,6 +53,7 @@ def simulate(
     eom : Equations
     span : (float, float)
     q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
+    rates : the rates of the coordinates at the start, by coordinate, in place of `u`
     parameters : values by symbol or name; those left out take their defaults
     inputs : a number or a function of time for each input
     method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
@@ -85,15 +87,17 @@ def simulate(
 
         return values
 
-    from kane.dynamics.values import without_unknowns
-
     power = without_unknowns(eom, [eom.power])
     rate = at([*eom.right_hand_side, *power])
-    start = np.append(start_state(eom, q, u), 0.0)
+    if (u is None) == (rates is None):
+        raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
+    speeds = u if rates is None else eom.speeds_from_rates(q, rates, parameters=parameters, t=t0)
+    start = np.append(start_state(eom, q, speeds), 0.0)
     watch = at(without_unknowns(eom, [e.quantity for e in eom.events])) if eom.events else None
-    if watch:
-        _check_events(eom, watch(t0, start), t0)
+    watched = watch(t0, start) if watch else np.zeros(0)
+    _check_events(eom, watched, t0)
     _check_start(eom, rate, t0, start)
+    _warn_of_events(eom, watched)
     return _integrate(eom, rate, watch, (t0, t1), start, method, tolerances, samples, max_steps, constants, drives)
 
 
@@ -144,7 +148,9 @@ def _integrate(
         steps += 1
         if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
             status = "stopped"
-            message = f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
+            message = (
+                f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
+            )
             break
         dense, end = solver.dense_output(), solver.t
         if watch:
@@ -198,14 +204,19 @@ def _sample_times(samples: int | Sequence[float], t0: float, t1: float) -> Array
 
 def _check_events(eom: Equations, values: Array, t0: float) -> None:
     """The model must hold at the start; the user's own events may start on either side of their thresholds."""
+    own = {e.name for e in eom.system.events}
     for event, value in zip(eom.events, values, strict=True):
-        if event.direction < 0 and value <= event.threshold and event.name not in {e.name for e in eom.system.events}:
+        if event.direction < 0 and value <= event.threshold and event.name not in own:
             raise SimulationError(
                 f"Expected a start before the event {event.name!r}, got {value:.6g} at t = {t0:g}, already at or below "
                 f"{event.threshold:g}. {event.message}"
             )
+
+
+def _warn_of_events(eom: Equations, values: Array) -> None:
+    for event, value in zip(eom.events, values, strict=True):
         if not np.isfinite(value):
-            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=4)
+            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=3)
 
 
 def _first_event(

@@ -55,7 +55,8 @@ def input_functions(eom: Equations, inputs: Mapping[Any, Any] | None) -> dict[Ex
             f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
         )
     return {
-        s: v if callable(v) else _constant(finite_number("value or function of time", str(s), v)) for s, v in given.items()
+        s: v if callable(v) else _constant(finite_number("value or function of time", str(s), v))
+        for s, v in given.items()
     }
 
 

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Local checks of a system's declarations: what can be said before anything is derived."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from kane.errors import ModelError, ReactionError
+from kane.expr.node import Expr
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol
+from kane.model.bodies import Body, Particle, RigidBody
+from kane.model.reactions import cut_of
+from kane.model.variables import EulerParameters
+
+
+def check_bodies(bodies: tuple[Body, ...]) -> None:
+    """At least one body, no two of one name."""
+    if not bodies:
+        raise ModelError("Expected at least one body, got none: nothing has mass.")
+    for b in bodies:
+        if not isinstance(b, Particle | RigidBody):
+            raise ModelError(f"Expected a RigidBody or Particle, got {b!r:.60}.")
+    if len({b.name for b in bodies}) < len(bodies):
+        names = [b.name for b in bodies]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        raise ModelError(f"Expected bodies of different names, got {', '.join(twice)} more than once.")
+
+
+def check_names(symbols: Iterable[Symbol]) -> None:
+    """No two symbols of one name."""
+    first: dict[str, Symbol] = {}
+    for s in symbols:
+        if isinstance(s, Rate):
+            continue
+        other = first.setdefault(s.name, s)
+        if other is not s:
+            raise ModelError(
+                f"Expected one symbol of the name {s.name!r}, got two with different declarations: "
+                f"{type(other).__name__}{other.declaration()[:4]} and {type(s).__name__}{s.declaration()[:4]}. Declare it once and "
+                "use it in both places, or rename one."
+            )
+
+
+def check_inputs(symbols: Iterable[Symbol]) -> None:
+    """Inputs enter loads only."""
+    for s in symbols:
+        if isinstance(s, Input) or (isinstance(s, Rate) and isinstance(s.place, Input)):
+            raise ModelError(
+                f"Expected inputs in loads only, got {s} in a position, an orientation or the definition of a speed, whose "
+                "acceleration needs its derivatives. Write prescribed motion as an expression of kn.time."
+            )
+
+
+def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
+    """Loads do not depend on accelerations."""
+    for s in symbols:
+        if isinstance(s, Rate) and not isinstance(s.place, Coordinate):
+            raise ModelError(
+                f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
+                "equations are solved. Model a load that depends on an acceleration as mass or inertia."
+            )
+
+
+def check_strays(
+    symbols: Iterable[Symbol],
+    coordinates: tuple[Coordinate, ...],
+    speeds: Mapping[Speed, Expr],
+    euler: tuple[EulerParameters, ...],
+) -> None:
+    """Loads and events use the system's own symbols."""
+    known: set[Symbol] = {*coordinates, *speeds, *(w for s in euler for w in s.quasi)}
+    for s in symbols:
+        origin: Any = s
+        while isinstance(origin, Rate):
+            origin = origin.place
+        if isinstance(origin, Coordinate | Speed | QuasiRate) and origin not in known:
+            raise ModelError(
+                f"Expected loads, masses and events in symbols of the system, got {s}: no frame or point depends on it and it is not "
+                "among the keys of speeds=."
+            )
+
+
+def check_reactions(
+    symbols: Iterable[Symbol], reactions: tuple[Reaction, ...], auxiliary: tuple[AuxiliarySpeed, ...]
+) -> None:
+    """Each reaction in a load is listed; explicit auxiliary speeds and bare reactions are equally many."""
+    listed = dict.fromkeys(reactions)
+    if len(listed) < len(reactions):
+        raise ReactionError("Expected each reaction once in reactions=, got one twice.")
+    for s in symbols:
+        if isinstance(s, Reaction) and s not in listed:
+            raise ReactionError(f"The reaction {s} is used in a load but not listed: add it to System(reactions=[…]).")
+    bare = [r for r in reactions if cut_of(r) is None]
+    if len(bare) != len(auxiliary):
+        raise ReactionError(
+            f"Expected as many explicit auxiliary speeds as reactions without a place, got {len(auxiliary)} and {len(bare)} "
+            f"({', '.join(map(str, bare)) or 'none'}). Give the reaction a place: kn.reaction(name, at=point, along=direction)."
+        )

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Coordinates in order, sets of Euler parameters, and the definitions of the generalized speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from kane.errors import ModelError, SpeedsError
+from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Coordinate, QuasiRate, Speed, Symbol
+from kane.space.frame import Frame
+from kane.space.vector import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EulerParameters:
+    """One set of Euler parameters in use and its quasi-rates."""
+
+    coordinates: tuple[Coordinate, ...]
+    quasi: tuple[QuasiRate, ...]
+
+
+def euler_sets(frames: tuple[Frame, ...]) -> tuple[EulerParameters, ...]:
+    """The sets of Euler parameters that frames are oriented by."""
+    found: dict[tuple[int, ...], EulerParameters] = {}
+    for f in frames:
+        o = f.orientation
+        if o is not None and o.parameters:
+            found[tuple(id(x) for x in o.parameters)] = EulerParameters(o.parameters, o.quasi)
+    sets = tuple(found.values())
+    used = [x for s in sets for x in s.coordinates]
+    if len(set(used)) < len(used):
+        raise ModelError("Expected different coordinates in different sets of Euler parameters, got one in two sets.")
+    return sets
+
+
+def ordered_coordinates(found: tuple[Symbol, ...], order: Sequence[Coordinate] | None) -> tuple[Coordinate, ...]:
+    """The coordinates in the order given, else as they first appear, those of positions first; q1, q2, … stay together."""
+    seen = dict.fromkeys(s for s in found if isinstance(s, Coordinate))
+    if order is None:
+        groups: dict[str, list[Coordinate]] = {}
+        for q in seen:
+            groups.setdefault(q.name.rstrip("0123456789"), []).append(q)
+        return tuple(q for stem, group in groups.items() for q in sorted(group, key=lambda q: _number(q, stem)))
+    if set(order) != set(seen) or len(order) != len(seen):
+        raise ModelError(
+            f"Expected coordinates= to list each of {', '.join(map(str, seen))} once, got {', '.join(map(str, order))}."
+        )
+    return tuple(order)
+
+
+def _number(q: Coordinate, stem: str) -> int:
+    return int(q.name[len(stem) :] or -1)
+
+
+def speed_definitions(
+    speeds: Mapping[Speed, Any] | str, coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]
+) -> dict[Speed, Expr]:
+    """The definition of each generalized speed; "rates" takes u = q̇ throughout."""
+    if isinstance(speeds, str):
+        if speeds != "rates":
+            raise SpeedsError(f'Expected speeds={{u1: definition, …}} or "rates", got {speeds!r}.')
+        return _rates_as_speeds(coordinates, euler)
+    made: dict[Speed, Expr] = {}
+    for u, definition in speeds.items():
+        if not isinstance(u, Speed):
+            raise SpeedsError(f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}).")
+        if isinstance(definition, Vector):
+            raise SpeedsError(
+                f"Expected a scalar definition of {u}, got the vector {definition}. Use .dot(unit vector)."
+            )
+        made[u] = as_expr(definition)
+    return made
+
+
+def _rates_as_speeds(coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]) -> dict[Speed, Expr]:
+    """u = q̇; for Euler parameters the three measure numbers of the angular velocity instead."""
+    made: dict[Speed, Expr] = {}
+    sets = {x: s for s in euler for x in s.coordinates}
+    for q in coordinates:
+        s = sets.get(q)
+        if s is None:
+            made[Speed.declare(_speed_name(q.name))] = q.dt
+        elif q is s.coordinates[0]:
+            for k, w in enumerate(s.quasi, 1):
+                made[Speed.declare(f"w{k}_{q.name}")] = w
+    return made
+
+
+def _speed_name(name: str) -> str:
+    return "u" + name[1:] if name[0] == "q" and name[1:].isdigit() else f"u_{name}"

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The public list: it resolves, it is complete, and importing it is cheap."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import kane as kn
+
+
+def test_each_name_is_listed_once_and_resolves():
+    assert len(set(kn.__all__)) == len(kn.__all__)
+    missing = [name for name in kn.__all__ if getattr(kn, name, None) is None]
+    assert missing == []
+
+
+def test_the_list_is_complete():
+    """Whatever of the package's own can be reached as kn.name without an underscore is in the list, modules apart."""
+    reachable = {
+        name
+        for name, value in vars(kn).items()
+        if not name.startswith("_")
+        and not inspect.ismodule(value)
+        and getattr(value, "__module__", "").startswith("kane")
+    }
+    assert reachable - set(kn.__all__) == set()
+
+
+def test_dir_shows_the_list():
+    assert dir(kn) == sorted(kn.__all__)
+
+
+def test_what_is_not_there():
+    with pytest.raises(AttributeError, match="has no attribute 'Kane'"):
+        _ = kn.Kane  # type: ignore[attr-defined]
+
+
+def test_every_function_and_class_is_documented():
+    bare = [n for n in kn.__all__ if callable(getattr(kn, n)) and not (getattr(kn, n).__doc__ or "").strip()]
+    assert bare == []
+
+
+def test_errors_are_one_family():
+    for name in kn.__all__:
+        value = getattr(kn, name)
+        if inspect.isclass(value) and issubclass(value, Exception) and not issubclass(value, Warning):
+            assert issubclass(value, kn.KaneError), name
+
+
+def run(code):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_importing_loads_nothing_heavy():
+    code = "import kane, sys; print(*[m for m in sys.modules])"
+    loaded = set(run(code))
+    assert {"sympy", "matplotlib", "scipy.integrate", "scipy.optimize", "jinja2", "llvmlite"} & loaded == set()
+    assert "kane.dynamics.derive" in loaded
+
+
+@pytest.mark.parametrize("name", ["simulate", "report", "to_sympy", "from_sympy", "Solution"])
+def test_a_name_means_the_same_whatever_was_imported_before(name):
+    """A submodule of the same name must not take a function's place."""
+    code = (
+        "import importlib, kane, pkgutil\n"
+        "for m in pkgutil.walk_packages(kane.__path__, 'kane.'):\n"
+        "    if not m.name.endswith('__main__'): importlib.import_module(m.name)\n"
+        f"print(callable(kane.{name}), type(kane.{name}).__name__)"
+    )
+    called, kind = run(code)
+    assert called == "True"
+    assert kind in ("function", "type")
+
+
+def test_deriving_loads_nothing_heavy():
+    code = (
+        "import sys; from kane.gallery import rolling_disk; import kane as kn\n"
+        "eom = kn.derive(rolling_disk.system()); str(eom.steps)\n"
+        "print(*sys.modules)"
+    )
+    assert {"sympy", "matplotlib", "scipy.integrate"} & set(run(code)) == set()
