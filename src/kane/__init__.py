@@ -23,7 +23,6 @@ from kane.errors import (
     ValueMissingError,
 )
 from kane.expr.affine import affine
-from kane.expr.build import rational as Rational
 from kane.expr.count import Operations, count_operations
 from kane.expr.diff import diff, gradient, jacobian, time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
@@ -51,6 +50,7 @@ from kane.expr.functions import (
 from kane.expr.latex import to_latex
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, pi
+from kane.expr.operators import rational as Rational
 from kane.expr.solve import solve_linear
 from kane.expr.substitute import substitute
 from kane.expr.symbols import (

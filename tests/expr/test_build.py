@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 
 from kane.errors import ExpressionError
-from kane.expr.build import NODE_BUILDERS, rational
+from kane.expr.build import NODE_BUILDERS
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant_value, pi, postorder
+from kane.expr.operators import rational
 from kane.expr.ops import OPS
 from kane.expr.symbols import coordinates, parameter
 from tests.expr.expressions import MP, Program, programs, values_of

@@ -7,10 +7,10 @@ import sympy
 from hypothesis import given
 
 from kane.errors import ExpressionError
-from kane.expr.build import rational
 from kane.expr.diff import diff, euler_parameter_rates, gradient, jacobian, tangent, time_derivative
 from kane.expr.evaluate import evaluate
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, postorder
+from kane.expr.operators import rational
 from kane.expr.ops import OPS
 from kane.expr.symbols import (
     QuasiRate,

@@ -6,9 +6,9 @@ import re
 import pytest
 from hypothesis import given
 
-from kane.expr.build import rational
 from kane.expr.latex import latex_lines, latex_name, to_latex
 from kane.expr.node import Expr, as_expr, pi
+from kane.expr.operators import rational
 from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds
 from tests.expr.expressions import Program, programs
 

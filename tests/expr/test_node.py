@@ -18,8 +18,9 @@ from hypothesis import given
 
 from kane.errors import ExpressionError
 from kane.expr import node
-from kane.expr.build import NODE_BUILDERS, rational
+from kane.expr.build import NODE_BUILDERS
 from kane.expr.node import Expr, as_expr, constant, constant_value, digest, intern_node, pi, postorder, precedes
+from kane.expr.operators import rational
 from kane.expr.ops import ADD, MUL, OPS
 from kane.expr.symbols import Symbol, coordinate, coordinates, parameter, speed
 from tests.expr.expressions import Program, programs, random_program

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from kane.expr.build import rational
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, as_expr, intern_node, pi, postorder
+from kane.expr.operators import rational
 from kane.expr.ops import ADD, MUL, OPS
 from kane.expr.symbols import coordinates, input, parameter, parameters, speeds, time
 from kane.expr.text import text_lines, to_text

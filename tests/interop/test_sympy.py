@@ -9,9 +9,9 @@ import sympy
 from hypothesis import given
 
 from kane.errors import ExpressionError
-from kane.expr.build import rational
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, as_expr, pi, postorder
+from kane.expr.operators import rational
 from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds, time
 from kane.interop.sympy import from_sympy, to_sympy
 from tests.expr.expressions import LEAVES, MP, Program, programs, value_of

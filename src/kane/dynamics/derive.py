@@ -18,6 +18,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction
 from kane.kinematics.motion import Kinematics, cuts_of
+from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import Speeds, generalized_speeds
 from kane.model.events import Event
 from kane.model.loads import Load
@@ -43,7 +44,7 @@ def derive(system: System) -> Equations:
     speeds = generalized_speeds(system)
     auxiliary, pairs = auxiliary_speeds(system)
     home, inertias = homes(system)
-    kinematics = Kinematics(speeds, cuts_of(auxiliary), home)
+    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), home)
     check_reaction_places(system, kinematics)
     bodies = moving_bodies(system, kinematics, inertias)
     loads = loads_in_speeds(system.loads, speeds)

@@ -62,7 +62,8 @@ def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable
 def evaluate(exprs: Any, values: Values) -> Any:
     """Values of one expression, or of a sequence or Matrix of them, at numbers or broadcastable arrays.
 
-    Those of a sequence all have the broadcast shape. Parameters without a value take their default; any other symbol without one is a `ValueMissingError`.
+    Those of a sequence all have the broadcast shape. Parameters without a value take their default; any other symbol
+    without one is a `ValueMissingError`.
     """
     from kane.expr.matrix import Matrix
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The functions that users call on expressions and numbers."""
 
-from kane.expr import build as _build  # noqa: F401  fills BUILDERS
 from kane.expr.node import BUILDERS
 
 sqrt, sin, cos, tan = (BUILDERS[k] for k in ("sqrt", "sin", "cos", "tan"))

@@ -16,6 +16,7 @@ from kane.expr.diff import tangent, time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Time
+from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.model.reactions import cut_of
 from kane.space.frame import Frame
@@ -52,6 +53,7 @@ class Kinematics:
 
     speeds: Speeds
     cuts: dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]
+    sample: Sample
     homes: dict[Frame, Frame] = field(default_factory=dict)
     _frames: dict[Frame, Motion] = field(default_factory=dict)
     _points: dict[Point, Motion] = field(default_factory=dict)
@@ -120,7 +122,10 @@ class Kinematics:
             return None
         omega = frame.angular_velocity(self.speeds.system.inertial)
         best: tuple[int, Frame, Forms] | None = None
+        numbers = self.sample.coefficients(omega)
         for target in chain(frame):
+            if self.sample.whole(numbers, target)[0] <= (best[0] if best is not None else 0):
+                continue
             for measures in _measures(omega, target):
                 forms = self._forms(measures)
                 score = sum(f.exact for f in forms)
@@ -194,7 +199,10 @@ class Kinematics:
         velocity = point.velocity(self.speeds.system.inertial)
         targets = dict.fromkeys(g for f, _ in velocity.parts for g in chain(f))
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
+        numbers = self.sample.coefficients(velocity)
         for target in targets:
+            if not self.sample.whole(numbers, target)[1]:
+                continue
             for measures in _measures(velocity, target):
                 forms = self._forms(measures)
                 if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(
