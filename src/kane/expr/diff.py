@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from kane.errors import ExpressionError
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
-from kane.expr.ops import ADD, MUL, NEG, SUB, SYMBOL
+from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB, SYMBOL
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
 
 Tangents = Mapping[Expr, Expr] | Callable[[Expr], Expr]
@@ -62,6 +62,8 @@ def _through(node: Expr, known: Mapping[Expr, Expr]) -> Expr:
         return add(mul(known[x], y), mul(x, known[y]))
     if all(known[a] is ZERO for a in args):
         return ZERO
+    if op is DIV and args[0].op is SIN and args[1].op is COS and args[0].args[0] is args[1].args[0]:
+        return div(known[args[0].args[0]], mul(args[1], args[1]))  # tan x, written as sin x / cos x
     total = ZERO
     for a, p in zip(args, partials(node), strict=True):
         total = add(total, mul(p, known[a]))

@@ -72,7 +72,8 @@ class Sample:
             for i, row in enumerate(self.speeds.rows):
                 for (b, _), x in zip(row.items(), self.numbers(row.values()), strict=True):
                     rows[i, place[b]] = x
-            self.inverse.append(np.linalg.pinv(rows) if np.isfinite(rows).all() else np.full(rows.T.shape, np.nan))
+            known = np.linalg.pinv(rows) if np.isfinite(rows).all() else np.full(rows.T.shape, np.nan)
+            self.inverse.append(np.asarray(known, dtype=np.float64))
         total = np.zeros((3, width))
         for frame, triple in v.parts:
             parts = [np.broadcast_to(x, (width,)) for x in self.numbers(triple)]
