@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -11,15 +11,16 @@ import numpy.typing as npt
 from kane.errors import ModelError, ReactionError
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluate import sample
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Parameter
 from kane.kinematics.motion import Kinematics
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.vector import Vector
+
+_SEED = 20042
 
 
 def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -> None:
@@ -55,7 +56,7 @@ def _null_vector(matrix: Matrix) -> npt.NDArray[np.float64] | None:
     """x with A x = 0 at a random point, its entries scaled; None where A is regular there."""
     if not matrix.rows:
         return None
-    a = np.asarray(evaluate(matrix, _random_values(x for row in matrix.rows for x in row)), dtype=float)
+    a = np.array(sample([x for row in matrix.rows for x in row], _SEED)).reshape(matrix.shape)
     if not np.all(np.isfinite(a)):
         return None
     for _ in range(2):  # units must not matter
@@ -64,16 +65,6 @@ def _null_vector(matrix: Matrix) -> npt.NDArray[np.float64] | None:
             a = a / np.where(size > 0, size, 1.0)
     _, sigma, right = np.linalg.svd(a)
     return right[-1] if sigma[-1] <= 1e-12 * sigma[0] else None
-
-
-def _random_values(exprs: Iterable[Expr]) -> dict[Expr, float]:
-    """A number for each symbol that has no default."""
-    generator = np.random.default_rng(20042)
-    return {
-        s: generator.uniform(0.3, 1.2)
-        for s in free_symbols(exprs)
-        if not (isinstance(s, Parameter) and s.default is not None)
-    }
 
 
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:
@@ -110,4 +101,4 @@ def _without_prescribed(e: Expr, kinematics: Kinematics) -> Expr:
 
 def _vanishes_nowhere(e: Expr) -> bool:
     """Whether `e` differs from zero at a random point."""
-    return bool(abs(float(evaluate(e, _random_values([e])))) > 1e-12)
+    return bool(abs(sample([e], _SEED)[0]) > 1e-12)

@@ -9,6 +9,7 @@ from kane.dynamics.assemble import forcing_terms, generalized, homes, mass_matri
 from kane.dynamics.checks import check_mass, check_reaction_places, check_reactions_independent
 from kane.dynamics.equations import Equations
 from kane.dynamics.events import painleve_events, singular_events, slip_events
+from kane.dynamics.loads import loads_in_speeds
 from kane.dynamics.reduce import solve_motion
 from kane.errors import NotAffineError, ReactionError, SingularError
 from kane.expr.affine import affine_forms
@@ -16,12 +17,11 @@ from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction
+from kane.expr.symbols import AuxiliarySpeed, Reaction
 from kane.kinematics.motion import Kinematics, cuts_of
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import Speeds, generalized_speeds
 from kane.model.events import Event
-from kane.model.loads import Load
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 
@@ -76,7 +76,6 @@ def derive(system: System) -> Equations:
         kinematical=speeds,
         kinematics=kinematics,
         bodies=bodies,
-        loads=(*loads_in_speeds(system.all_loads(), speeds),),
         pairs=pairs,
         rates=speeds.coordinate_rates(),
         mass_matrix=Matrix(mass),
@@ -112,34 +111,6 @@ def auxiliary_speeds(
             if isinstance(here, Cut) and isinstance(there, Cut) and here.at is there.at:
                 pairs[a, r] = here.along.dot(there.along)
     return tuple(made), pairs
-
-
-def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:
-    """The loads with every rate written in speeds."""
-    memo: dict[Expr, tuple[object, Expr]] = {}
-
-    def convert(e: Expr) -> Expr:
-        return speeds.in_speeds(e, memo)  # type: ignore[arg-type]
-
-    if not any(_has_rates(x) for load in loads for x in _scalars(load)):
-        return tuple(loads)
-    return tuple(
-        Load(
-            load.name,
-            tuple((p, v.map(convert)) for p, v in load.forces),
-            tuple((f, v.map(convert)) for f, v in load.torques),
-            load.potential,
-        )
-        for load in loads
-    )
-
-
-def _scalars(load: Load) -> list[Expr]:
-    return [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
-
-
-def _has_rates(e: Expr) -> bool:
-    return any(isinstance(s, Rate | QuasiRate) for s in free_symbols([e]))
 
 
 def _reaction_form(right: list[Expr], system: System, rows: Sequence[Expr]) -> tuple[list[Expr], list[list[Expr]]]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from kane.dynamics import energy, forces
 from kane.dynamics.assemble import Moving
+from kane.dynamics.loads import loads_in_speeds
 from kane.dynamics.reduce import Solved
 from kane.dynamics.steps import Step, seven_steps
 from kane.dynamics.values import evaluate_along, speeds_from_rates
@@ -84,7 +85,6 @@ class Equations:
     kinematical: Speeds
     kinematics: Kinematics
     bodies: tuple[Moving, ...]
-    loads: tuple[Load, ...]
     pairs: dict[tuple[Expr, Expr], Expr]
     rates: tuple[Expr, ...]
     mass_matrix: Matrix
@@ -189,6 +189,11 @@ class Equations:
     def all_speeds(self) -> tuple[Expr, ...]:
         """Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star."""
         return (*self.speeds, *self.auxiliary_speeds)
+
+    @cached_property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads in speeds, gravity written out as one force a body."""
+        return loads_in_speeds(self.system.all_loads(), self.kinematical)
 
     @cached_property
     def Fr_contributions(self) -> Mapping[tuple[Expr, Load], Expr]:
