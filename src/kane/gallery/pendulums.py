@@ -78,6 +78,8 @@ def chain(
 def _definitions(
     N: kn.Frame, coordinates: Sequence[kn.Coordinate], frames: Sequence[kn.Frame], ends: Sequence[kn.Point], speeds: str
 ) -> Definitions:
+    if speeds == "rates":
+        return "rates"
     n = len(frames)
     spins = [B.angular_velocity(N).dot(N.z) for B in frames]
     own = [spins[i] if i % 2 == 0 else spins[i] - spins[i - 1] for i in range(n)]
