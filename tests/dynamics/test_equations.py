@@ -210,3 +210,39 @@ def test_momenta_and_mass_center():
     for vector in (eom.linear_momentum(), eom.angular_momentum(O)):
         rates = [eom.time_derivative(e) for e in vector.components(N)]
         assert array(eom.evaluate(rates, **state)) == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+def test_speeds_from_rates_invert_the_rates():
+    """u = Y q̇ + z, then q̇ = W u + X; Euler parameters with rates that keep their length."""
+    from kane.gallery import free_body, rolling_disk
+
+    disk = kn.derive(rolling_disk.system())
+    q, rates = [0.1, 0.2, 0.3, 0.4, 0.5], np.array([1.0, -2.0, 3.0, 4.0, -5.0])
+    u = disk.speeds_from_rates(q, rates)
+    np.testing.assert_allclose(disk.evaluate(disk.rates, q=q, u=u), rates, rtol=1e-14)
+    start = kn.simulate(disk, (0, 1e-3), q=q, rates=rates, samples=2)
+    np.testing.assert_allclose(start.u[0], [float(v) for v in u.values()], rtol=1e-14)
+    with pytest.raises(kn.SimulationError, match=r"either u= or rates=.*both"):
+        kn.simulate(disk, (0, 1), q=q, u=u, rates=rates)
+    with pytest.raises(kn.ValueMissingError, match="none for q2"):
+        disk.speeds_from_rates(q, {"q1": 1, "q3": 0, "q4": 0, "q5": 0})
+
+    body = kn.derive(free_body.system())
+    e = np.array([0.5, 0.1, -0.7, 0.5])
+    e /= np.linalg.norm(e)
+    e_dot = np.array([0.3, -0.2, 0.4, 0.9])
+    e_dot -= e * (e @ e_dot)
+    place = dict(zip(("e0", "e1", "e2", "e3"), e, strict=True))
+    change = dict(zip(("e0", "e1", "e2", "e3"), e_dot, strict=True))
+    for name in [c.name for c in body.coordinates if c.name not in place]:
+        place[name], change[name] = 0.3, 0.7
+    found = body.evaluate(body.rates, q=place, u=body.speeds_from_rates(place, change))
+    np.testing.assert_allclose(found, [change[c.name] for c in body.coordinates], atol=1e-14)
+
+
+def test_values_share_one_shape():
+    from kane.gallery import rolling_disk
+
+    disk = kn.derive(rolling_disk.system())
+    found = disk.evaluate([disk.coordinates[0], 1], q={"q1": np.arange(3.0)})
+    assert [v.shape for v in found] == [(3,), (3,)]

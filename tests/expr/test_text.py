@@ -296,3 +296,12 @@ def test_order_of_construction_does_not_show() -> None:
     back = g + R * u1 + l * q2 + m * q1
     assert to_text(there) == to_text(back) == "m*q1 + g + l*q2 + R*u1"
     assert all(isinstance(n, Expr) for n in postorder([there, back]))
+
+
+def test_terms_alike_once_flattened_are_one():
+    x, y, z = coordinates("x y z")
+    a, b = parameters("a b")
+    assert to_text(a * a * x * y / 4 - a * (a * (x * y)) / 2) == "-a^2*x*y/4"
+    assert to_text((a * (b * (x * y))) - (x * (a * (b * y)))) == "0"
+    assert to_text(z * ((a * (b * (x * y))) - (x * (a * (b * y)))) + y) == "y"
+    assert to_text((1 + (a * (b * (x * y))) - (x * (a * (b * y)))) * z) == "z"

@@ -183,3 +183,33 @@ def test_events_may_watch_accelerations_and_reactions():
         events=[kn.Event("lift", N_reaction), kn.Event("jerk", u1.dt), kn.Event("pull", q1.dt.dt)],
     )
     assert [e.name for e in kn.derive(system).events] == ["lift", "jerk", "pull"]
+
+
+def test_replace_and_lookup_by_name():
+    from kane.gallery import rolling_disk
+
+    disk = rolling_disk.model()
+    other = disk.system.replace(speeds="rates")
+    assert [str(e) for e in other.speeds.values()] == ["q1'", "q2'", "q3'", "q4'", "q5'"]
+    assert other.bodies == disk.system.bodies
+    assert other.reactions == disk.system.reactions
+    assert other.loads == disk.system.loads
+    assert disk.system["disk"] is disk.disk
+    assert disk.system["B"] is disk.B
+    assert disk.system["C*"] is disk.Cs
+    with pytest.raises(kn.ModelError, match="to replace, got colour"):
+        disk.system.replace(colour=1)
+    with pytest.raises(kn.ModelError, match="got 'nothing'"):
+        disk.system["nothing"]
+
+
+def test_coordinates_of_positions_come_first_and_numbered_ones_stay_together():
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    r, theta, q10, q2 = kn.coordinates("r theta q10 q2")
+    A = N.rotate("A", theta, N.z)
+    B = A.rotate("B", q10, A.x).rotate("B2", q2, A.x)
+    P = O.at("P", r * A.x)
+    body = kn.RigidBody("b", frame=B, mass_center=P, mass=1, inertia=kn.inertia(B, 1, 2, 3))
+    system = kn.System(N, bodies=[body], speeds="rates")
+    assert [q.name for q in system.coordinates] == ["r", "theta", "q2", "q10"]

@@ -340,3 +340,21 @@ def test_the_disk_at_rest_on_its_contact_is_told_of_slip():
     eom = kn.derive(disk.system)
     with pytest.raises(kn.SimulationError, match="onset of rolling"):
         kn.simulate(eom, (0, 1), q=[0, 0.3, 0, 0, 0], u=[0, 0, 0, 0, 0])
+
+
+def test_events_that_do_not_end_the_motion_are_recorded():
+    """x = cos t crosses zero at π/2, 3π/2, 5π/2; falling only at the first and third."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x")
+    P = O.at("P", x * N.x)
+    load = kn.Force(P, -x * N.x)
+    both = kn.Event("zero", x, terminal=False)
+    falling = kn.Event("down", x, direction=-1, terminal=False)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds="rates", loads=[load], events=[both, falling]))
+    sol = kn.simulate(eom, (0, 9), q=[1], u=[0])
+    assert sol.status == "finished"
+    assert sol.event is None
+    times = [t for e, t in sol.events if e.name == "zero"]
+    np.testing.assert_allclose(times, np.pi * np.array([0.5, 1.5, 2.5]), atol=1e-7)
+    np.testing.assert_allclose([t for e, t in sol.events if e.name == "down"], [times[0], times[2]], atol=1e-12)

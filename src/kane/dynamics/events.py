@@ -61,7 +61,7 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
                 -1,
                 True,
                 f"the {name} takes its size from {reaction}, which must press: at {reaction} = 0 the contact opens, and the "
-                "model ends here",
+                "model ends here. If it presses where it is negative, declare it along the opposite direction",
             )
             for reaction, name in contacts.items()
         ),

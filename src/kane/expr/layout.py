@@ -221,6 +221,14 @@ def _product(negative: bool, coefficient: Number, factors: Sequence[tuple[Signed
     found: list[tuple[Tree, int, Expr]] = []
     for (minus, tree), exponent, node in factors:
         shown = tree
+        if (
+            isinstance(shown, NumberTree) and node.op is not CONST and (shown.value or exponent > 0)
+        ):  # a sum that vanished
+            if not shown.value:
+                return False, _number(0)
+            coefficient = coefficient * Fraction(shown.value) ** exponent
+            negative ^= minus and exponent % 2 == 1
+            continue
         if isinstance(shown, Sum) and shown.leads_with_minus:
             shown, minus = shown.flipped(), not minus
         negative ^= minus and exponent % 2 == 1
@@ -251,7 +259,42 @@ def _scaled(coefficient: Number, form: Signed) -> Signed:
     return negative, Product(_plain(coefficient), ((tree, 1),), (), tree.tokens)
 
 
+def _merged(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> tuple[Number, list[tuple[Signed, Expr]]]:
+    """Terms alike once flattened become one: m*R^2*u/4 - m*R^2*u/2 reads -m*R^2*u/4."""
+    groups: dict[object, list[tuple[Signed, Expr]]] = {}
+    for (negative, tree), node in terms:
+        if isinstance(tree, NumberTree):
+            constant += -tree.value if negative else tree.value
+            continue
+        above, below = (tree.above, tree.below) if isinstance(tree, Product) else (((tree, 1),), ())
+        alike = tuple((id(t), e) for t, e in above), tuple((id(t), e) for t, e in below)
+        groups.setdefault(alike, []).append(((negative, tree), node))
+    kept: list[tuple[Signed, Expr]] = []
+    for group in groups.values():
+        if len(group) == 1:
+            kept += group
+            continue
+        total: Number = 0
+        for (negative, tree), _ in group:
+            size = tree.coefficient if isinstance(tree, Product) else 1
+            total += -size if negative else size
+        if total:
+            (_, first), node = group[0]
+            kept.append((_scaled(total, (False, _bare(first))), node))
+    return constant, kept
+
+
+def _bare(tree: Tree) -> Tree:
+    """The product without its coefficient."""
+    if not isinstance(tree, Product):
+        return tree
+    if not tree.below and len(tree.above) == 1 and tree.above[0][1] == 1:
+        return tree.above[0][0]
+    return Product(1, tree.above, tree.below, tree.tokens)
+
+
 def _sum(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> Signed:
+    constant, terms = _merged(constant, terms)
     ordered = _sorted([((*t.tokens, *LAST), n, (s, t)) for (s, t), n in terms])
     if constant:
         ordered.append((constant < 0, _number(_size(constant))))

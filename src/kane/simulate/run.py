@@ -17,6 +17,7 @@ from kane.expr.evaluate import compile_reference
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.model.events import Event
+from kane.simulate.crossings import crossings
 from kane.simulate.solution import Solution
 from kane.simulate.start import check_span, check_tolerance, input_functions, start_state
 
@@ -24,7 +25,6 @@ Array = npt.NDArray[np.float64]
 Rate = Callable[[float, Array], Array]
 
 _SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
-_EVENT_TOLERANCE = 1e-12
 
 
 def simulate(
@@ -58,7 +58,7 @@ def simulate(
     inputs : a number or a function of time for each input
     method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
     rtol, atol : relative and absolute tolerance
-    samples : how many evenly spaced times to return, or the times
+    samples : how many evenly spaced times to return, or the times; the start and the end always come too
 
     Raises
     ------
@@ -132,7 +132,9 @@ def _integrate(
     values = watch(t0, start) if watch else np.zeros(0)
     solver = getattr(integrate, method)(rate, t0, start, t1, **tolerances)
     grid, rows, steps = [t0], [start], 0
-    status, message, hit = "finished", f"reached t = {t1:g}", None
+    status, message = "finished", f"reached t = {t1:g}"
+    hit: Event | None = None
+    met: list[tuple[Event, float]] = []
     while solver.status == "running":
         if steps >= max_steps:
             status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
@@ -155,12 +157,13 @@ def _integrate(
         dense, end = solver.dense_output(), solver.t
         if watch:
             after = watch(end, solver.y)
-            found = _first_event(eom.events, watch, dense, solver.t_old, end, values, after)
+            for event, t in crossings(eom.events, watch, dense, (solver.t_old, end), (values, after)):
+                met.append((event, t))
+                if event.terminal:
+                    status, hit, end = "event", event, t
+                    message = f"{event.name} at t = {end:.6g}: {event.message or 'terminal event'}"
+                    break
             values = after
-            if found is not None:
-                event, end = found
-                status, hit = "event", event
-                message = f"{event.name} at t = {end:.6g}: {event.message or 'terminal event'}"
         inside = wanted[(wanted > grid[-1]) & (wanted < end)]
         for t in inside:
             grid.append(float(t))
@@ -183,6 +186,7 @@ def _integrate(
         status,
         message,
         hit,
+        tuple(met),
         steps,
         int(solver.nfev),
     )
@@ -217,32 +221,3 @@ def _warn_of_events(eom: Equations, values: Array) -> None:
     for event, value in zip(eom.events, values, strict=True):
         if not np.isfinite(value):
             warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=3)
-
-
-def _first_event(
-    events: Sequence[Event],
-    watch: Rate,
-    dense: Callable[[float], Array],
-    t_old: float,
-    t_new: float,
-    before: Array,
-    after: Array,
-) -> tuple[Event, float] | None:
-    """The first terminal event of a step and its time."""
-    from scipy.optimize import brentq
-
-    first: tuple[Event, float] | None = None
-    for k, event in enumerate(events):
-        a, b = before[k] - event.threshold, after[k] - event.threshold
-        crossed = (a > 0 >= b and event.direction <= 0) or (a < 0 <= b and event.direction >= 0)
-        if not (event.terminal and crossed):
-            continue
-
-        def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
-            return float(watch(t, dense(t))[k] - threshold)
-
-        at_old = gap(t_old)
-        t = t_new if b == 0 or at_old * gap(t_new) > 0 else float(brentq(gap, t_old, t_new, xtol=_EVENT_TOLERANCE))
-        if first is None or t < first[1]:
-            first = (event, t)
-    return first

@@ -46,7 +46,8 @@ class Solution:
     """A motion: `t` (n), `states` (n × (coordinates + speeds)), and `work` (n), the integral of the power.
 
     `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
-    name. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it.
+    name. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
+    `events` all that were met and their times.
     """
 
     equations: Equations
@@ -58,6 +59,7 @@ class Solution:
     status: str
     message: str
     event: Event | None
+    events: tuple[tuple[Event, float], ...]
     steps: int
     evaluations: int
 
