@@ -18,9 +18,10 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction
+from kane.kinematics.definitions import generalized_speeds
 from kane.kinematics.motion import Kinematics, cuts_of
 from kane.kinematics.sample import Sample
-from kane.kinematics.speeds import Speeds, generalized_speeds
+from kane.kinematics.speeds import Speeds
 from kane.model.events import Event
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System

@@ -11,37 +11,18 @@ Nothing here recurses: depth costs nothing.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias, TypeVar
 
-from kane.expr.node import Expr, Number, constant_value, digest, postorder
+from kane.expr.forms import PI_NAME, call, name_tree, number_tree, product_form, scaled, size_of, sum_form, unsigned
+from kane.expr.node import Expr, Number, constant_value, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN, Op
 from kane.expr.symbols import Symbol
 from kane.expr.trees import (
-    LAST,
-    RANK_CALL,
-    RANK_COMPARISON,
-    RANK_CONSTANT,
-    RANK_PI,
-    RANK_SUM,
-    RANK_Z,
-    Call,
-    Minus,
-    Name,
-    NumberTree,
-    Power,
-    Product,
     Signed,
-    Sum,
-    Tokens,
     Tree,
-    joined,
-    natural,
-    raised,
-    symbol_tokens,
 )
 
 LONG = 40
@@ -69,14 +50,14 @@ def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
     """
     chosen = set(roots if named else (r for r in roots if named is None and _is_long(r)))
     names = _choose_names(list(dict.fromkeys(r for r in roots if r in chosen)), roots) if chosen else {}
-    inside: _Forms = {n: (False, _name(text)) for n, text in names.items()}
+    inside: _Forms = {n: (False, name_tree(text)) for n, text in names.items()}
     bodies = []
     for node, text in names.items():
         shown = inside.pop(node)
-        bodies.append((text, _unsigned(_build(node, inside, names))))
+        bodies.append((text, unsigned(_build(node, inside, names))))
         inside[node] = shown
     in_full: _Forms = {}
-    trees = tuple(_unsigned(_build(r, inside, names) if r in chosen else _build(r, in_full, {})) for r in roots)
+    trees = tuple(unsigned(_build(r, inside, names) if r in chosen else _build(r, in_full, {})) for r in roots)
     return Layout(tuple(bodies), trees)
 
 
@@ -165,156 +146,6 @@ def _choose_names(roots: Sequence[Expr], shown: Iterable[Expr]) -> dict[Expr, st
     return names
 
 
-# Trees of single nodes ---------------------------------------------------------------------------------
-
-
-def _number(value: Number) -> NumberTree:
-    return NumberTree(_plain(value), ((RANK_CONSTANT, (), 0),))
-
-
-def _size(value: Number) -> Number:
-    return -value if value < 0 else value
-
-
-def _plain(value: Number) -> Number:
-    return value.numerator if isinstance(value, Fraction) and value.denominator == 1 else value
-
-
-def _name(text: str, symbol: Symbol | None = None) -> Name:
-    if symbol is not None:
-        return Name(text, symbol, symbol_tokens(symbol))
-    return Name(text, None, ((RANK_Z, natural(text), -1),))
-
-
-_PI_NAME = Name("pi", None, ((RANK_PI, ("pi",), -1),))
-
-
-def _unsigned(form: Signed) -> Tree:
-    negative, tree = form
-    return Minus(tree, tree.tokens) if negative else tree
-
-
-_ODD = {"sin", "tan", "asin", "atan", "sinh", "tanh", "sign"}
-_EVEN = {"cos", "cosh", "abs"}
-
-
-def _call(name: str, args: Sequence[Signed]) -> Signed:
-    """A function; sin(q1 - q2), not -sin(q2 - q1), and arguments of min and max in natural order."""
-    trees = [_unsigned(a) for a in args]
-    if name == "pow":
-        base, exponent = trees
-        return False, Power(base, exponent, joined((RANK_SUM, ("", 0, "^"), -1), (t.tokens for t in trees)))
-    negative = False
-    if name in ("min", "max"):
-        trees.sort(key=lambda t: t.tokens)
-    elif (name in _ODD or name in _EVEN) and isinstance(trees[0], Sum) and trees[0].leads_with_minus:
-        trees[0] = trees[0].flipped()
-        negative = name in _ODD
-    rank = RANK_COMPARISON if name == "less" else RANK_CALL
-    return negative, Call(name, tuple(trees), joined((rank, (name,), -1), (t.tokens for t in trees)))
-
-
-def _product(negative: bool, coefficient: Number, factors: Sequence[tuple[Signed, int, Expr]]) -> Signed:
-    """Of a - b and b - a the same one is a factor whichever the graph holds."""
-    if coefficient < 0:
-        negative, coefficient = not negative, -coefficient
-    found: list[tuple[Tree, int, Expr]] = []
-    for (minus, tree), exponent, node in factors:
-        shown = tree
-        if (
-            isinstance(shown, NumberTree) and node.op is not CONST and (shown.value or exponent > 0)
-        ):  # a sum that vanished
-            if not shown.value:
-                return False, _number(0)
-            coefficient = coefficient * Fraction(shown.value) ** exponent
-            negative ^= minus and exponent % 2 == 1
-            continue
-        if isinstance(shown, Sum) and shown.leads_with_minus:
-            shown, minus = shown.flipped(), not minus
-        negative ^= minus and exponent % 2 == 1
-        found.append((shown, exponent, node))
-    ordered = _sorted([(raised(t.tokens, e), n, (t, e)) for t, e, n in found])
-    above = tuple((t, e) for t, e in ordered if e > 0)
-    below = tuple((t, -e) for t, e in ordered if e < 0)
-    if not above and not below:
-        return negative, _number(coefficient)
-    if coefficient == 1 and not below and len(above) == 1 and above[0][1] == 1:
-        return negative, above[0][0]
-    tokens = joined(None, (raised(t.tokens, e) for t, e in ordered))
-    return negative, Product(_plain(coefficient), above, below, tokens)
-
-
-def _scaled(coefficient: Number, form: Signed) -> Signed:
-    negative, tree = form
-    if coefficient < 0:
-        negative, coefficient = not negative, -coefficient
-    if coefficient == 1:
-        return negative, tree
-    if isinstance(tree, Sum) and tree.leads_with_minus:
-        negative, tree = not negative, tree.flipped()
-    if isinstance(tree, NumberTree):
-        return negative, _number(coefficient * tree.value)
-    if isinstance(tree, Product):
-        return negative, Product(_plain(coefficient * tree.coefficient), tree.above, tree.below, tree.tokens)
-    return negative, Product(_plain(coefficient), ((tree, 1),), (), tree.tokens)
-
-
-def _merged(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> tuple[Number, list[tuple[Signed, Expr]]]:
-    """Terms alike once flattened become one: m*R^2*u/4 - m*R^2*u/2 reads -m*R^2*u/4."""
-    groups: dict[object, list[tuple[Signed, Expr]]] = {}
-    for (negative, tree), node in terms:
-        if isinstance(tree, NumberTree):
-            constant += -tree.value if negative else tree.value
-            continue
-        above, below = (tree.above, tree.below) if isinstance(tree, Product) else (((tree, 1),), ())
-        alike = tuple((id(t), e) for t, e in above), tuple((id(t), e) for t, e in below)
-        groups.setdefault(alike, []).append(((negative, tree), node))
-    kept: list[tuple[Signed, Expr]] = []
-    for group in groups.values():
-        if len(group) == 1:
-            kept += group
-            continue
-        total: Number = 0
-        for (negative, tree), _ in group:
-            size = tree.coefficient if isinstance(tree, Product) else 1
-            total += -size if negative else size
-        if total:
-            (_, first), node = group[0]
-            kept.append((_scaled(total, (False, _bare(first))), node))
-    return constant, kept
-
-
-def _bare(tree: Tree) -> Tree:
-    """The product without its coefficient."""
-    if not isinstance(tree, Product):
-        return tree
-    if not tree.below and len(tree.above) == 1 and tree.above[0][1] == 1:
-        return tree.above[0][0]
-    return Product(1, tree.above, tree.below, tree.tokens)
-
-
-def _sum(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> Signed:
-    constant, terms = _merged(constant, terms)
-    ordered = _sorted([((*t.tokens, *LAST), n, (s, t)) for (s, t), n in terms])
-    if constant:
-        ordered.append((constant < 0, _number(_size(constant))))
-    if not ordered:
-        return False, _number(0)
-    if len(ordered) == 1:
-        return ordered[0]
-    return False, Sum.of(ordered, joined((RANK_SUM, (), -1), (t.tokens for _, t in ordered)))
-
-
-def _sorted(items: list[tuple[Tokens, Expr, Item]]) -> list[Item]:
-    """By what is read; what reads alike (so far as compared), by structure."""
-    alike = Counter((tokens, node.key) for tokens, node, _ in items)
-    keyed = [
-        ((tokens, node.key, digest(node) if alike[tokens, node.key] > 1 else b""), item) for tokens, node, item in items
-    ]
-    keyed.sort(key=lambda k: k[0])
-    return [item for _, item in keyed]
-
-
 # From the graph to trees -------------------------------------------------------------------------------
 
 _Forms: TypeAlias = dict[Expr, Signed]
@@ -347,18 +178,18 @@ def _build(root: Expr, forms: _Forms, stops: Mapping[Expr, str]) -> Signed:
 def _plan(node: Expr, stops: Mapping[Expr, str]) -> _Plan:
     op = node.op
     if isinstance(node, Symbol):
-        leaf: Signed = (False, _name(node.name, node))
+        leaf: Signed = (False, name_tree(node.name, node))
         return (), lambda forms: leaf
     if op is PI:
-        return (), lambda forms: (False, _PI_NAME)
+        return (), lambda forms: (False, PI_NAME)
     if op is CONST:
         value = _value(node)
-        return (), lambda forms: (value < 0, _number(_size(value)))
+        return (), lambda forms: (value < 0, number_tree(size_of(value)))
     if op is ADD or op is SUB or op is NEG:
         return _plan_sum(node, stops)
     if op is MUL or op is DIV or _whole_exponent(node) is not None:
         return _plan_product(node, stops)
-    return node.args, lambda forms: _call(op.name, [forms[a] for a in node.args])
+    return node.args, lambda forms: call(op.name, [forms[a] for a in node.args])
 
 
 def _value(node: Expr) -> Number:
@@ -419,7 +250,7 @@ def _plan_sum(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
         else:
             terms[node] = terms.get(node, 0) + w
     left = [(n, w) for n, w in terms.items() if w]
-    return [n for n, _ in left], lambda forms: _sum(constant, [(_scaled(w, forms[n]), n) for n, w in left])
+    return [n for n, _ in left], lambda forms: sum_form(constant, [(scaled(w, forms[n]), n) for n, w in left])
 
 
 def _factors(node: Expr) -> Sequence[Expr]:
@@ -470,8 +301,8 @@ def _plan_product(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
     left = [(n, e) for n, e in factors.items() if e]
 
     def finish(forms: _Forms) -> Signed:
-        tans = [(_call("tan", [forms[a]]), e, a) for a, e in tangents.items() if e]
-        return _product(negative, coefficient, [*tans, *((forms[n], e, n) for n, e in left)])
+        tans = [(call("tan", [forms[a]]), e, a) for a, e in tangents.items() if e]
+        return product_form(negative, coefficient, [*tans, *((forms[n], e, n) for n, e in left)])
 
     return [*(n for n, _ in left), *tangents], finish
 

@@ -13,19 +13,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
-from kane.errors import NotAffineError, SingularError, SpeedsError
 from kane.expr.affine import affine_forms
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
-from kane.expr.diff import euler_parameter_rates
-from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
-from kane.expr.solve import invert, structural_rank
 from kane.expr.substitute import substitute
-from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, rate
+from kane.expr.symbols import Coordinate, Speed, rate
 from kane.model.system import System
 from kane.model.variables import EulerParameters
 
@@ -261,143 +255,3 @@ def _twice_g(e: tuple[Coordinate, ...]) -> list[list[Expr]]:
     e0, e1, e2, e3 = e
     rows = ((-e1, e0, e3, -e2), (-e2, -e3, e0, e1), (-e3, e2, -e1, e0))
     return [[2 * x for x in row] for row in rows]
-
-
-def generalized_speeds(system: System) -> Speeds:
-    """Read the speeds' definitions, check them and invert them.
-
-    Raises
-    ------
-    SpeedsError
-        if a definition is not affine in the rates, or the speeds are too many, too few or dependent.
-    """
-    sets = system.euler_parameters
-    quasi_of = {x: s for s in sets for x in s.coordinates}
-    rates: list[Expr] = []
-    for q in system.coordinates:
-        if q not in quasi_of:
-            rates.append(rate(q))
-        elif q is quasi_of[q].coordinates[0]:
-            rates.extend(quasi_of[q].quasi)
-    euler_rates: dict[Expr, Expr] = {}
-    for s in sets:
-        e_dots = euler_parameter_rates(s.coordinates, s.quasi)
-        euler_rates.update(zip(map(rate, s.coordinates), e_dots, strict=True))
-    speeds = tuple(system.speeds)
-    rows, z = _definitions(system, rates, euler_rates)
-    _check_cover(system, speeds, rows, rates)
-    dense = [[row.get(b, ZERO) for b in rates] for row in rows]
-    trivial = all(len(row) == 1 and next(iter(row.values())) is ONE for row in rows)
-    if not trivial:
-        _check_rank(system, speeds, rows, dense, rates)
-    try:
-        inverse, pivots = invert(dense)
-    except SingularError as error:
-        raise SpeedsError(f"Expected independent generalized speeds: {error}") from error
-    w: dict[Expr, dict[Expr, Expr]] = {
-        b: {u: c for u, c in zip(speeds, row, strict=True) if c is not ZERO}
-        for b, row in zip(rates, inverse, strict=True)
-    }
-    x: dict[Expr, Expr] = {}
-    for b in rates:
-        rest = ZERO
-        for i, u in enumerate(speeds):
-            if u in w[b] and z[i] is not ZERO:
-                rest = sub(rest, mul(w[b][u], z[i]))
-        x[b] = rest
-    by_row: dict[frozenset[tuple[Expr, Expr]], tuple[int, bool]] = {}
-    for i, row in enumerate(rows):
-        by_row[frozenset(row.items())] = (i, True)
-        by_row[frozenset((b, neg(c)) for b, c in row.items())] = (i, False)
-    return Speeds(
-        system, speeds, tuple(rates), tuple(rows), tuple(z), w, x, tuple(pivots), euler_rates, _groups(rates, rows), by_row,
-        not trivial,
-    )  # fmt: skip
-
-
-def _definitions(
-    system: System, rates: list[Expr], euler_rates: dict[Expr, Expr]
-) -> tuple[list[dict[Expr, Expr]], list[Expr]]:
-    rows: list[dict[Expr, Expr]] = []
-    z: list[Expr] = []
-    known = set(rates)
-    for u, definition in system.speeds.items():
-        e = substitute(definition, euler_rates) if euler_rates else definition
-        for s in free_symbols([e]):
-            if isinstance(s, Speed):
-                raise SpeedsError(
-                    f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition}."
-                )
-            if isinstance(s, Rate | QuasiRate) and s not in known:
-                raise SpeedsError(
-                    f"The definition of {u} uses {s}, but no frame or point of the system depends on that coordinate."
-                )
-        try:
-            ((row, rest),) = affine_forms([e], rates)
-        except NotAffineError as error:
-            raise SpeedsError(
-                f"Expected the definition of {u} to be linear in the rates (u = Y q' + z), got {definition}. {error}"
-            ) from error
-        if not row:
-            raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {definition}.")
-        rows.append(row)
-        z.append(rest)
-    return rows, z
-
-
-def _check_cover(system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr, Expr]], rates: list[Expr]) -> None:
-    covered = {b for row in rows for b in row}
-    missing = [b for b in rates if b not in covered]
-    if missing:
-        raise SpeedsError(
-            f"Expected every rate in some speed's definition, got none with {', '.join(map(str, missing))}. Define a speed "
-            'for each, for instance u = q.dt, or pass speeds="rates" to take u = q\' throughout.'
-        )
-    if len(speeds) != len(rates):
-        extra = "" if not system.euler_parameters else " (each set of Euler parameters needs three)"
-        raise SpeedsError(
-            f"Expected as many generalized speeds as independent rates, {len(rates)}{extra}: {', '.join(map(str, rates))}; "
-            f"got {len(speeds)}: {', '.join(map(str, speeds))}."
-        )
-
-
-def _check_rank(
-    system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr, Expr]], dense: list[list[Expr]], rates: list[Expr]
-) -> None:
-    structural = structural_rank(dense, len(rates))
-    if structural < len(rates):
-        raise SpeedsError(
-            f"Expected independent definitions of {', '.join(map(str, speeds))}, got structural rank {structural} of "
-            f"{len(rates)}: some of them share too few rates."
-        )
-    generator = np.random.default_rng(20041)
-    numbers = {
-        s: generator.uniform(0.3, 1.2)
-        for s in free_symbols(x for row in dense for x in row)
-        if not (isinstance(s, Parameter) and s.default)
-    }
-    y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
-    if not np.all(np.isfinite(y)):
-        return
-    for _ in range(2):  # units must not matter
-        for axis in (0, 1):
-            size = np.abs(y).max(axis=axis, keepdims=True)
-            y = y / np.where(size > 0, size, 1.0)
-    _, sigma, right = np.linalg.svd(y.T)
-    if sigma[-1] <= 1e-10 * sigma[0]:
-        culprits = [str(u) for u, c in zip(speeds, right[-1], strict=True) if abs(c) > 1e-6]
-        raise SpeedsError(
-            f"Expected independent definitions of the generalized speeds, got a combination of {', '.join(culprits)} that "
-            "vanishes at every configuration: W does not exist. Define one of them differently."
-        )
-
-
-def _groups(rates: list[Expr], rows: list[dict[Expr, Expr]]) -> dict[Expr, int]:
-    """Rates that meet in a row belong to one group."""
-    group = {b: i for i, b in enumerate(rates)}
-    for row in rows:
-        joined = {group[b] for b in row}
-        target = min(joined)
-        if len(joined) > 1:
-            group = {b: target if g in joined else g for b, g in group.items()}
-    return group
