@@ -9,6 +9,7 @@ from kane.errors import NotAffineError
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+from kane.expr.visit import fold
 
 Affine = tuple[dict[Expr, Expr], Expr]
 """Coefficients by symbol, without zeros, and the remainder."""
@@ -31,23 +32,8 @@ def affine_forms(roots: Iterable[Expr], symbols: Iterable[Expr]) -> list[Affine]
     chosen = set(symbols)
     known: dict[Expr, Affine] = {s: ({s: ONE}, ZERO) for s in chosen}
     for root in wanted:
-        _visit(root, known)
+        fold(root, known, lambda node: _combine(node, [known[a] for a in node.args]))
     return [known[r] for r in wanted]
-
-
-def _visit(root: Expr, known: dict[Expr, Affine]) -> None:
-    stack = [root]
-    while stack:
-        node = stack[-1]
-        if node in known:
-            stack.pop()
-            continue
-        waiting = [a for a in node.args if a not in known]
-        if waiting:
-            stack.extend(waiting)
-            continue
-        stack.pop()
-        known[node] = _combine(node, [known[a] for a in node.args])
 
 
 def _combine(node: Expr, parts: list[Affine]) -> Affine:

@@ -11,6 +11,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB, SYMBOL
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
+from kane.expr.visit import fold
 
 Tangents = Mapping[Expr, Expr] | Callable[[Expr], Expr]
 
@@ -29,22 +30,8 @@ def tangent(root: Expr, seeds: Tangents, memo: dict[Expr, Expr] | None = None) -
     A `memo` shared between calls with the same seeds makes later calls cost only what is new.
     """
     known: dict[Expr, Expr] = {} if memo is None else memo
-    if root in known:
-        return known[root]
     seed = seeds if callable(seeds) else (lambda leaf: seeds.get(leaf, ZERO))
-    stack = [root]
-    while stack:
-        node = stack[-1]
-        if node in known:
-            stack.pop()
-            continue
-        waiting = [a for a in node.args if a not in known]
-        if waiting:
-            stack.extend(waiting)
-            continue
-        stack.pop()
-        known[node] = seed(node) if node.op is SYMBOL else _through(node, known)
-    return known[root]
+    return fold(root, known, lambda node: seed(node) if node.op is SYMBOL else _through(node, known))
 
 
 def _through(node: Expr, known: Mapping[Expr, Expr]) -> Expr:

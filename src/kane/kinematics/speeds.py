@@ -20,6 +20,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.substitute import substitute
 from kane.expr.symbols import Coordinate, Speed, rate
+from kane.expr.visit import fold
 from kane.model.system import System
 from kane.model.variables import EulerParameters
 
@@ -151,26 +152,14 @@ class Speeds:
 
         `memo` may be shared between calls.
         """
-        base = self._basic(root)
         rates = set(self.rates)
-        stack = [base]
-        while stack:
-            node = stack[-1]
-            if node in memo:
-                stack.pop()
-                continue
-            waiting = [a for a in node.args if a not in memo]
-            if waiting:
-                stack.extend(waiting)
-                continue
-            stack.pop()
+
+        def combine(node: Expr) -> tuple[Row | None, Expr]:
             if node in rates:
-                memo[node] = ({node: ONE}, ZERO)
-            elif not node.args:
-                memo[node] = (None, node)
-            else:
-                memo[node] = self._step(node, [memo[a] for a in node.args])
-        return self._finished(memo[base])
+                return {node: ONE}, ZERO
+            return self._step(node, [memo[a] for a in node.args]) if node.args else (None, node)
+
+        return self._finished(fold(self._basic(root), memo, combine))
 
     def _finished(self, entry: tuple[Row | None, Expr]) -> Expr:
         row, rest = entry
