@@ -204,3 +204,9 @@ def test_long_sums_are_one_sum() -> None:
 def test_sympy_is_imported_only_when_used() -> None:
     code = "import sys, kane.interop.sympy, kane.expr.text; sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-W", "error", "-c", code], check=False).returncode == 0
+
+
+def test_parts_of_complex_numbers_are_those_of_real_ones() -> None:
+    doubled = m.exp() + m.exp()
+    assert from_sympy(to_sympy(abs(doubled)), OURS) is doubled
+    assert from_sympy(sympy.re(Q1) + sympy.im(Q2) + sympy.conjugate(Q2), OURS) is q1 + q2

@@ -317,6 +317,10 @@ _FROM: dict[str, Callable[..., Any]] = {
     "Pow": _power,
     "Min": lambda *args: reduce(NODE_BUILDERS["min"], args),
     "Max": lambda *args: reduce(NODE_BUILDERS["max"], args),
+    # SymPy's symbols may be complex, ours are real: Abs(exp(m)) comes back as exp(re(m)).
+    "re": lambda x: x,
+    "im": lambda x: ZERO,
+    "conjugate": lambda x: x,
     "sec": lambda x: div(ONE, x.cos()),
     "csc": lambda x: div(ONE, x.sin()),
     "cot": lambda x: div(x.cos(), x.sin()),
