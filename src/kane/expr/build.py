@@ -62,7 +62,9 @@ def add(a: Expr, b: Expr) -> Expr:
             whole = sin2_cos2(a, b)
             if whole is not None:
                 return whole
-    return intern_node(ADD, a, b) if precedes(a, b) else intern_node(ADD, b, a)
+    if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
+        return intern_node(ADD, a, b)
+    return intern_node(ADD, b, a)
 
 
 def sub(a: Expr, b: Expr) -> Expr:
@@ -140,7 +142,9 @@ def mul(a: Expr, b: Expr) -> Expr:
             return div(a, b.args[1])
     if a is b and ao is SQRT:
         return a.args[0]
-    return intern_node(MUL, a, b) if precedes(a, b) else intern_node(MUL, b, a)
+    if a.key < b.key or (a.key == b.key and precedes(a, b)):
+        return intern_node(MUL, a, b)
+    return intern_node(MUL, b, a)
 
 
 def _scaled_product(c: Number, x: Expr, y: Expr) -> Expr:

@@ -26,16 +26,27 @@ def split(a: Expr) -> tuple[Number, Expr]:
 
 def like_terms(a: Expr, b: Expr, sign: int) -> tuple[Number, Expr, Expr] | None:
     """The sum a + sign·b as number · x · y, if it is one product: c x ± d x, or c x y ± d x y however they are grouped."""
+    if a.op is not MUL or b.op is not MUL:
+        ca, ra = split(a)
+        cb, rb = split(b)
+        return (ca + sign * cb, ra, ONE) if ra is rb else None
+    if not (_has_number(a) or _has_number(b)):  # two products of two are alike only with a number in one of them
+        return None
     ca, ra = split(a)
     cb, rb = split(b)
     if ra is rb:
         return ca + sign * cb, ra, ONE
-    if a.op is MUL is b.op:
-        for c, x, y in _scaled_pairs(a):
-            for d, v, w in _scaled_pairs(b):
-                if (x is v and y is w) or (x is w and y is v):
-                    return c + sign * d, x, y
+    for c, x, y in _scaled_pairs(a):
+        for d, v, w in _scaled_pairs(b):
+            if (x is v and y is w) or (x is w and y is v):
+                return c + sign * d, x, y
     return None
+
+
+def _has_number(a: Expr) -> bool:
+    """Whether a product of two factors has a number in front, or in front of a factor."""
+    x, y = a.args
+    return x.op is CONST or (x.op is MUL and x.args[0].op is CONST) or (y.op is MUL and y.args[0].op is CONST)
 
 
 def _scaled_pairs(a: Expr) -> list[tuple[Number, Expr, Expr]]:
