@@ -38,7 +38,7 @@ def constant_inertia(body: RigidBody) -> ConstantInertia:
     frames = body.inertia.frames()
     home = frames[0] if len(frames) == 1 else body.frame
     matrix = body.inertia.components(home)
-    if not is_constant_in_time(x for row in matrix.rows for x in row) and home is not body.frame:
+    if home is not body.frame and not is_constant_in_time(x for row in matrix.rows for x in row):
         home = body.frame
         matrix = body.inertia.components(home)
     moving = [str(s) for s in free_symbols(x for row in matrix.rows for x in row) if not is_constant_in_time([s])]

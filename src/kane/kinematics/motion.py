@@ -32,13 +32,18 @@ Forms = tuple[ScalarForm, ScalarForm, ScalarForm]
 class Motion:
     """The rotation of a frame, or the translation of a point, in the inertial frame.
 
-    `partials` by speed (auxiliary ones too), `rest` free of speeds, `total` at zero auxiliary speeds, `bias` at u̇ = 0.
+    `partials` by speed (auxiliary ones too), `rest` free of speeds, `bias` at u̇ = 0; `spin` is a frame's whole angular velocity.
     """
 
     partials: Partials
     rest: Vector
-    total: Vector
     bias: Vector
+    spin: Vector | None = None
+
+    @property
+    def total(self) -> Vector:
+        """The velocity at zero auxiliary speeds: of a frame as built along the tree, of a point put together when read."""
+        return velocity_form(self).gathered() if self.spin is None else self.spin
 
 
 _STILL = Motion({}, Vector(), Vector(), Vector())
@@ -114,7 +119,7 @@ class Kinematics:
         total = base.total.express(home) + relative.express(home)
         swing = Vector(((frame, (self.drift(a), self.drift(b), self.drift(c))),))
         bias = base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
-        return Motion(partials, base.rest + rest, total, bias)
+        return Motion(partials, base.rest + rest, bias, total)
 
     def _matched_rotation(self, frame: Frame, auxiliary: Partials) -> Motion | None:
         """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
@@ -147,7 +152,7 @@ class Kinematics:
         bias = Vector(((target, (self.drift(a), self.drift(b), self.drift(c))),))
         if target is not frame:
             bias = bias + self.frame(target).total.cross(total)
-        return Motion(partials, rest, total, bias.gathered())
+        return Motion(partials, rest, bias.gathered(), total)
 
     # Points ---------------------------------------------------------------------------------------------------------
 
@@ -163,7 +168,7 @@ class Kinematics:
             return _STILL
         start = self._points[point.parent]
         partials = dict(start.partials)
-        rest, total, bias = start.rest, start.total, start.bias
+        rest, bias = start.rest, start.bias
         for f, r in point.offset.parts:
             spin = self.frame(f if point.body is None else point.body)
             arm = Vector(((f, r),))
@@ -171,9 +176,7 @@ class Kinematics:
                 _accumulate(partials, s, v.cross(arm))
             if not spin.rest.is_zero:
                 rest = rest + spin.rest.cross(arm)
-            turn = spin.total.cross(arm)
-            total = total + turn
-            bias = bias + spin.bias.cross(arm) + spin.total.cross(turn)
+            bias = bias + spin.bias.cross(arm) + spin.total.cross(spin.total.cross(arm))
             if point.body is None and _moves(r):
                 forms = self._forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
                 slide, slide_rest = _vectors(forms, f)
@@ -182,7 +185,6 @@ class Kinematics:
                 rest = rest + slide_rest
                 a, b, c = (form.total() for form in forms)
                 sliding = Vector(((f, (a, b, c)),))
-                total = total + sliding
                 swing = Vector(((f, (self.drift(a), self.drift(b), self.drift(c))),))
                 bias = bias + spin.total.cross(sliding) * 2 + swing
         for u, along in self.cuts.get(point, ()):
@@ -192,7 +194,7 @@ class Kinematics:
             if matched is not None:
                 return matched
         partials = {s: v for s, v in partials.items() if not v.is_zero}
-        return Motion(partials, rest.gathered(), total.gathered(), bias.gathered())
+        return Motion(partials, rest.gathered(), bias.gathered())
 
     def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
         """v along the first frame in which every measure number is a sum of rows of Y."""
