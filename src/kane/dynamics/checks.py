@@ -15,6 +15,7 @@ from kane.expr.evaluate import sample
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.motion import Kinematics
+from kane.kinematics.rank import null_direction
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.space.frame import Frame
@@ -56,15 +57,8 @@ def _null_vector(matrix: Matrix) -> npt.NDArray[np.float64] | None:
     """x with A x = 0 at a random point, its entries scaled; None where A is regular there."""
     if not matrix.rows:
         return None
-    a = np.array(sample([x for row in matrix.rows for x in row], _SEED)).reshape(matrix.shape)
-    if not np.all(np.isfinite(a)):
-        return None
-    for _ in range(2):  # units must not matter
-        for axis in (0, 1):
-            size = np.abs(a).max(axis=axis, keepdims=True)
-            a = a / np.where(size > 0, size, 1.0)
-    _, sigma, right = np.linalg.svd(a)
-    return right[-1] if sigma[-1] <= 1e-12 * sigma[0] else None
+    numbers = sample([x for row in matrix.rows for x in row], _SEED)
+    return null_direction(np.array(numbers).reshape(matrix.shape), 1e-12)
 
 
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:

@@ -8,16 +8,16 @@ from collections.abc import Sequence
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import QuasiRate, Rate
-from kane.kinematics.speeds import Speeds
+from kane.kinematics.speeds import Row, Speeds
 from kane.model.loads import Load
 
 
 def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:
     """The loads with every rate written in speeds."""
-    memo: dict[Expr, tuple[object, Expr]] = {}
+    memo: dict[Expr, tuple[Row | None, Expr]] = {}
 
     def convert(e: Expr) -> Expr:
-        return speeds.in_speeds(e, memo)  # type: ignore[arg-type]
+        return speeds.in_speeds(e, memo)
 
     if not any(_has_rates(x) for load in loads for x in _scalars(load)):
         return tuple(loads)

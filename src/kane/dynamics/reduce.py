@@ -19,7 +19,7 @@ from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
-from kane.expr.solve import backward, forward, ldl, solve_lu
+from kane.expr.solve import finish, forward, ldl, solve_lu
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,12 +51,12 @@ def solve_motion(
     y = forward(factors, forcing)
     count = len(forcing_a)
     if not count:
-        u_dot = backward(factors, [div(v, p) for v, p in zip(y, d, strict=True)])
+        u_dot = finish(factors, y)
         return Solved(tuple(u_dot), (), tuple(d), Matrix([], (0, 0)), Matrix([], (0, 0)))
     columns = [[row[j] for row in coupling] for j in range(count)]
     coupled = any(x is not ZERO for column in columns for x in column)
     if not coupled:
-        u_dot = backward(factors, [div(v, p) for v, p in zip(y, d, strict=True)])
+        u_dot = finish(factors, y)
         right = [sub(dot(m, u_dot), f) for m, f in zip(mass_a, forcing_a, strict=True)]
         matrix = coupling_a
     else:
@@ -68,7 +68,7 @@ def solve_motion(
     if coupled:
         for j, column in enumerate(z):
             y = [v if c is ZERO else add(v, mul(c, reactions[j])) for v, c in zip(y, column, strict=True)]
-        u_dot = backward(factors, [div(v, p) for v, p in zip(y, d, strict=True)])
+        u_dot = finish(factors, y)
     return Solved(tuple(u_dot), tuple(reactions), tuple(d), Matrix(matrix), Matrix(coupling_a))
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.errors import SingularError
-from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.build import div, mul, neg, sub
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr
 from kane.expr.ops import CONST
@@ -73,9 +73,8 @@ def backward(factors: LDL, z: Sequence[Expr]) -> list[Expr]:
     return x
 
 
-def solve_ldl(factors: LDL, b: Sequence[Expr]) -> list[Expr]:
-    """x with L D Lᵀ x = b."""
-    y = forward(factors, b)
+def finish(factors: LDL, y: Sequence[Expr]) -> list[Expr]:
+    """x with D Lᵀ x = y: what is left of L D Lᵀ x = b after y = `forward(factors, b)`."""
     return backward(factors, [div(v, d) for v, d in zip(y, factors.pivots, strict=True)])
 
 
@@ -255,11 +254,3 @@ def _cofactor(a: list[list[Expr]], i: int, j: int) -> Expr:
     else:
         value = minor[0][0]
     return neg(value) if (i + j) % 2 else value
-
-
-def total(terms: Sequence[Expr]) -> Expr:
-    """Σ terms, folded from the left."""
-    result = ZERO
-    for x in terms:
-        result = add(result, x)
-    return result

@@ -15,6 +15,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert, structural_rank
 from kane.expr.substitute import substitute
 from kane.expr.symbols import Parameter, QuasiRate, Rate, Speed, rate
+from kane.kinematics.rank import null_direction
 from kane.kinematics.speeds import Speeds
 from kane.model.system import System
 
@@ -133,15 +134,9 @@ def _check_rank(
         if not (isinstance(s, Parameter) and s.default)
     }
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
-    if not np.all(np.isfinite(y)):
-        return
-    for _ in range(2):  # units must not matter
-        for axis in (0, 1):
-            size = np.abs(y).max(axis=axis, keepdims=True)
-            y = y / np.where(size > 0, size, 1.0)
-    _, sigma, right = np.linalg.svd(y.T)
-    if sigma[-1] <= 1e-10 * sigma[0]:
-        culprits = [str(u) for u, c in zip(speeds, right[-1], strict=True) if abs(c) > 1e-6]
+    vanishing = null_direction(y.T, 1e-10)
+    if vanishing is not None:
+        culprits = [str(u) for u, c in zip(speeds, vanishing, strict=True) if abs(c) > 1e-6]
         raise SpeedsError(
             f"Expected independent definitions of the generalized speeds, got a combination of {', '.join(culprits)} that "
             "vanishes at every configuration: W does not exist. Define one of them differently."
