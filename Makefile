@@ -8,7 +8,7 @@ JOBS   ?= 2
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full check format docs bench lock clean
+.PHONY: help demo test test-full check format docs bench bench-rhs lock clean
 
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -37,6 +37,9 @@ docs: $(VENV)/.dev-stamp  ## the documentation, in docs/_build/html
 
 bench: $(VENV)/.dev-stamp  ## operation counts and timings
 	$(BIN)/python benchmarks/run.py
+
+bench-rhs: $(VENV)/.dev-stamp  ## right-hand sides against peers; write benchmarks/rhs.json and rhs.md
+	$(BIN)/python -m benchmarks.rhs
 
 lock:  ## resolve the dependency groups anew into requirements/ (any machine with pip's index)
 	bash requirements/lock.sh $(PYTHON)

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Hypothesis profiles (`--hypothesis-profile=quick|full`) and the collection of slow tests."""
+"""Hypothesis profiles (`--hypothesis-profile=quick|full`), the collection of slow tests, and a cache of the tests' own."""
 
 import os
+import shutil
+import tempfile
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -24,6 +26,14 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("quick")  # where no profile is named
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compiled code goes to a folder that begins empty and goes with the session; xdist's workers share it."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        folder = tempfile.mkdtemp(prefix="kane-tests-")
+        os.environ["KANE_CACHE"] = folder
+        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING, Any
 from kane.dynamics.derive import derive
 from kane.dynamics.equations import Equations
 from kane.errors import (
+    ArgumentError,
     ExpressionError,
     KaneError,
     KaneWarning,
     ModelError,
     NotAffineError,
+    NotFiniteError,
+    ProgramError,
     ReactionError,
     SimulationError,
     SingularError,
@@ -102,6 +105,8 @@ from kane.model.loads import (
 )
 from kane.model.reactions import auxiliary_speed, reaction
 from kane.model.system import System
+from kane.program.compiled import Compiled, compile
+from kane.program.handle import Handle
 from kane.simulate.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.simulate.solution import Solution
 from kane.space.frame import Frame
@@ -112,12 +117,14 @@ if TYPE_CHECKING:
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.present.checks import Check
     from kane.present.report import report
+    from kane.present.versions import show_versions
 
 __version__ = "0.1.0.dev0"
 
 _LAZY = {
     "report": "kane.present.report",
     "Check": "kane.present.checks",
+    "show_versions": "kane.present.versions",
     "to_sympy": "kane.interop.sympy",
     "from_sympy": "kane.interop.sympy",
 }
@@ -147,11 +154,11 @@ __all__ = [
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "action_reaction", "torque_pair",
     "reaction", "auxiliary_speed", "Event",
-    "System", "derive", "Equations", "simulate", "Solution", "report", "Check",
+    "System", "derive", "Equations", "compile", "Compiled", "Handle", "simulate", "Solution", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "SpeedsError", "ReactionError",
-    "SingularError", "ValueMissingError", "SimulationError", "KaneWarning",
-    "__version__",
+    "SingularError", "ValueMissingError", "SimulationError", "ProgramError", "ArgumentError", "NotFiniteError", "KaneWarning",
+    "show_versions", "__version__",
 ]  # fmt: skip

@@ -48,5 +48,17 @@ class SimulationError(KaneError, RuntimeError):
     """A simulation cannot start or cannot go on."""
 
 
+class ProgramError(KaneError, RuntimeError):
+    """A program is not well formed, or cannot be compiled on this machine."""
+
+
+class ArgumentError(KaneError, ValueError):
+    """An array of the wrong shape or type, or a value that is not finite, is given to compiled code."""
+
+
+class NotFiniteError(KaneError, ArithmeticError):
+    """Compiled code gave infinity or NaN at finite arguments; the message names the first intermediate that did."""
+
+
 class KaneWarning(UserWarning):
     """Something that is probably not meant, but can be computed."""

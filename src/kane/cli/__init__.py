@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from kane.cli.cache import app as cache_app
+
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Equations of motion by Kane's method.")
 
 
@@ -17,6 +19,9 @@ def _version(wanted: bool) -> None:
 
         typer.echo(f"kane {__version__}")
         raise typer.Exit()
+
+
+app.add_typer(cache_app, name="cache")
 
 
 @app.callback()

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
+
+if TYPE_CHECKING:
+    from kane.program.compiled import compile
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -316,6 +319,9 @@ class Equations:
     ) -> dict[Speed, Any]:
         """u = Y q̇ + z at numbers: the generalized speeds of a motion known by the rates of its coordinates."""
         return speeds_from_rates(self, q, rates, parameters, t)
+
+    if TYPE_CHECKING:
+        compile = compile
 
     def reaction_condition(self, **state: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Reciprocal condition number (2-norm) of the matrix that the reactions are solved from; 1 without reactions."""

@@ -47,7 +47,7 @@ def without_unknowns(eom: Equations, roots: Sequence[Expr]) -> list[Expr]:
     return [substitute(e, solved, memo) for e in plain]
 
 
-def named_values(eom: Equations, what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr, Any]:
+def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr, Any]:
     """Values by symbol, from a mapping by symbol or name, or a sequence in the symbols' order."""
     if given is None:
         return {}
@@ -75,14 +75,14 @@ def speeds_from_rates(
     eom: Equations, q: Any, rates: Any, parameters: Mapping[Any, Any] | None, t: Any
 ) -> dict[Speed, Any]:
     """See Equations.speeds_from_rates."""
-    given = named_values(eom, "rates, by coordinate,", eom.coordinates, rates)
+    given = named_values("rates, by coordinate,", eom.coordinates, rates)
     missing = [c.name for c in eom.coordinates if c not in given]
     if missing:
         raise ValueMissingError(f"Expected a rate for every coordinate, got none for {', '.join(missing)}.")
     values: dict[Expr, Any] = {time: t}
     values.update({rate(c): v for c, v in given.items() if isinstance(c, Coordinate)})
-    values.update(named_values(eom, "coordinates", eom.coordinates, q))
-    values.update(named_values(eom, "parameters", eom.parameters, parameters))
+    values.update(named_values("coordinates", eom.coordinates, q))
+    values.update(named_values("parameters", eom.parameters, parameters))
     q_dot = [rate(c) for c in eom.coordinates]
     rows = zip(eom.speeds, eom.Y.rows, eom.z, strict=False)
     found = evaluate([dot(row, q_dot) + z for _, row, z in rows], values)
@@ -108,16 +108,16 @@ def evaluate_along(
     else:
         wanted = without_unknowns(eom, [as_expr(e) for e in exprs])
     values: dict[Expr, Any] = {time: t}
-    values.update(named_values(eom, "coordinates", eom.coordinates, q))
-    values.update(named_values(eom, "speeds", eom.speeds, u))
-    values.update(named_values(eom, "parameters", eom.parameters, parameters))
-    values.update(named_values(eom, "inputs", eom.inputs, inputs))
+    values.update(named_values("coordinates", eom.coordinates, q))
+    values.update(named_values("speeds", eom.speeds, u))
+    values.update(named_values("parameters", eom.parameters, parameters))
+    values.update(named_values("inputs", eom.inputs, inputs))
     return evaluate(wanted, values)
 
 
 def parameter_values(eom: Equations, parameters: Mapping[Any, Any] | None) -> dict[Expr, float]:
     """A number for every parameter of the system; a missing one is named."""
-    values = named_values(eom, "parameters", eom.parameters, parameters)
+    values = named_values("parameters", eom.parameters, parameters)
     for p in eom.parameters:
         if p not in values and p.default is not None:
             values[p] = p.default

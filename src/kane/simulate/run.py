@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`simulate`: integrate the equations of motion with SciPy's solvers on the reference evaluator."""
+"""`simulate`: integrate the compiled equations of motion with SciPy's solvers."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ import numpy.typing as npt
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import parameter_values, without_unknowns
 from kane.errors import KaneWarning, SimulationError
-from kane.expr.evaluate import compile_reference
 from kane.expr.node import Expr
-from kane.expr.symbols import time
 from kane.model.events import Event
+from kane.program.equations import expressions
+from kane.program.handle import Handle
+from kane.program.machine import Settings
 from kane.simulate.crossings import crossings
 from kane.simulate.solution import Solution
 from kane.simulate.start import check_span, check_tolerance, input_functions, start_state
@@ -73,42 +74,43 @@ def simulate(
         raise SimulationError(f"Expected method to be one of {', '.join(_SOLVERS)}, got {method!r}.")
     constants = parameter_values(eom, parameters)
     drives = input_functions(eom, inputs)
-    leaves: list[Expr] = [time, *eom.coordinates, *eom.speeds, *constants, *drives]
-    fixed = list(constants.values())
+    fixed = np.array([constants[p] for p in eom.parameters])
     forces = list(drives.values())
+    width = len(eom.coordinates) + len(eom.speeds)
 
-    def at(roots: Sequence[Expr]) -> Rate:
-        run = compile_reference(roots, leaves)
-        width = len(eom.coordinates) + len(eom.speeds)
+    def compiled(name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Handle:
+        return Handle(expressions(eom, name, roots, labels), name, Settings(), fixed, "ignore")
 
-        def values(t: float, x: Array) -> Array:
-            numbers = run([np.float64(t), *x[:width], *fixed, *[np.float64(f(t)) for f in forces]])
-            return np.array([float(v) for v in numbers])
-
-        return values
+    def at(handle: Handle) -> Rate:
+        if not forces:
+            return lambda t, y: handle(t, y[:width])
+        return lambda t, y: handle(t, y[:width], None, np.array([float(f(t)) for f in forces]))
 
     power = without_unknowns(eom, [eom.power])
-    rate = at([*eom.right_hand_side, *power])
+    labels = [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
+    motion = compiled("motion", [*eom.right_hand_side, *power], [*labels, "P"])
+    rate = at(motion)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
     speeds = u if rates is None else eom.speeds_from_rates(q, rates, parameters=parameters, t=t0)
     start = np.append(start_state(eom, q, speeds), 0.0)
-    watch = at(without_unknowns(eom, [e.quantity for e in eom.events])) if eom.events else None
+    quantities = without_unknowns(eom, [e.quantity for e in eom.events])
+    watch = at(compiled("events", quantities, [e.name for e in eom.events])) if eom.events else None
     watched = watch(t0, start) if watch else np.zeros(0)
     _check_events(eom, watched, t0)
-    _check_start(eom, rate, t0, start)
+    _check_start(motion, rate, t0, start, [float(f(t0)) for f in forces])
     _warn_of_events(eom, watched)
     return _integrate(eom, rate, watch, (t0, t1), start, method, tolerances, samples, max_steps, constants, drives)
 
 
-def _check_start(eom: Equations, rate: Rate, t0: float, start: Array) -> None:
+def _check_start(motion: Handle, rate: Rate, t0: float, start: Array, drives: Sequence[float]) -> None:
     first = rate(t0, start)
-    names = [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
-    bad = [n for n, v in zip(names, first, strict=False) if not np.isfinite(v)]
+    bad = [n for n, v in zip(motion.labels[:-1], first, strict=False) if not np.isfinite(v)]
     if bad:
+        why = motion.explain(t0, start[:-1], None, drives)
         raise SimulationError(
             f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t0:g}: the equations are singular at "
-            "this state. Start elsewhere, or choose coordinates and speeds that are regular here."
+            f"this state ({why}). Start elsewhere, or choose coordinates and speeds that are regular here."
         )
 
 

@@ -22,7 +22,7 @@ _UNIT_SLACK = 1e-8
 
 def start_values(eom: Equations, what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
     """One finite number for each symbol."""
-    values = named_values(eom, what, symbols, given)
+    values = named_values(what, symbols, given)
     missing = [s.name for s in symbols if s not in values]
     if missing:
         raise ValueMissingError(f"Expected a start value for all {what}, got none for {', '.join(missing)}.")
@@ -48,7 +48,7 @@ def start_state(eom: Equations, q: Any, u: Any) -> Array:
 
 def input_functions(eom: Equations, inputs: Mapping[Any, Any] | None) -> dict[Expr, Callable[[Any], Any]]:
     """A function of time for each input; numbers are constant functions."""
-    given = named_values(eom, "inputs", eom.inputs, inputs)
+    given = named_values("inputs", eom.inputs, inputs)
     missing = [s.name for s in eom.inputs if s not in given]
     if missing:
         raise ValueMissingError(

@@ -1,0 +1,415 @@
+/*
+ * disk: equations of motion. Made by kane 0.1.0.dev0: derive and emit again instead of editing.
+ *
+ * Compile:  cc -std=c99 -O2 -fno-math-errno -c disk.c   and link with -lm
+ *           Options such as -march=native -ffp-contract=fast give fused multiply-adds: faster, other last digits.
+ * Call:     disk_hoist(p, h) once for each set of parameters, with double h[DISK_HOISTED]; then
+ *           disk_rhs(t, x, p, r, h, out) with double out[DISK_RHS_SIZE]
+ *           for time t, state x, parameters p, inputs r. A pointer to no elements may be null; out overlaps none of
+ *           the others. Nothing is kept between calls: threads may call at the same time.
+ *
+ * t       t, s: time
+ *
+ * x[0]    q1, rad: yaw
+ * x[1]    q2, rad: lean
+ * x[2]    q3, rad: spin
+ * x[3]    q4, m: contact, along x
+ * x[4]    q5, m: contact, along y
+ * x[5]    u1, rad/s
+ * x[6]    u2, rad/s
+ * x[7]    u3, rad/s
+ * x[8]    u4, m/s
+ * x[9]    u5, m/s
+ *
+ * p[0]    R, m: radius
+ * p[1]    m, kg: mass of the disk
+ * p[2]    mu_k, 1: coefficient of sliding friction
+ * p[3]    g, m/s^2: acceleration of free fall
+ *
+ */
+
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) \
+    || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#error "Compile without -ffast-math, -Ofast and the like: infinity, NaN and the order of operations matter here."
+#endif
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    DISK_PARAMETERS = 4,
+    DISK_STATES = 10,
+    DISK_INPUTS = 0,
+    DISK_HOISTED = 5,
+    DISK_RHS_SIZE = 10
+};
+
+/* `value` is the default of a parameter, NAN where there is none. A null pointer follows the last name. */
+typedef struct {
+    const char *name, *unit, *description;
+    double value;
+} disk_quantity;
+extern const disk_quantity disk_parameters[DISK_PARAMETERS + 1];
+extern const disk_quantity disk_state[DISK_STATES + 1];
+extern const disk_quantity disk_inputs[DISK_INPUTS + 1];
+extern const char *const disk_rhs_labels[DISK_RHS_SIZE + 1];
+
+void disk_hoist(const double *p, double *h);
+void disk_rhs(double t, const double *x, const double *p, const double *r, const double *h, double *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+const disk_quantity disk_parameters[DISK_PARAMETERS + 1] = {
+    {"R", "m", "radius", 0.3},
+    {"m", "kg", "mass of the disk", 1.2},
+    {"mu_k", "1", "coefficient of sliding friction", 0.25},
+    {"g", "m/s^2", "acceleration of free fall", 9.81},
+    {0, 0, 0, NAN}
+};
+const disk_quantity disk_state[DISK_STATES + 1] = {
+    {"q1", "rad", "yaw", NAN},
+    {"q2", "rad", "lean", NAN},
+    {"q3", "rad", "spin", NAN},
+    {"q4", "m", "contact, along x", NAN},
+    {"q5", "m", "contact, along y", NAN},
+    {"u1", "rad/s", "", NAN},
+    {"u2", "rad/s", "", NAN},
+    {"u3", "rad/s", "", NAN},
+    {"u4", "m/s", "", NAN},
+    {"u5", "m/s", "", NAN},
+    {0, 0, 0, NAN}
+};
+const disk_quantity disk_inputs[DISK_INPUTS + 1] = {
+    {0, 0, 0, NAN}
+};
+const char *const disk_rhs_labels[DISK_RHS_SIZE + 1] = {
+    "q1'",
+    "q2'",
+    "q3'",
+    "q4'",
+    "q5'",
+    "u1'",
+    "u2'",
+    "u3'",
+    "u4'",
+    "u5'",
+    0
+};
+
+/* Sine and cosine of x, below 1 ulp for |x| <= 262144; the library's beyond. */
+static void kane_sincos(double x, double *s, double *c)
+{
+    if (!(fabs(x) <= 262144.0)) {
+        *s = sin(x);
+        *c = cos(x);
+        return;
+    }
+    const double t = x * 0x1.45f306dc9c883p-1 + 6755399441055744.0;
+    const double n = t - 6755399441055744.0;
+    const double a = n * -0x1.921fb54440000p+0 + x;
+    const double r = n * -0x1.68c234c4c0000p-39 + a;
+    const double d = r - a;
+    const double e = n * 0x1.68c234c4c0000p-39 + d;
+    const double tail = n * 0x1.98a2e03707345p-77 + e;
+    const double z = r * r;
+    const double z2 = z * z;
+    const double s56 = z * -0x1.5d93a5acfd57cp-33 + 0x1.ae5e68a2b9cebp-26;
+    const double s34 = z * -0x1.71de357b1fe7dp-19 + 0x1.a01a019c161d5p-13;
+    const double s12 = z * -0x1.111111110f8a6p-7 + 0x1.5555555555549p-3;
+    const double s36 = z2 * s56 + s34;
+    const double ps = z2 * s36 + s12;
+    const double c56 = z * -0x1.8fae9be8838d4p-37 + 0x1.1ee9ebdb4b1c4p-29;
+    const double c34 = z * -0x1.27e4f809c52adp-22 + 0x1.a01a019cb1590p-16;
+    const double c12 = z * -0x1.6c16c16c15177p-10 + 0x1.555555555554cp-5;
+    const double c36 = z2 * c56 + c34;
+    const double pc = z2 * c36 + c12;
+    const double w = z * -0.5 + 1.0;
+    const double f = 1.0 - w;
+    const double g = z * -0.5 + f;
+    const double h = r * tail + g;
+    const double i = z2 * pc + h;
+    const double cosine = w + i;
+    const double r3 = r * z;
+    const double j = tail * w;
+    const double k = r3 * ps + j;
+    const double sine = r - k;
+    uint64_t n_bits, s_bits, c_bits, change;
+    memcpy(&n_bits, &t, sizeof t);
+    memcpy(&s_bits, &sine, sizeof sine);
+    memcpy(&c_bits, &cosine, sizeof cosine);
+    change = ((s_bits ^ c_bits) & (0 - (n_bits & 1))) ^ ((n_bits & 2) << 62);
+    s_bits ^= change;
+    c_bits ^= change ^ ((n_bits & 1) << 63);
+    memcpy(s, &s_bits, sizeof *s);
+    memcpy(c, &c_bits, sizeof *c);
+}
+
+/* What depends on parameters alone; 7 operations. */
+void disk_hoist(const double *p, double *h)
+{
+    const double R = p[0];
+    const double m = p[1];
+    const double z1 = R * m;
+    const double z2 = z1 * R;
+    const double z3 = 0.25 * z2;
+    const double z4 = 0.5 * z2;
+    const double z5 = 1.25 * z2;
+    const double z6 = 1.0 / z5;
+    const double z7 = 1.0 / z4;
+    h[0] = z1;
+    h[1] = z3;
+    h[2] = z4;
+    h[3] = z6;
+    h[4] = z7;
+}
+
+/* rhs: 10; 208 operations. */
+void disk_rhs(double t, const double *x, const double *p, const double *r, const double *h, double *out)
+{
+    (void)t;
+    (void)r;
+    const double q1 = x[0];
+    const double q2 = x[1];
+    const double u1 = x[5];
+    const double u2 = x[6];
+    const double u3 = x[7];
+    const double u4 = x[8];
+    const double u5 = x[9];
+    const double R = p[0];
+    const double m = p[1];
+    const double mu_k = p[2];
+    const double g = p[3];
+    const double h0 = h[0];
+    const double h1 = h[1];
+    const double h2 = h[2];
+    const double h3 = h[3];
+    const double h4 = h[4];
+    double z5, z1;
+    kane_sincos(q2, &z5, &z1);
+    const double z2 = 1.0 / z1;
+    const double z3 = u2 * z2;
+    const double z4 = -u1;
+    const double z6 = z5 * z2;
+    const double z7 = u2 * z6;
+    const double z8 = z7 - u3;
+    const double z9 = -z8;
+    double z40, z10;
+    kane_sincos(q1, &z40, &z10);
+    const double z11 = R * z6;
+    const double z12 = z11 * m;
+    const double z13 = z10 * z12;
+    const double z14 = z11 * z12;
+    const double z15 = h1 + z14;
+    const double z16 = 1.0 / z15;
+    const double z17 = z13 * z16;
+    const double z18 = R * u1;
+    const double z19 = z18 * u2;
+    const double z20 = z1 * z1;
+    const double z21 = u1 / z20;
+    const double z22 = z21 * u2;
+    const double z23 = R * z22;
+    const double z24 = z19 + z23;
+    const double z25 = m * z24;
+    const double z26 = z25 * z11;
+    const double z27 = z7 * u1;
+    const double z28 = u3 * u1;
+    const double z29 = z27 - z28;
+    const double z30 = h1 * z29;
+    const double z31 = u3 * h2;
+    const double z32 = z31 * u1;
+    const double z33 = h1 * u1;
+    const double z34 = z33 * u3;
+    const double z35 = z32 - z34;
+    const double z36 = z30 - z35;
+    const double z37 = z26 - z36;
+    const double z38 = z17 * z37;
+    const double z39 = z25 * z10;
+    const double z41 = z40 * z5;
+    const double z42 = z7 * R;
+    const double z43 = z7 * z42;
+    const double z44 = z18 * u1;
+    const double z45 = z43 + z44;
+    const double z46 = z1 * g;
+    const double z47 = z45 - z46;
+    const double z48 = m * z47;
+    const double z49 = z41 * z48;
+    const double z50 = z39 + z49;
+    const double z51 = g * z5;
+    const double z52 = u2 * z42;
+    const double z53 = z51 + z52;
+    const double z54 = z53 * m;
+    const double z55 = z1 * z40;
+    const double z56 = z54 * z55;
+    const double z57 = z50 + z56;
+    const double z58 = h0 * z55;
+    const double z59 = z58 * h3;
+    const double z60 = z54 * R;
+    const double z61 = h1 * u2;
+    const double z62 = z61 * u3;
+    const double z63 = z31 * u2;
+    const double z64 = z62 - z63;
+    const double z65 = z7 * u2;
+    const double z66 = u3 * u2;
+    const double z67 = z65 - z66;
+    const double z68 = h1 * z67;
+    const double z69 = z64 + z68;
+    const double z70 = z60 - z69;
+    const double z71 = z59 * z70;
+    const double z72 = z57 - z71;
+    const double z73 = z38 - z72;
+    const double z74 = R * z40;
+    const double z75 = z74 * z6;
+    const double z76 = u2 * z75;
+    const double z77 = z74 * u3;
+    const double z78 = z76 - z77;
+    const double z79 = u5 - z78;
+    const double z80 = z79 * z79;
+    const double z81 = z10 * R;
+    const double z82 = z81 * z6;
+    const double z83 = z82 * u2;
+    const double z84 = u4 - z83;
+    const double z85 = z81 * u3;
+    const double z86 = z84 + z85;
+    const double z87 = z86 * z86;
+    const double z88 = z80 + z87;
+    const double z89 = sqrt(z88);
+    const double z90 = 1.0 / z89;
+    const double z91 = z74 * z90;
+    const double z92 = z91 * mu_k;
+    const double z93 = u3 * z92;
+    const double z94 = z92 * z6;
+    const double z95 = u2 * z94;
+    const double z96 = z93 - z95;
+    const double z97 = mu_k * z90;
+    const double z98 = z97 * u5;
+    const double z99 = z96 + z98;
+    const double z100 = z99 * z40;
+    const double z101 = z81 * z90;
+    const double z102 = mu_k * z101;
+    const double z103 = u3 * z102;
+    const double z104 = z6 * z102;
+    const double z105 = u2 * z104;
+    const double z106 = z97 * u4;
+    const double z107 = z105 - z106;
+    const double z108 = z103 - z107;
+    const double z109 = z10 * z108;
+    const double z110 = z100 + z109;
+    const double z111 = z11 * z110;
+    const double z112 = z17 * z111;
+    const double z113 = z108 * z40;
+    const double z114 = z10 * z99;
+    const double z115 = z113 - z114;
+    const double z116 = z115 * z1;
+    const double z117 = z55 * z116;
+    const double z118 = z115 * z5;
+    const double z119 = z41 * z118;
+    const double z120 = z10 * z110;
+    const double z121 = z119 + z120;
+    const double z122 = z117 + z121;
+    const double z123 = z112 - z122;
+    const double z124 = h0 * z5;
+    const double z125 = z124 * h3;
+    const double z126 = z70 * z125;
+    const double z127 = z124 * z59;
+    const double z128 = z58 * z59;
+    const double z129 = z128 - m;
+    const double z130 = z17 * z13;
+    const double z131 = z129 + z130;
+    const double z132 = 1.0 / z131;
+    const double z133 = z127 * z132;
+    const double z134 = z73 * z133;
+    const double z135 = z126 - z134;
+    const double z136 = z10 * z1;
+    const double z137 = h0 * z136;
+    const double z138 = z137 * h3;
+    const double z139 = z138 * z58;
+    const double z140 = z12 * z40;
+    const double z141 = z140 * z16;
+    const double z142 = z141 * z13;
+    const double z143 = z139 - z142;
+    const double z144 = z143 * z132;
+    const double z145 = z127 * z144;
+    const double z146 = z138 * z124;
+    const double z147 = z145 - z146;
+    const double z148 = z138 * z137;
+    const double z149 = z148 - m;
+    const double z150 = z140 * z141;
+    const double z151 = z149 + z150;
+    const double z152 = z144 * z143;
+    const double z153 = z151 - z152;
+    const double z154 = 1.0 / z153;
+    const double z155 = z147 * z154;
+    const double z156 = z138 * z70;
+    const double z157 = z136 * z54;
+    const double z158 = z25 * z40;
+    const double z159 = z10 * z5;
+    const double z160 = z159 * z48;
+    const double z161 = z158 - z160;
+    const double z162 = z157 - z161;
+    const double z163 = z156 - z162;
+    const double z164 = z141 * z37;
+    const double z165 = z163 - z164;
+    const double z166 = z73 * z144;
+    const double z167 = z165 - z166;
+    const double z168 = z155 * z167;
+    const double z169 = z135 + z168;
+    const double z170 = z1 * z48;
+    const double z171 = z54 * z5;
+    const double z172 = z170 - z171;
+    const double z173 = z169 + z172;
+    const double z174 = z141 * z111;
+    const double z175 = z118 * z159;
+    const double z176 = z40 * z110;
+    const double z177 = z175 - z176;
+    const double z178 = z136 * z116;
+    const double z179 = z177 + z178;
+    const double z180 = z174 + z179;
+    const double z181 = z144 * z123;
+    const double z182 = z180 + z181;
+    const double z183 = z155 * z182;
+    const double z184 = z133 * z123;
+    const double z185 = z183 + z184;
+    const double z186 = 1.0 - z185;
+    const double z187 = z173 / z186;
+    const double z188 = z123 * z187;
+    const double z189 = z73 - z188;
+    const double z190 = z189 * z132;
+    const double z191 = z187 * z182;
+    const double z192 = z191 + z167;
+    const double z193 = z192 * z154;
+    const double z194 = z144 * z193;
+    const double z195 = z190 - z194;
+    const double z196 = z195 * z59;
+    const double z197 = z138 * z193;
+    const double z198 = z70 * h3;
+    const double z199 = z197 - z198;
+    const double z200 = z196 + z199;
+    const double z201 = z187 * z111;
+    const double z202 = z201 - z37;
+    const double z203 = z202 * z16;
+    const double z204 = z141 * z193;
+    const double z205 = z203 - z204;
+    const double z206 = z195 * z17;
+    const double z207 = z205 + z206;
+    const double z208 = -z207;
+    const double z209 = R * z110;
+    const double z210 = z209 * z187;
+    const double z211 = z210 * h4;
+    const double z212 = -z195;
+    out[0] = z3; /* q1' */
+    out[1] = z4; /* q2' */
+    out[2] = z9; /* q3' */
+    out[3] = u4; /* q4' */
+    out[4] = u5; /* q5' */
+    out[5] = z200; /* u1' */
+    out[6] = z208; /* u2' */
+    out[7] = z211; /* u3' */
+    out[8] = z212; /* u4' */
+    out[9] = z193; /* u5' */
+}

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From expressions to a Program: values numbered, constants folded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kane.errors import ValueMissingError
+from kane.expr.node import Expr, constant_value, postorder
+from kane.expr.ops import CONST, PI, SYMBOL, Op
+from kane.expr.symbols import Symbol
+from kane.program.program import Port, Program
+from kane.program.tiers import Goal, assembled
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wanted:
+    """What a routine is to compute: expressions in row-major order of `shape`, with a label each."""
+
+    name: str
+    roots: Sequence[Expr]
+    shape: tuple[int, ...]
+    labels: Sequence[str]
+
+
+def build_program(name: str, ports: Sequence[Port], wanted: Sequence[Wanted]) -> Program:
+    """The Program of the routines in `wanted`; subexpressions of constants alone are folded.
+
+    Raises
+    ------
+    ValueMissingError
+        if an expression holds a symbol that no port gives
+    """
+    order = postorder(root for w in wanted for root in w.roots)
+    inputs = [s for port in ports for s in port.symbols]
+    _refuse_unknown(order, inputs, ports)
+    folded = _fold(order)
+    read = {a for node in order if node not in folded for a in node.args}.union(
+        root for w in wanted for root in w.roots
+    )
+    numbers = {_key(v): v for node, v in folded.items() if node in read}
+    place: dict[Expr, int] = {s: i for i, s in enumerate(inputs)}
+    of_number = {key: len(inputs) + i for i, key in enumerate(numbers)}
+    place.update((node, of_number[_key(v)]) for node, v in folded.items() if node in read)
+
+    first = len(inputs) + len(numbers)
+    ops: list[Op] = []
+    args: list[tuple[int, ...]] = []
+    for node in order:
+        if node not in place and node not in folded:
+            place[node] = first + len(ops)
+            ops.append(node.op)
+            args.append(tuple([place[a] for a in node.args]))
+    goals = [Goal(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in wanted]
+    return assembled("build", name, tuple(ports), tuple(numbers.values()), ops, args, goals)
+
+
+def _key(value: float) -> tuple[float, bool]:
+    """0.0 and −0.0 are equal and not the same."""
+    return value, bool(np.signbit(value))
+
+
+def _refuse_unknown(order: Iterable[Expr], inputs: Sequence[Symbol], ports: Sequence[Port]) -> None:
+    known: set[Expr] = set(inputs)
+    unknown = [f"{n} ({type(n).__name__})" for n in order if n.op is SYMBOL and n not in known]
+    if unknown:
+        given = "; ".join(f"{p.name}: {', '.join(s.name for s in p.symbols) or 'none'}" for p in ports)
+        raise ValueMissingError(f"Expected expressions of the program's inputs ({given}), got {', '.join(unknown)}.")
+
+
+def _fold(order: Iterable[Expr]) -> dict[Expr, float]:
+    """The value of every node of constants alone; what is not finite stays an instruction, to be found when it runs."""
+    values: dict[Expr, float] = {}
+    for node in order:
+        if node.op is CONST:
+            values[node] = float(constant_value(node) or 0)
+        elif node.op is PI:
+            values[node] = float(np.pi)
+        elif node.args and all(a in values for a in node.args):
+            assert node.op.numpy is not None
+            with np.errstate(all="ignore"):
+                value = float(node.op.numpy(*[np.float64(values[a]) for a in node.args]))
+            if np.isfinite(value):
+                values[node] = value
+    return values

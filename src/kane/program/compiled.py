@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`compile`: equations of motion as machine code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.equations import Equations
+from kane.errors import ArgumentError
+from kane.program import arguments
+from kane.program.equations import ROUTINES, ports, program, shape_of
+from kane.program.handle import Handle, NotFinite
+from kane.program.machine import Settings
+from kane.program.program import Program
+from kane.program.receipt import Receipt, receipt
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Compiled:
+    """Equations of motion as callable machine code.
+
+    `rhs(t, x, p, r)` gives ẋ = (q̇, u̇), `mass_matrix` M, `forcing` f of M u̇ = f, `reactions` the reactions; each is a `Handle`,
+    compiled when it is first read (`rhs` at once). `outputs(t, x, p, r)` gives a dict of the expressions named when compiling.
+    """
+
+    equations: Equations
+    settings: Settings
+    name: str
+    default: Array
+    wanted: Mapping[str, Any]
+    not_finite: NotFinite
+    rhs: Handle = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rhs", self._handle("rhs"))
+
+    def _program(self, routines: Sequence[str]) -> Program:
+        outputs = self.wanted if "outputs" in routines else {}
+        names = [r for r in routines if r != "outputs"]
+        return program(self.equations, names, outputs, name=self.name, reciprocals=self.settings.contract)
+
+    def _handle(self, name: str) -> Handle:
+        return Handle(self._program((name,)), name, self.settings, self.default, self.not_finite)
+
+    @cached_property
+    def mass_matrix(self) -> Handle:
+        """M, n × n."""
+        return self._handle("mass_matrix")
+
+    @cached_property
+    def forcing(self) -> Handle:
+        """f of M u̇ = f, with the reactions at their solved values."""
+        return self._handle("forcing")
+
+    @cached_property
+    def reactions(self) -> Handle:
+        """The reactions."""
+        return self._handle("reactions")
+
+    @cached_property
+    def _outputs(self) -> Handle:
+        return self._handle("outputs")
+
+    def outputs(self, t: Any, x: Any, p: Any = None, r: Any = None) -> dict[str, Array]:
+        """The named outputs, each with the leading axes of the arguments, then its own shape."""
+        if not self.wanted:
+            return {}
+        values = self._outputs(t, x, p, r)
+        found, k = {}, 0
+        for name, what in self.wanted.items():
+            shape = shape_of(what)
+            size = int(np.prod(shape))
+            found[name] = values[..., k : k + size].reshape(*values.shape[:-1], *shape)
+            k += size
+        return found
+
+    def parameters(self, values: Mapping[Any, Any] | None = None) -> Array:
+        """The vector p: values by symbol or name, the others at their defaults."""
+        port = self.rhs.program.port("p")
+        return (
+            arguments.complete(port, self.default) if values is None else arguments.vector(port, values, self.default)
+        )
+
+    @cached_property
+    def program(self) -> Program:
+        """All routines in one Program: what `emit` prints."""
+        return self._program((*ROUTINES, "outputs"))
+
+    @cached_property
+    def operations(self) -> Receipt:
+        """The operation receipt by routine."""
+        return receipt(self.program)
+
+    def emit(self, target: str, routines: Sequence[str] | None = None) -> str:
+        """Source text: "c" (C99), "h" (its header), "numpy" (a module).
+
+        `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs"; all of them unless told.
+        """
+        from importlib.metadata import version
+
+        from kane.program.emit_c import emit_c, emit_header
+        from kane.program.emit_numpy import emit_numpy
+
+        release = version("kane")
+        made = self.program if routines is None else self._program(routines)
+        emitters: dict[str, Callable[[], str]] = {
+            "c": lambda: emit_c(made, contract=self.settings.contract, version=release),
+            "h": lambda: emit_header(made, version=release),
+            "numpy": lambda: emit_numpy(made, version=release),
+        }
+        if target not in emitters:
+            raise ArgumentError(f"Expected one of {', '.join(emitters)}, got {target!r}.")
+        return emitters[target]()
+
+    def __repr__(self) -> str:
+        return f"Compiled({self.name!r}: {self.rhs!r})"
+
+
+def compile(
+    eom: Equations,
+    *,
+    name: str = "model",
+    outputs: Mapping[str, Any] | None = None,
+    parameters: Mapping[Any, float] | None = None,
+    contract: bool = True,
+    cpu: str = "host",
+    cache: bool = True,
+    not_finite: NotFinite = "warn",
+) -> Compiled:
+    """Machine code of the equations, through LLVM; no compiler is needed on the machine.
+
+    Parameters
+    ----------
+    eom : Equations
+    name : what the emitted functions are called after
+    outputs : expressions, vectors, matrices by name, for `Compiled.outputs`
+    parameters : values by symbol or name that replace defaults where a call gives no p
+    contract : let a·b + c round once (FMA) and divisions by one divisor share its reciprocal; False gives the results of the
+        expressions' own operations, each rounded, bit by bit the same as NumPy's
+    cpu : "host", or "generic" for what every processor of this kind has
+    cache : keep the code in the user's cache folder, so that a second run compiles nothing (see `KANE_CACHE`)
+    not_finite : "warn", "raise" or "ignore" where a result is infinite or NaN
+
+    Raises
+    ------
+    ValueMissingError
+        if `parameters` names something else
+    ProgramError
+        if `cpu` is one whose code cannot run here
+    """
+    port = ports(eom)[2]
+    default = arguments.replaced(port, parameters or {}, arguments.defaults(port))
+    return Compiled(eom, Settings(contract, cpu, cache), name, default, dict(outputs or {}), not_finite)
+
+
+Equations.compile = compile  # declared there: the layer below cannot import this one

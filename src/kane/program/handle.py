@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What Python calls: one compiled routine."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import threading
+import warnings
+from collections.abc import Callable
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.errors import ArgumentError, KaneWarning, NotFiniteError
+from kane.program import arguments
+from kane.program.entries import block
+from kane.program.machine import Settings, build_library
+from kane.program.program import Program
+from kane.program.reference import explain
+
+Array = npt.NDArray[np.float64]
+NotFinite = Literal["warn", "raise", "ignore"]
+
+_ALIGNMENT = 64
+
+
+class _Own:
+    """The block of one thread, and views of its sections."""
+
+    __slots__ = ("address", "memory", "out", "p", "r", "time", "x")
+
+    def __init__(self, handle: Handle) -> None:
+        at = block(handle.program, handle.routine)
+        raw = np.zeros(8 * at.size + _ALIGNMENT, np.uint8)
+        skip = -raw.ctypes.data % _ALIGNMENT
+        self.memory = raw[skip : skip + 8 * at.size].view(np.float64)
+        self.address = ctypes.c_void_p(self.memory.ctypes.data)
+        self.time = ctypes.c_double.from_buffer(self.memory)  # type: ignore[arg-type]  # arrays have a buffer
+        n = {port.name: len(port.symbols) for port in handle.program.ports}
+        view = self.memory.data
+        self.x = view[at.x : at.x + n["x"]]
+        self.r = view[at.r : at.r + n["r"]]
+        self.p = view[at.p : at.p + n["p"]]
+        self.out = self.memory[at.out : at.out + len(handle.routine.results)].reshape(handle.routine.shape)
+        self.memory[at.hoisted : at.h].view(np.int64)[
+            :
+        ] = -1  # the bits of no p that arithmetic makes: the first call hoists
+
+
+class Handle:
+    """One compiled routine: `handle(t, x, p, r)`.
+
+    `t` is a number, `x` the state (…, n), `p` the parameters (…, np) or a mapping by symbol or name (those left out keep their
+    defaults; all of them where `p` is None), `r` the inputs (…, nr). Leading axes broadcast; the result has them, then `shape`.
+    It is always a new array. Threads may call one handle at the same time: each has buffers of its own.
+
+    NaN or infinity in the arguments is an `ArgumentError`. If a result is not finite, `not_finite` says what happens: "warn"
+    (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
+    """
+
+    __slots__ = (
+        "__weakref__",
+        "_batch",
+        "_call",
+        "_default",
+        "_driven",
+        "_library",
+        "_local",
+        "_standard",
+        "not_finite",
+        "program",
+        "routine",
+        "settings",
+    )
+
+    def __init__(
+        self,
+        program: Program,
+        name: str,
+        settings: Settings,
+        default: Array | None = None,
+        not_finite: NotFinite = "warn",
+    ) -> None:
+        if not_finite not in ("warn", "raise", "ignore"):
+            raise ArgumentError(f'Expected not_finite to be "warn", "raise" or "ignore", got {not_finite!r}.')
+        self.program, self.routine, self.settings = program, program.routine(name), settings
+        self.not_finite = not_finite
+        self._default = arguments.defaults(program.port("p")) if default is None else default
+        self._local = threading.local()
+        self._standard = np.ascontiguousarray(self._default).data
+        self._driven = bool(program.port("r").symbols)
+        library = self._library = build_library(program, settings)
+        pointer, count = ctypes.c_void_p, ctypes.c_int64
+        self._call: Callable[[Any], int] = library.function(f"{name}.call", ctypes.c_int32, pointer, brief=True)
+        self._batch = library.function(f"{name}.batch", count, count, *[pointer, count] * 4, pointer, pointer)
+
+    @property
+    def name(self) -> str:
+        """The routine's name."""
+        return self.routine.name
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one result."""
+        return self.routine.shape
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The name of each result, in row-major order."""
+        return self.routine.labels
+
+    def __call__(self, t: Any, x: Any, p: Any = None, r: Any = None) -> Array:
+        """The results at t, x, p, r."""
+        # The common case without conversions: a memoryview takes doubles of the same shape and nothing else.
+        try:
+            own: _Own = self._local.own
+            own.time.value = t
+            own.x[:] = x
+            own.p[:] = self._standard if p is None else p
+            if r is not None:
+                own.r[:] = r
+            elif self._driven:
+                return self._general(t, x, p, r)
+        except (AttributeError, TypeError, ValueError, NotImplementedError):
+            return self._general(t, x, p, r)
+        if self._call(own.address):
+            self._not_finite(own, p is None)
+        return own.out.copy()
+
+    def _general(self, t: Any, x: Any, p: Any, r: Any) -> Array:
+        ports = [self.program.port(k) for k in "txpr"]
+        given = [
+            arguments.scalar(t),
+            arguments.vector(ports[1], x),
+            arguments.complete(ports[2], self._default) if p is None else arguments.vector(ports[2], p, self._default),
+            arguments.vector(ports[3], () if r is None else r),
+        ]
+        leading = [given[0].shape, *(a.shape[:-1] for a in given[1:])]
+        try:
+            rows = np.broadcast_shapes(*leading)
+        except ValueError as error:
+            shapes = ", ".join(f"{port.name} {a.shape}" for port, a in zip(ports, given, strict=True))
+            raise ArgumentError(f"Expected leading axes that broadcast, got {shapes}.") from error
+        if self.not_finite != "ignore":
+            for port, a in zip(ports, given, strict=True):
+                arguments.finite(port, a)
+        if rows == ():
+            try:
+                own: _Own = self._local.own
+            except AttributeError:
+                own = self._local.own = _Own(self)
+            own.time.value = float(given[0])
+            for section, values in zip((own.x, own.p, own.r), given[1:], strict=True):
+                section[:] = np.ascontiguousarray(values).data
+            if self._call(own.address):
+                self._not_finite(own, False)
+            return own.out.copy()
+        return self._rows(rows, given)
+
+    def _rows(self, rows: tuple[int, ...], given: list[Array]) -> Array:
+        """Many evaluations in one native loop; what is the same in all rows is passed once, with stride 0."""
+        count = math.prod(rows)
+        flat: list[Array] = []
+        for k, a in enumerate(given):
+            width = 1 if k == 0 else a.shape[-1]
+            lead = a.shape if k == 0 else a.shape[:-1]
+            shared = math.prod(lead) == 1
+            wide = a if shared else np.broadcast_to(a.reshape(*lead, width), (*rows, width))
+            flat.append(np.ascontiguousarray(wide.reshape(1 if shared else count, width)))
+        out = np.empty((*rows, *self.shape))
+        h = np.empty(max(1, len(self.program.kept)))
+        strides = [0 if len(a) == 1 else a.shape[1] for a in flat]
+        pairs = [v for a, stride in zip(flat, strides, strict=True) for v in (a.ctypes.data, stride)]
+        first_bad = self._batch(count, *pairs, h.ctypes.data, out.ctypes.data)
+        if first_bad >= 0 and self.not_finite != "ignore":
+            where = tuple(map(int, np.unravel_index(first_bad, rows)))
+            self._tell([float(v) for a in flat for v in a[first_bad % len(a)]], f" at {where}")
+        return out
+
+    def _not_finite(self, own: _Own, default: bool) -> None:
+        """After a call that met NaN or infinity: name the argument, or the intermediate."""
+        if default:
+            arguments.complete(self.program.port("p"), self._default)
+        if self.not_finite == "ignore":
+            return
+        values = {"t": np.array(own.time.value), **{k: np.array(getattr(own, k)) for k in "xpr"}}
+        for port in self.program.ports:
+            arguments.finite(port, values[port.name])
+        self._tell([float(v) for port in self.program.ports for v in values[port.name].flat], "")
+
+    def _tell(self, inputs: list[float], where: str) -> None:
+        found = explain(self.program, self.routine, inputs) or "overflow that rounding in another order avoids"
+        message = f"Expected finite results of {self.name}{where}, got {found}."
+        if self.not_finite == "raise":
+            raise NotFiniteError(message)
+        warnings.warn(message, KaneWarning, stacklevel=4)
+
+    def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
+        """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
+        ports = [self.program.port(k) for k in "xpr"]
+        given = [
+            arguments.vector(ports[0], x),
+            self._default if p is None else arguments.vector(ports[1], p, self._default),
+            arguments.vector(ports[2], () if r is None else r),
+        ]
+        return explain(self.program, self.routine, [float(t), *(float(v) for a in given for v in a)])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Handle, (self.program, self.name, self.settings, self._default, self.not_finite)
+
+    def __repr__(self) -> str:
+        sizes = ", ".join(
+            f"{p.name}[{len(p.symbols)}]" if p.name != "t" else "t" for p in self.program.ports if p.symbols
+        )
+        return f"<{self.name}({sizes}) -> {list(self.shape)}: {', '.join(self.labels[:8])}{', …' if len(self.labels) > 8 else ''}>"

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Names and text of models as identifiers, string literals and comments of C and Python.
+
+Names and descriptions may hold anything: nothing in them may end the literal or the comment they are put into.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable
+
+from kane.program.program import Program
+
+_WORDS = """
+    alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t class co_await
+    co_return co_yield compl concept const const_cast consteval constexpr constinit continue decltype default delete do
+    double dynamic_cast else enum explicit export extern false float for fortran friend goto if inline int long mutable
+    namespace new noexcept not not_eq nullptr operator or or_eq private protected public register reinterpret_cast
+    requires restrict return short signed sizeof static static_assert static_cast struct switch template this
+    thread_local throw true try typedef typeid typename typeof typeof_unqual union unsigned using virtual void volatile
+    wchar_t while xor xor_eq
+"""
+_FUNCTIONS = """
+    acos acosh acospi asin asinh asinpi atan atan2 atan2pi atanh atanpi canonicalize cbrt ceil compoundn copysign cos
+    cosh cospi drem erf erfc exp exp10 exp10m1 exp2 exp2m1 expm1 fabs fadd fdim fdiv ffma finite floor fma fmax fmaximum
+    fmaximum_mag fmaximum_mag_num fmaximum_num fmaxmag fmin fminimum fminimum_mag fminimum_mag_num fminimum_num fminmag
+    fmod fmul frexp fromfp fromfpx fsqrt fsub gamma getpayload hypot ilogb isinf isnan j0 j1 jn ldexp lgamma llogb
+    llrint llround log log10 log10p1 log1p log2 log2p1 logb logp1 lrint lround modf nan nearbyint nextafter nextdown
+    nexttoward nextup pow pown powr remainder remquo rint rootn round roundeven rsqrt scalb scalbln scalbn setpayload
+    setpayloadsig significand sin sincos sinh sinpi sqrt tan tanh tanpi tgamma totalorder totalordermag trunc ufromfp
+    ufromfpx y0 y1 yn
+"""
+_OTHERS = """
+    abs complex daddl ddivl dfmal dmull double_t dsqrtl dsubl exception float_t fpclassify imaginary iscanonical iseqsig
+    isfinite isgreater isgreaterequal isless islessequal islessgreater isnormal issignaling issubnormal isunordered
+    iszero kane_cos kane_sin kane_sincos main matherr math_errhandling signbit signgam size_t
+    arm far hpux huge i386 interface linux m68k max min mips near ppc sgi small sparc sun unix vax
+    DECIMAL_DIG DOMAIN EOF HUGE I INFINITY KANE_PART MAXFLOAT NAN NULL OVERFLOW PLOSS SING SNAN TLOSS UNDERFLOW X_TLOSS
+"""
+_KINDS = ("", "f", "l", "f16", "f32", "f64", "f128", "f32x", "f64x", "f128x")
+_RESERVED_C = frozenset(
+    [*_WORDS.split(), *_OTHERS.split(), *(f + k for f in _FUNCTIONS.split() for k in _KINDS)]
+    + [f"lgamma{k}_r" for k in _KINDS]
+)
+_FAMILIES_C = re.compile(
+    r"(?:u?int|size|ptrdiff|wchar|char)\w*_t|(?:FP|FLT|DBL|LDBL|DEC\d*|MATH|HUGE_VAL|SIZE|PTRDIFF|SIG_ATOMIC|WCHAR|WINT)_\w+"
+    r"|U?INT(?:_|\d|MAX|PTR)\w*|M_(?:1|2|E|LN|LOG|PI|SQRT)\w*|(?:SNAN|HUGE_VAL)(?:[FL]|F\d+X?)?|f\d+x?(?:add|sub|mul|div|fma|sqrt)f\d+x?"
+)
+_RESERVED_PYTHON = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float", "len", "ValueError"])
+_ARGUMENTS = frozenset({"t", "x", "p", "r", "h", "w", "out"})
+
+IsFree = Callable[[str], bool]
+
+
+def is_free_in_c(name: str) -> bool:
+    """Whether C, C++ and the headers of mathematics leave `name` to a program."""
+    return name not in _RESERVED_C and not _FAMILIES_C.fullmatch(name)
+
+
+def is_free_in_python(name: str) -> bool:
+    """Whether Python and the emitted module's own lines leave `name` to a program."""
+    return name not in _RESERVED_PYTHON
+
+
+def identifier(text: str) -> str:
+    """`text` in ASCII letters, digits and single underscores: "θ₁'" → "theta1"; "" where no letter comes first."""
+    name = re.sub(r"[^A-Za-z0-9]+", "_", "".join(map(_ascii, unicodedata.normalize("NFKC", text)))).strip("_")
+    return name if name[:1].isalpha() else ""
+
+
+def _ascii(c: str) -> str:
+    greek = re.match(r"GREEK (SMALL|CAPITAL) LETTER (\w+)", unicodedata.name(c, ""))
+    if greek:
+        return greek[2].lower() if greek[1] == "SMALL" else greek[2].title()
+    return c if c.isascii() else "_"
+
+
+def input_names(program: Program, is_free: IsFree) -> tuple[str, ...]:
+    """A local name for each input: its own where that is an identifier and its alone, else port and place: x0, p3."""
+    wanted = [identifier(s.name) for s in program.inputs]
+    times = Counter(wanted)
+    own = {n for n in wanted if n and times[n] == 1 and n not in _ARGUMENTS and is_free(n)}
+    found: list[str] = []
+    for port in program.ports:
+        base = stem(port.name, own)
+        for k in range(len(port.symbols)):
+            name = wanted[len(found)]
+            found.append("t" if port.name == "t" else name if name in own else f"{base}{k}")
+    return tuple(found)
+
+
+def stem(base: str, taken: Iterable[str]) -> str:
+    """`base`, its last letter repeated until no taken name is it with a number."""
+    numbered = {n.rstrip("0123456789") for n in taken if n[-1:].isdigit()}
+    while base in numbered:
+        base += base[-1]
+    return base
+
+
+def distinct(wanted: Iterable[str], is_free: IsFree, taken: Collection[str] = ()) -> list[str]:
+    """The wanted names, "kane_" before those that are not free, a number behind those that were there before."""
+    used = set(taken)
+    found = []
+    for base in wanted:
+        while not is_free(base):
+            base = f"kane_{base}"
+        name, k = base, 2
+        while name in used:
+            name, k = f"{base}_{k}", k + 1
+        used.add(name)
+        found.append(name)
+    return found
+
+
+def c_string(text: str) -> str:
+    """A string literal of C in UTF-8; what does not print, and the second ? of a trigraph, is escaped."""
+    escaped = "".join(_C_ESCAPES.get(c) or (c if c.isprintable() else _octal(c)) for c in text)
+    return '"' + re.sub(r"(?<=\?)\?", r"\?", escaped) + '"'
+
+
+_C_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
+
+
+def _octal(c: str) -> str:
+    return "".join(f"\\{byte:03o}" for byte in c.encode("utf-8", "replace"))
+
+
+def c_comment(text: str) -> str:
+    """One line that neither ends a comment of C nor joins the next line to it."""
+    line = "".join(c if c.isprintable() else " " for c in text).replace("\\", "∖")
+    return re.sub(r"(?<=[*/?])(?=[*/?])", " ", line)
+
+
+def python_comment(text: str) -> str:
+    """One line of printing characters."""
+    return repr(text)[1:-1].replace("\\\\", "\\")
+
+
+def python_docstring(text: str) -> str:
+    """A docstring whose value is `text`."""
+    body = "".join(c if c == "\n" or (c.isprintable() and c != "\\") else repr(c)[1:-1] for c in text)
+    return '"""' + re.sub(r'"(?="|\Z)', r"\"", body) + '"""'

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program: frozen straight-line code over named inputs and outputs.
+
+Values are numbered: first the symbols of the ports, port after port, then the constants, then the instructions. An
+instruction is an operation and the numbers of its arguments, all smaller than its own.
+
+Three tiers: `hoisted` instructions depend on parameters alone and run once a parameter set; the `body` of the first routine
+holds what one evaluation of the equations needs; the other routines are outputs on demand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from kane.expr.ops import Op
+from kane.expr.symbols import Parameter, Symbol
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Port:
+    """A named input: a vector of symbols (the time alone for "t")."""
+
+    name: str
+    symbols: tuple[Symbol, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Routine:
+    """What one call computes: `results` in row-major order of `shape`, by the instructions of `body` in this order."""
+
+    name: str
+    shape: tuple[int, ...]
+    labels: tuple[str, ...]
+    results: tuple[int, ...]
+    body: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Program:
+    """Straight-line code over the ports t, x (state), p (parameters) and r (inputs).
+
+    `ops[k]` and `args[k]` belong to the value `first + k`. `hoisted` lists the instructions of parameters alone in their
+    order, `kept` those of them that routines read: the vector h.
+    """
+
+    name: str
+    ports: tuple[Port, ...]
+    constants: tuple[float, ...]
+    ops: tuple[Op, ...]
+    args: tuple[tuple[int, ...], ...]
+    hoisted: tuple[int, ...]
+    kept: tuple[int, ...]
+    routines: tuple[Routine, ...]
+
+    @cached_property
+    def inputs(self) -> tuple[Symbol, ...]:
+        """The symbols of all ports: values 0, 1 and so on."""
+        return tuple(s for port in self.ports for s in port.symbols)
+
+    @property
+    def first(self) -> int:
+        """The number of the first instruction's value."""
+        return len(self.inputs) + len(self.constants)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The symbols of the port p."""
+        return tuple(s for s in self.port("p").symbols if isinstance(s, Parameter))
+
+    def port(self, name: str) -> Port:
+        """The port of that name."""
+        return next(port for port in self.ports if port.name == name)
+
+    def routine(self, name: str) -> Routine:
+        """The routine of that name."""
+        for routine in self.routines:
+            if routine.name == name:
+                return routine
+        raise KeyError(f"Expected one of {', '.join(r.name for r in self.routines)}, got {name!r}.")
+
+    def op(self, value: int) -> Op:
+        """The operation that computes an instruction's value."""
+        return self.ops[value - self.first]
+
+    def arguments(self, value: int) -> tuple[int, ...]:
+        """The values that an instruction reads."""
+        return self.args[value - self.first]
+
+    def __repr__(self) -> str:
+        inputs = ", ".join(f"{p.name}[{len(p.symbols)}]" for p in self.ports)
+        routines = ", ".join(f"{r.name}{list(r.shape)}" for r in self.routines)
+        return f"Program({self.name!r}: {inputs} -> {routines}; {len(self.ops)} instructions)"

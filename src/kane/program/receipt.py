@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The operation receipt of a Program: what each routine costs, by tier and by kind."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+from kane.expr.count import Operations
+from kane.program.program import Program
+
+
+@dataclass(frozen=True, slots=True)
+class Receipt:
+    """Operations of each routine, in the order of the program.
+
+    Those of parameters are what the routine needs of them; they are computed once for all routines.
+    """
+
+    routines: tuple[tuple[str, Operations], ...]
+
+    def __getitem__(self, name: str) -> Operations:
+        return dict(self.routines)[name]
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {operations}" for name, operations in self.routines)
+
+
+def receipt(program: Program) -> Receipt:
+    """Count the instructions that each routine runs."""
+    return Receipt(tuple((r.name, _count(program, r.name)) for r in program.routines))
+
+
+def _count(program: Program, name: str) -> Operations:
+    routine = program.routine(name)
+    wanted = set(routine.results).union(*(program.arguments(i) for i in routine.body))
+    fixed = []
+    for i in reversed(program.hoisted):
+        if i in wanted:
+            fixed.append(i)
+            wanted.update(program.arguments(i))
+    costs = [sum(program.op(i).cost for i in block) for block in (fixed, routine.body)]
+    kinds: Counter[str] = Counter()
+    for i in (*fixed, *routine.body):
+        if program.op(i).cost:
+            kinds[program.op(i).name] += program.op(i).cost
+    return Operations(costs[0], costs[1], tuple(sorted(kinds.items())))

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program run instruction by instruction with NumPy: what its machine code must give, and where it first goes wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kane.expr.node import Expr, constant, intern_node
+from kane.program.program import Program, Routine
+
+_LONGEST = 80
+
+
+def values(program: Program, block: Iterable[int], inputs: Sequence[Any]) -> dict[int, Any]:
+    """Every value after the hoisted instructions and those of `block`; `inputs` are numbers or broadcastable arrays."""
+    found: dict[int, Any] = dict(enumerate(np.float64(v) for v in inputs))
+    found.update(enumerate(map(np.float64, program.constants), len(program.inputs)))
+    with np.errstate(all="ignore"):
+        for i in (*program.hoisted, *block):
+            f = program.op(i).numpy
+            assert f is not None
+            found[i] = f(*[found[a] for a in program.arguments(i)])
+    return found
+
+
+def run(program: Program, routine: Routine, inputs: Sequence[Any]) -> list[Any]:
+    """The routine's results."""
+    found = values(program, routine.body, inputs)
+    return [found[i] for i in routine.results]
+
+
+def explain(program: Program, routine: Routine, inputs: Sequence[float]) -> str:
+    """Which intermediate is the first that is not finite, and what it is made of; "" where all is finite."""
+    found = values(program, routine.body, inputs)
+    bad = [k for k, i in enumerate(routine.results) if not np.isfinite(found[i])]
+    if not bad:
+        return ""
+    culprit = _origin(program, found, routine.results[bad[0]])
+    names = ", ".join(routine.labels[k] for k in bad[:6]) + (", …" if len(bad) > 6 else "")
+    if culprit < program.first:
+        return f"{_text(program, culprit)} = {found[culprit]}; it makes {names} not finite"
+    made_of = {_text(program, a): found[a] for a in program.arguments(culprit) if a not in _numbers(program)}
+    where = ", ".join(f"{text} = {float(value):.6g}" for text, value in made_of.items())
+    return f"{_text(program, culprit)} = {float(found[culprit])} where {where}; it makes {names} not finite"
+
+
+def _numbers(program: Program) -> range:
+    return range(len(program.inputs), program.first)
+
+
+def _origin(program: Program, found: Mapping[int, Any], i: int) -> int:
+    """From a value that is not finite down to one whose arguments all are."""
+    while i >= program.first:
+        bad = [a for a in program.arguments(i) if not np.isfinite(found[a])]
+        if not bad:
+            return i
+        i = bad[0]
+    return i
+
+
+def _text(program: Program, i: int) -> str:
+    text = str(_expression(program, i))
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
+def _expression(program: Program, root: int) -> Expr:
+    """The expression that a value stands for, without rewriting."""
+    made: dict[int, Expr] = {}
+    wanted = {root}
+    for i in range(root, program.first - 1, -1):
+        if i in wanted:
+            wanted.update(program.arguments(i))
+    for i in sorted(wanted):
+        if i < len(program.inputs):
+            made[i] = program.inputs[i]
+        elif i < program.first:
+            made[i] = constant(program.constants[i - len(program.inputs)])
+        else:
+            made[i] = intern_node(program.op(i), *(made[a] for a in program.arguments(i)))
+    return made[root]

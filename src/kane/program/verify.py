@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Structural verification of a Program: run after each pass that makes or changes one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from kane.errors import ProgramError
+from kane.expr.symbols import Parameter
+from kane.program.program import Program
+
+
+def verified(program: Program, after: str) -> Program:
+    """`program`, if it is well formed.
+
+    Raises
+    ------
+    ProgramError
+        naming the pass after which, the place and the instruction where it is not
+    """
+    fault = _tables(program) or _hoisted(program) or _routines(program)
+    if fault:
+        raise ProgramError(f"Expected a well-formed program {program.name!r} after the pass {after!r}, got {fault}.")
+    return program
+
+
+def _tables(program: Program) -> str:
+    first = program.first
+    if len(program.ops) != len(program.args):
+        return f"{len(program.ops)} operations and {len(program.args)} lists of arguments"
+    if not all(map(math.isfinite, program.constants)):
+        return "a constant that is not finite"
+    if len({s.name for s in program.inputs}) != len(program.inputs):
+        return "two inputs of one name"
+    for i, (op, reads) in enumerate(zip(program.ops, program.args, strict=True), first):
+        if not op.c or len(reads) != op.arity or not 0 <= min(reads) <= max(reads) < i:
+            return f"value {i} = {op.name}{reads}"
+    return ""
+
+
+def _hoisted(program: Program) -> str:
+    count = len(program.inputs)
+    fixed = {i for i, s in enumerate(program.inputs) if isinstance(s, Parameter)} | set(range(count, program.first))
+    known, fault = _defined(program, program.hoisted, fixed, "hoisted")
+    if not fault and not known.issuperset(program.kept):
+        return "a kept value that is not hoisted"
+    return fault
+
+
+def _routines(program: Program) -> str:
+    given = {*range(program.first), *program.kept}
+    for r in program.routines:
+        if not len(r.results) == len(r.labels) == math.prod(r.shape):
+            return f"{len(r.results)} results and {len(r.labels)} labels of shape {r.shape} in {r.name}"
+        known, fault = _defined(program, r.body, given, r.name)
+        if fault:
+            return fault
+        if not known.issuperset(r.results):
+            return f"a result in {r.name} that is not computed"
+        if not set(r.results).union(*map(program.arguments, r.body)).issuperset(r.body):
+            return f"an instruction in {r.name} whose value is not used"
+    return ""
+
+
+def _defined(program: Program, block: Iterable[int], given: set[int], where: str) -> tuple[set[int], str]:
+    """`given` and the values of the block; each must read what stands before it, and stand there once."""
+    known = set(given)
+    for i in block:
+        if i < program.first or i in known:
+            return known, f"value {i} in {where} twice, or not an instruction"
+        if not known.issuperset(program.arguments(i)):
+            return known, f"value {i} = {program.op(i).name}{program.arguments(i)} in {where} before its arguments"
+        known.add(i)
+    return known, ""
