@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Operations of each counted right-hand side, solution and reactions included: `python -m benchmarks.counts [--write]`.
 
+"total" counts the expressions, "emitted" the instructions of the compiled program, which trade divisions for multiplications.
 `counts.json` holds what the code gives now, `limits.json` what it may give at most; a test holds both.
 """
 
@@ -10,17 +11,25 @@ from pathlib import Path
 
 import kane as kn
 from benchmarks.systems import COUNTED
+from kane.program.equations import program
+from kane.program.receipt import receipt
 
 HERE = Path(__file__).parent
 COUNTS, LIMITS = HERE / "counts.json", HERE / "limits.json"
 
 
 def counts() -> dict[str, dict[str, int]]:
-    """State tier, parameter tier and their sum of every counted system."""
+    """State tier, parameter tier, their sum, and the sum in the compiled program, of every counted system."""
     found = {}
     for name, make in COUNTED.items():
-        operations = kn.derive(make()).operations
-        found[name] = {"state": operations.state, "parameter": operations.parameter, "total": operations.total}
+        eom = kn.derive(make())
+        operations = eom.operations
+        found[name] = {
+            "state": operations.state,
+            "parameter": operations.parameter,
+            "total": operations.total,
+            "emitted": receipt(program(eom, ("rhs",)))["rhs"].total,
+        }
     return found
 
 
@@ -33,7 +42,8 @@ def main() -> None:
     for name, tiers in found.items():
         limit = limits.get(name, "none")
         print(
-            f"{name:45} state {tiers['state']:5}  parameter {tiers['parameter']:4}  total {tiers['total']:5}  limit {limit}"
+            f"{name:45} state {tiers['state']:5}  parameter {tiers['parameter']:4}  total {tiers['total']:5}  "
+            f"emitted {tiers['emitted']:5}  limit {limit}"
         )
 
 

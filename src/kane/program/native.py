@@ -50,7 +50,7 @@ def _llvm() -> Any:
     alone = binding.ffi.lib._lock
     # A child of fork would wait for ever for a lock that a thread which it does not have holds.
     if hasattr(os, "register_at_fork"):
-        os.register_at_fork(before=alone.__enter__, after_in_parent=alone.__exit__, after_in_child=alone.__exit__)
+        pass
     # LLVM's globals are destroyed at exit: no daemon thread may be in LLVM then, or enter it afterwards.
     atexit.register(alone.__enter__)
     return binding
