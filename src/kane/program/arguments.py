@@ -107,17 +107,11 @@ def _real(name: str, value: Any) -> Array:
 
 def _by_name(port: Port, given: Mapping[Any, Any], base: Array | None) -> Array:
     values = named_values(KINDS[port.name], port.symbols, given)
-    columns = []
-    for k, s in enumerate(port.symbols):
-        if s in values:
-            columns.append(_real(s.name, values[s]))
-        else:
-            columns.append(np.asarray(np.nan if base is None else base[k]))
-    missing = [s.name for s, c in zip(port.symbols, columns, strict=True) if s not in values and np.isnan(c)]
-    if missing:
-        complete(port, np.array([np.nan if s.name in missing else 0.0 for s in port.symbols]))
+    filled = np.full(len(port.symbols), np.nan) if base is None else base
+    columns = [_real(s.name, values[s]) if s in values else b for s, b in zip(port.symbols, filled, strict=True)]
+    complete(port, np.array([0.0 if s in values else b for s, b in zip(port.symbols, filled, strict=True)]))
     try:
         return np.stack(np.broadcast_arrays(*columns), axis=-1) if columns else np.zeros(0)
     except ValueError as error:
-        shapes = ", ".join(f"{s.name} {c.shape}" for s, c in zip(port.symbols, columns, strict=True) if c.ndim)
+        shapes = ", ".join(f"{s.name} {np.shape(c)}" for s, c in zip(port.symbols, columns, strict=True) if np.ndim(c))
         raise ArgumentError(f"Expected {KINDS[port.name]} whose shapes broadcast, got {shapes}.") from error

@@ -40,6 +40,7 @@ class Compiled:
     rhs: Handle = field(init=False)
 
     def __post_init__(self) -> None:
+        self.default.flags.writeable = False
         object.__setattr__(self, "rhs", self._handle("rhs"))
 
     def _program(self, routines: Sequence[str]) -> Program:
@@ -85,9 +86,7 @@ class Compiled:
     def parameters(self, values: Mapping[Any, Any] | None = None) -> Array:
         """The vector p: values by symbol or name, the others at their defaults."""
         port = self.rhs.program.port("p")
-        return (
-            arguments.complete(port, self.default) if values is None else arguments.vector(port, values, self.default)
-        )
+        return arguments.vector(port, values or {}, self.default)
 
     @cached_property
     def program(self) -> Program:

@@ -44,9 +44,8 @@ class _Own:
         self.r = view[at.r : at.r + n["r"]]
         self.p = view[at.p : at.p + n["p"]]
         self.out = self.memory[at.out : at.out + len(handle.routine.results)].reshape(handle.routine.shape)
-        self.memory[at.hoisted : at.h].view(np.int64)[
-            :
-        ] = -1  # the bits of no p that arithmetic makes: the first call hoists
+        last = self.memory[at.hoisted : at.h].view(np.int64)
+        last[:] = -1  # the bits of no p that arithmetic makes: the first call hoists
 
 
 class Handle:
@@ -87,9 +86,9 @@ class Handle:
             raise ArgumentError(f'Expected not_finite to be "warn", "raise" or "ignore", got {not_finite!r}.')
         self.program, self.routine, self.settings = program, program.routine(name), settings
         self.not_finite = not_finite
-        self._default = arguments.defaults(program.port("p")) if default is None else default
+        self._default = np.array(arguments.defaults(program.port("p")) if default is None else default)
         self._local = threading.local()
-        self._standard = np.ascontiguousarray(self._default).data
+        self._standard = self._default.data
         self._driven = bool(program.port("r").symbols)
         library = self._library = build_library(program, settings)
         pointer, count = ctypes.c_void_p, ctypes.c_int64

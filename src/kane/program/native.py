@@ -16,6 +16,7 @@ import ctypes
 import os
 import warnings
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -47,10 +48,12 @@ def _llvm() -> Any:
 
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
-    alone = binding.ffi.lib._lock
+    alone = (
+        getattr(binding.ffi.lib, "_lock", None) or nullcontext()
+    )  # llvmlite's lock: without it no more than the hooks go
     # A child of fork would wait for ever for a lock that a thread which it does not have holds.
     if hasattr(os, "register_at_fork"):
-        pass
+        os.register_at_fork(before=alone.__enter__, after_in_parent=alone.__exit__, after_in_child=alone.__exit__)
     # LLVM's globals are destroyed at exit: no daemon thread may be in LLVM then, or enter it afterwards.
     atexit.register(alone.__enter__)
     return binding
