@@ -83,6 +83,30 @@ class TestTarget:
         assert Target("", "", features).lanes == lanes
 
 
+class TestFeatures:
+    def test_added_to_the_generic_processor(self, monkeypatch):
+        monkeypatch.setattr(native, "host", lambda: Target("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
+        assert target("generic", "+avx2, +fma") == Target("t", "generic", "+avx2,+fma")
+        assert target("generic", "+avx2").lanes == 4
+        assert target("host", "-avx,-avx2").lanes == 2
+
+    @pytest.mark.parametrize("feature", ["+avx512f", "+no-such", "avx2", "-no-such", "+"])
+    def test_one_that_the_host_lacks_is_refused(self, feature, monkeypatch):
+        monkeypatch.setattr(native, "host", lambda: Target("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
+        message = f'each as "+name" or "-name", got {feature}. It has avx, avx2, fma.'
+        with pytest.raises(ProgramError, match=re.escape(message)):
+            target("generic", f"+avx2,{feature}")
+        with pytest.raises(ProgramError, match="Expected features of this processor"):
+            kn.derive(chain(1)).compile(cpu="generic", features=feature)
+
+    def test_results_keep_their_bits(self):
+        eom = kn.derive(chain(3))
+        x = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 6))
+        less = ",".join(f"-{f}" for f in ("avx512f", "fma") if f"+{f}" in native.host().features.split(","))
+        host, other = (eom.compile(contract=False, features=f).rhs(0.0, x) for f in ("", less))
+        assert np.array_equal(host, other)
+
+
 class TestGeneric:
     def test_same_bits_as_the_host_without_contraction(self):
         eom = kn.derive(chain(3))

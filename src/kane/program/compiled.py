@@ -131,6 +131,7 @@ def compile(
     parameters: Mapping[Any, float] | None = None,
     contract: bool = True,
     cpu: str = "host",
+    features: str = "",
     cache: bool = True,
     not_finite: NotFinite = "warn",
 ) -> Compiled:
@@ -145,6 +146,7 @@ def compile(
     contract : let a·b + c round once (FMA) and divisions by one divisor share its reciprocal; False gives the results of the
         expressions' own operations, each rounded, bit by bit the same as NumPy's
     cpu : "host", or "generic" for what every processor of this kind has
+    features : what to add to it or to leave out, as LLVM calls it: "+avx2,+fma", "-avx512f"
     cache : keep the code in the user's cache folder, so that a second run compiles nothing (see `KANE_CACHE`)
     not_finite : "warn", "raise" or "ignore" where a result is infinite or NaN
 
@@ -153,11 +155,11 @@ def compile(
     ValueMissingError
         if `parameters` names something else
     ProgramError
-        if `cpu` is one whose code cannot run here
+        if the code could not run on this processor
     """
     port = ports(eom)[2]
     default = arguments.replaced(port, parameters or {}, arguments.defaults(port))
-    return Compiled(eom, Settings(contract, cpu, cache), name, default, dict(outputs or {}), not_finite)
+    return Compiled(eom, Settings(contract, cpu, features, cache), name, default, dict(outputs or {}), not_finite)
 
 
 Equations.compile = compile  # declared there: the layer below cannot import this one

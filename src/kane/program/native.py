@@ -37,9 +37,9 @@ class Target:
 
     @property
     def lanes(self) -> int:
-        """Doubles in a vector register."""
-        have = set(self.features.split(","))
-        return 8 if "+avx512f" in have else 4 if "+avx" in have else 2
+        """Doubles in a vector register; of a feature named twice the last counts."""
+        have = {f[1:]: f[0] == "+" for f in self.features.split(",") if f}
+        return 8 if have.get("avx512f") else 4 if have.get("avx") or have.get("avx2") else 2
 
 
 @cache
@@ -67,22 +67,32 @@ def host() -> Target:
     return Target(llvm.get_process_triple(), llvm.get_host_cpu_name(), features.flatten())
 
 
-def target(cpu: str | None = None) -> Target:
-    """The host, or what it shares with every machine of its kind where `cpu` is "generic".
+def target(cpu: str = "host", features: str = "") -> Target:
+    """The host, or with `cpu` "generic" what it shares with every machine of its kind; `features` add ("+avx2,+fma") or leave out.
 
     Raises
     ------
     ProgramError
-        if `cpu` names anything else: code for another processor cannot run here
+        if the code could not run here: another processor, or a feature that the host lacks
     """
     here = host()
     if cpu == "generic":  # first: LLVM also calls processors so that it does not know
-        return Target(here.triple, "generic", "")
-    if cpu is None or cpu in ("host", here.cpu):
-        return here
-    raise ProgramError(
-        f'Expected cpu to be "host", "generic" or {here.cpu!r}, got {cpu!r}: code for it cannot run here.'
-    )
+        chosen = Target(here.triple, "generic", "")
+    elif cpu in ("host", here.cpu):
+        chosen = here
+    else:
+        raise ProgramError(
+            f'Expected cpu to be "host", "generic" or {here.cpu!r}, got {cpu!r}: code for it cannot run here.'
+        )
+    wanted = [f.strip() for f in features.split(",") if f.strip()]
+    known = set(here.features.split(","))
+    missing = [f for f in wanted if f not in known and not (f[0] == "-" and "+" + f[1:] in known)]
+    if missing:
+        has = ", ".join(sorted(f[1:] for f in known if f[:1] == "+"))
+        raise ProgramError(
+            f'Expected features of this processor, each as "+name" or "-name", got {", ".join(missing)}. It has {has}.'
+        )
+    return Target(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *wanted) if f))
 
 
 class Library:
