@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import OPS
 from kane.expr.symbols import Symbol, coordinates, input, parameters, time
+from kane.program.draft import Draft, Goal
 from kane.program.program import Port, Program
-from kane.program.tiers import Goal, assembled
+from kane.program.tiers import assembled
 from tests.expr.expressions import Program as Drawn
 
 EXACT = ("add", "sub", "mul", "div", "neg", "sqrt", "abs", "sign", "min", "max", "less", "where")
@@ -67,15 +68,9 @@ def small(
     """A program with the routine "f" of the values `results`, which are numbered: t, x, p, r, constants, steps."""
     ports = (Port("t", (time,)), Port("x", tuple(x)), Port("p", tuple(p)), Port("r", tuple(r)))
     named = tuple(labels) if labels is not None else tuple(f"y{k}" for k in range(len(results)))
-    return assembled(
-        "test",
-        name,
-        ports,
-        tuple(constants),
-        [OPS[op] for op, _ in steps],
-        [tuple(reads) for _, reads in steps],
-        goals or [Goal("f", (len(results),), named, tuple(results))],
-    )
+    wanted = tuple(goals or [Goal("f", (len(results),), named, tuple(results))])
+    ops, args = tuple(OPS[op] for op, _ in steps), tuple(tuple(reads) for _, reads in steps)
+    return assembled(Draft(name, ports, tuple(constants), ops, args, wanted))
 
 
 @st.composite

@@ -18,7 +18,6 @@ from kane.program.build import Wanted, build_program
 from kane.program.handle import Handle
 from kane.program.machine import Settings
 from kane.program.program import Port
-from kane.program.reciprocal import with_reciprocals
 from tests.program.emitted import from_c, from_numpy
 
 EPS = np.finfo(float).eps
@@ -44,11 +43,11 @@ def programs(draw, operations=EXACT, length=40):
     return [pool[-1], *(pool[draw(st.integers(0, len(pool) - 1))] for _ in range(count))]
 
 
-def built(routines):
+def built(routines, reciprocals=False):
     wanted = [
         Wanted(f"f{k}", roots, (len(roots),), [f"y{i}" for i in range(len(roots))]) for k, roots in enumerate(routines)
     ]
-    return build_program("random", PORTS, wanted)
+    return build_program("random", PORTS, wanted, reciprocals)
 
 
 def rows_of(values):
@@ -156,7 +155,7 @@ def held(roots, values, rows, name):
 @given(st.lists(programs(), min_size=2, max_size=2), st.lists(numbers, min_size=ROWS * 8, max_size=ROWS * 8))
 def test_contraction_stays_within_the_running_error_bound(tmp_path_factory, routines, values):
     rows = rows_of(values)
-    program = with_reciprocals(built(routines))
+    program = built(routines, reciprocals=True)
     library = from_c(program, tmp_path_factory.mktemp("c"), contract=True)
     for k, roots in enumerate(routines):
         held(roots, machine(program, f"f{k}", rows, True, False), rows, "machine code")

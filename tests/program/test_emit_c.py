@@ -21,6 +21,7 @@ from kane.program.build import Wanted, build_program
 from kane.program.emit_c import emit_c, emit_header
 from kane.program.names import is_free_in_c
 from kane.program.program import Port, Program
+from kane.program.reference import values as reference_values
 from tests.expr import expressions
 from tests.program.programs import (
     EDGES,
@@ -324,13 +325,12 @@ int main(void)
 
 
 def check_disk(disk: Program, printed: str) -> None:
-    from kane.program import reference
-
     routine = disk.routine("rhs")
-    at = [0.0, *(0.3 + 0.1 * i for i in range(10)), *(s.default for s in disk.parameters)]
+    at = [0.0, *(0.3 + 0.1 * i for i in range(10)), *(s.default for s in disk.port("p").symbols)]
+    expected = reference_values(disk, routine.body, at)
     labels, numbers = zip(*(line.split() for line in printed.splitlines()), strict=True)
     assert labels == routine.labels
-    np.testing.assert_allclose([float(n) for n in numbers], reference.run(disk, routine, at), rtol=1e-11)
+    np.testing.assert_allclose([float(n) for n in numbers], [expected[i] for i in routine.results], rtol=1e-11)
 
 
 @pytest.mark.parametrize("longest", [20, 2000])

@@ -12,9 +12,9 @@ import kane as kn
 from kane.expr.evaluate import compile_reference
 from kane.expr.symbols import input, parameter, time
 from kane.program.build import Wanted, build_program
+from kane.program.draft import Goal
 from kane.program.emit_numpy import emit_numpy
 from kane.program.program import Port
-from kane.program.tiers import Goal
 from tests.expr import expressions
 from tests.program.programs import (
     EDGES,

@@ -112,6 +112,22 @@ class TestShapes:
         assert close(RHS(np.float64(0), tuple(x)), reference(x))
         assert close(RHS(np.array(0.0), array.array("d", x)), reference(x))
 
+    def test_a_mapping_for_the_state(self):
+        x = state(8)
+        names = [s.name for s in (*EOM.coordinates, *EOM.speeds)]
+        assert close(RHS(0.0, dict(zip(names, x, strict=True))), reference(x))
+        with pytest.raises(kn.ValueMissingError, match=r"one of the states, got none for u3: pass them as x\.$"):
+            RHS(0.0, dict(zip(names[:-1], x, strict=False)))
+
+    def test_axes_of_the_time(self):
+        x = state(8)
+        for t in (np.zeros(1), [0.0], np.zeros((1, 1))):
+            assert RHS(t, x).shape == (*np.shape(t), 6)
+        assert RHS(np.array(0.0), x).shape == RHS(0, x).shape == (6,)
+
+    def test_masked_array_without_masked_values(self):
+        assert close(RHS(0.0, np.ma.array(state(8))), reference(state(8)))
+
     def test_read_only_arrays(self):
         x = state(9)
         x.flags.writeable = False
@@ -147,6 +163,46 @@ class TestCopies:
         again = pickle.loads(pickle.dumps(RHS))
         assert np.array_equal(again(0.0, state(3)), RHS(0.0, state(3)))
         assert again.labels == RHS.labels
+
+
+class TestNesting:
+    def test_a_hook_that_calls_the_same_routine(self, monkeypatch):
+        """A warning's hook runs inside the call that warns."""
+        top = kn.derive(load("spinning_top").system())
+        rhs = top.compile().rhs
+        x = np.zeros(len(top.coordinates) + len(top.speeds))
+        x[-1] = 5.0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            expected = rhs(0.0, x)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always")
+            monkeypatch.setattr(warnings, "showwarning", lambda *_, **__: rhs(0.0, x + 0.5))
+            assert np.array_equal(rhs(0.0, x), expected, equal_nan=True)
+
+    def test_a_signal_that_calls_the_same_routine(self):
+        import signal
+
+        a, b = state(1), state(2)
+        expected = RHS(0.0, a)
+        before = signal.signal(signal.SIGALRM, lambda *_: RHS(0.0, b))
+        signal.setitimer(signal.ITIMER_REAL, 1e-4, 1e-4)
+        try:
+            right = all(np.array_equal(RHS(0.0, a), expected) for _ in range(20_000))
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+        assert right
+
+    def test_the_warning_names_the_callers_line(self):
+        top = kn.derive(load("spinning_top").system())
+        compiled = top.compile(outputs={"a": top.accelerations[0]})
+        x = np.zeros(len(top.coordinates) + len(top.speeds))
+        x[-1] = 5.0
+        for call in (compiled.rhs, compiled.outputs, lambda t, x: compiled.rhs(t, np.stack([x, x]))):
+            with pytest.warns(kn.KaneWarning) as caught:
+                call(0.0, x)
+            assert caught[0].filename == __file__
 
 
 class TestWrong:
@@ -231,6 +287,24 @@ class TestWrong:
         assert "not finite" in handle.explain(0.0, x)
         assert handle.explain(0.0, x + 0.5) == ""
 
+    def test_nan_that_only_contraction_gives_says_so(self):
+        (q,), (u,) = kn.coordinates("q"), kn.speeds("u")
+        n = kn.Frame("N")
+        o = kn.Point("O", fixed_in=n)
+        point = o.at("P", q * n.x)
+        force = kn.Force(point, kn.sqrt(q * q - u * u) * n.x)
+        eom = kn.derive(kn.System(n, bodies=[kn.Particle("P", point, 1)], speeds={u: q.dt}, loads=[force]))
+        x = np.repeat(np.random.default_rng(0).uniform(1, 2, (50, 1)), 2, axis=1)
+        assert np.array_equal(eom.compile(contract=False).rhs(0.0, x)[:, 1], np.zeros(50))
+        with pytest.warns(kn.KaneWarning, match=r"Use compile\(contract=False\)"):
+            assert np.isnan(eom.compile().rhs(0.0, x)).any()
+
+    def test_explaining_takes_one_state(self):
+        with pytest.raises(kn.ArgumentError, match=r"Expected one state to explain, got shapes \(\), \(2, 6\)"):
+            RHS.explain(0.0, np.zeros((2, 6)))
+        with pytest.raises(kn.ArgumentError, match="Expected real numbers as t, got str"):
+            RHS.explain("a", np.zeros(6))
+
     def test_what_to_do_must_be_known(self):
         with pytest.raises(
             kn.ArgumentError, match='Expected not_finite to be "warn", "raise" or "ignore", got \'stop\''
@@ -296,10 +370,55 @@ class TestCompiled:
         assert close(found["pair"][:, 0], x[:, 0])
         sol_energy = EOM.evaluate(EOM.energy, q=list(x.T[:N]), u=list(x.T[N:]))
         assert close(found["energy"], sol_energy)
+        one = compiled.outputs(0.0, x[0])
+        assert {k: v.shape for k, v in one.items()} == {"energy": (), "tip": (3,), "M": (N, N), "pair": (2,)}
+        assert all(close(one[k], found[k][0]) for k in one)
+
+    @pytest.mark.parametrize(
+        ("outputs", "error", "message"),
+        [
+            ({"E": "K"}, kn.ArgumentError, "or a sequence of expressions as output 'E', got 'K'"),
+            ({1: EOM.energy}, kn.ArgumentError, "Expected a name for every output, got 1"),
+            ([EOM.energy], kn.ArgumentError, "Expected outputs as a mapping from names to expressions, got list"),
+            (
+                {"c": kn.parameter("c")},
+                kn.ValueMissingError,
+                r"Expected the output 'c' in symbols of the system, got c \(Param",
+            ),
+        ],
+    )
+    def test_wrong_outputs(self, outputs, error, message):
+        with pytest.raises(error, match=message):
+            EOM.compile(outputs=outputs)
+
+    def test_no_outputs(self):
+        with pytest.raises(kn.ArgumentError, match="Expected outputs to have been named"):
+            COMPILED.outputs(0.0, state())
         with pytest.raises(
-            kn.ArgumentError, match=r"Expected an expression, Vector, Matrix or a sequence .* output 'E', got 'K'"
+            kn.ArgumentError, match="Expected routines among rhs, mass_matrix, forcing, reactions, got 'outputs'"
         ):
-            EOM.compile(outputs={"E": "K"}).outputs(0.0, x)
+            COMPILED.emit("c", ["outputs"])
+        assert COMPILED.emit("c", "rhs") == COMPILED.emit("c", ["rhs"])
+
+    def test_what_cannot_be_compiled_or_copied(self):
+        with pytest.raises(kn.ArgumentError, match="Expected Equations, got System: derive them first"):
+            kn.compile(EOM.system)
+        with pytest.raises(kn.ArgumentError, match="Expected a text as name, got 3"):
+            EOM.compile(name=3)
+        with pytest.raises(kn.ArgumentError, match=r"Expected a routine to pickle or copy, compiled\.rhs"):
+            pickle.dumps(COMPILED)
+        with pytest.raises(KeyError, match="Expected one of rhs, mass_matrix, forcing, reactions, got 'energy'"):
+            COMPILED.operations["energy"]
+
+    def test_a_parameter_may_be_called_as_the_time_is(self):
+        (q,), (u,) = kn.coordinates("q"), kn.speeds("u")
+        n = kn.Frame("N")
+        o = kn.Point("O", fixed_in=n)
+        t = kn.parameter("t", 2.0, "m", "thickness")
+        system = kn.System(n, bodies=[kn.Particle("P", o.at("P", q * n.x), t)], speeds={u: q.dt})
+        eom = kn.derive(system)
+        assert np.array_equal(eom.compile().rhs(0.0, np.array([1.0, 3.0])), [3, 0])
+        assert kn.simulate(eom, (0, 1), q=[0], u=[1]).q[-1] == pytest.approx(1)
 
     def test_reactions(self):
         eom = kn.derive(load("rolling_disk").model().system)

@@ -255,6 +255,39 @@ class TestExit:
         """)
         assert found == "5.0\n"
 
+    def test_a_worker_that_is_joined_at_exit(self):
+        """It registered first, so it is joined last: it must not wait for a lock that the end of LLVM holds."""
+        found = child("""
+            import atexit, queue, threading
+            work, done = queue.Queue(), []
+
+            def worker():
+                while (task := work.get()) is not None:
+                    try:
+                        task()
+                    except kn.ProgramError as error:
+                        assert "interpreter" in str(error)
+                    done.append(task)
+
+            thread = threading.Thread(target=worker, daemon=True)
+            thread.start()
+
+            def join():
+                work.put(None)
+                thread.join()
+                print(len(done))
+
+            atexit.register(join)
+            import kane as kn
+            from kane.gallery.pendulums import chain
+
+            eom = kn.derive(chain(2))
+            eom.compile()
+            for _ in range(5):
+                work.put(eom.compile)
+        """)
+        assert found == "5\n"
+
     def test_while_daemon_threads_call(self):
         child("""
             import threading, time

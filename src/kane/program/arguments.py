@@ -65,9 +65,10 @@ def complete(port: Port, values: Array) -> Array:
     """`values`, none of which may be missing (NaN)."""
     missing = [s.name for s, v in zip(port.symbols, values, strict=True) if np.isnan(v)]
     if missing:
+        cure = ", or declare a default, kn.parameter(name, default)" if port.name == "p" else ""
         raise ValueMissingError(
             f"Expected a value for every one of the {KINDS[port.name]}, got none for {', '.join(missing)}: pass them as "
-            f"{port.name}, or declare a default, kn.parameter(name, default)."
+            f"{port.name}{cure}."
         )
     return values
 
@@ -95,12 +96,14 @@ def _shape(port: Port) -> str:
 
 
 def _real(name: str, value: Any) -> Array:
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ArgumentError(f"Expected {name} without masked values, got a masked array: fill or drop them.")
     try:
         array = np.asarray(value)
         if array.dtype.kind not in _REAL:
             raise TypeError
         return array.astype(np.float64, copy=False)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         got = type(value).__name__ if not isinstance(value, np.ndarray) else f"an array of {value.dtype}"
         raise ArgumentError(f"Expected real numbers as {name}, got {got}: {value!r:.60}.") from error
 

@@ -12,8 +12,11 @@ from kane.errors import ValueMissingError
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, SYMBOL, Op
 from kane.expr.symbols import Symbol
+from kane.program.draft import Draft, Goal
 from kane.program.program import Port, Program
-from kane.program.tiers import Goal, assembled
+from kane.program.reciprocal import with_reciprocals
+from kane.program.tiers import assembled
+from kane.program.verify import sound
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,14 +29,20 @@ class Wanted:
     labels: Sequence[str]
 
 
-def build_program(name: str, ports: Sequence[Port], wanted: Sequence[Wanted]) -> Program:
-    """The Program of the routines in `wanted`; subexpressions of constants alone are folded.
+def build_program(name: str, ports: Sequence[Port], wanted: Sequence[Wanted], reciprocals: bool = False) -> Program:
+    """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
     Raises
     ------
     ValueMissingError
         if an expression holds a symbol that no port gives
     """
+    draft = _draft(name, ports, wanted)
+    return assembled(with_reciprocals(draft) if reciprocals else draft)
+
+
+def _draft(name: str, ports: Sequence[Port], wanted: Sequence[Wanted]) -> Draft:
+    """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
     order = postorder(root for w in wanted for root in w.roots)
     inputs = [s for port in ports for s in port.symbols]
     _refuse_unknown(order, inputs, ports)
@@ -54,8 +63,9 @@ def build_program(name: str, ports: Sequence[Port], wanted: Sequence[Wanted]) ->
             place[node] = first + len(ops)
             ops.append(node.op)
             args.append(tuple([place[a] for a in node.args]))
-    goals = [Goal(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in wanted]
-    return assembled("build", name, tuple(ports), tuple(numbers.values()), ops, args, goals)
+    goals = tuple(Goal(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in wanted)
+    made = Draft(name, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), goals)
+    return sound(made, "build")
 
 
 def _key(value: float) -> tuple[float, bool]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kane.dynamics.equations import Equations
 from kane.errors import ArgumentError
 from kane.program import arguments
-from kane.program.equations import ROUTINES, ports, program, shape_of
+from kane.program.equations import ROUTINES, Output, ports, program, resolved
 from kane.program.handle import Handle, NotFinite
 from kane.program.machine import Settings
 from kane.program.program import Program
@@ -35,7 +35,7 @@ class Compiled:
     settings: Settings
     name: str
     default: Array
-    wanted: Mapping[str, Any]
+    wanted: tuple[Output, ...]
     not_finite: NotFinite
     rhs: Handle = field(init=False)
 
@@ -44,8 +44,8 @@ class Compiled:
         object.__setattr__(self, "rhs", self._handle("rhs"))
 
     def _program(self, routines: Sequence[str]) -> Program:
-        outputs = self.wanted if "outputs" in routines else {}
-        names = [r for r in routines if r != "outputs"]
+        outputs = self.wanted if "outputs" in routines else ()
+        names = [r for r in routines if r != "outputs" or not outputs]
         return program(self.equations, names, outputs, name=self.name, reciprocals=self.settings.contract)
 
     def _handle(self, name: str) -> Handle:
@@ -73,14 +73,13 @@ class Compiled:
     def outputs(self, t: Any, x: Any, p: Any = None, r: Any = None) -> dict[str, Array]:
         """The named outputs, each with the leading axes of the arguments, then its own shape."""
         if not self.wanted:
-            return {}
+            raise ArgumentError("Expected outputs to have been named, compile(outputs={name: expression}), got none.")
         values = self._outputs(t, x, p, r)
         found, k = {}, 0
-        for name, what in self.wanted.items():
-            shape = shape_of(what)
-            size = int(np.prod(shape))
-            found[name] = values[..., k : k + size].reshape(*values.shape[:-1], *shape)
-            k += size
+        for output in self.wanted:
+            part = values[..., k : k + len(output.roots)]
+            found[output.name] = part.reshape((*values.shape[:-1], *output.shape))
+            k += len(output.roots)
         return found
 
     def parameters(self, values: Mapping[Any, Any] | None = None) -> Array:
@@ -91,14 +90,14 @@ class Compiled:
     @cached_property
     def program(self) -> Program:
         """All routines in one Program: what `emit` prints."""
-        return self._program((*ROUTINES, "outputs"))
+        return self._program((*ROUTINES, "outputs") if self.wanted else ROUTINES)
 
     @cached_property
     def operations(self) -> Receipt:
         """The operation receipt by routine."""
         return receipt(self.program)
 
-    def emit(self, target: str, routines: Sequence[str] | None = None) -> str:
+    def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str:
         """Source text: "c" (C99), "h" (its header), "numpy" (a module).
 
         `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs"; all of them unless told.
@@ -109,7 +108,8 @@ class Compiled:
         from kane.program.emit_numpy import emit_numpy
 
         release = version("kane")
-        made = self.program if routines is None else self._program(routines)
+        chosen = (routines,) if isinstance(routines, str) else routines
+        made = self.program if chosen is None else self._program(chosen)
         emitters: dict[str, Callable[[], str]] = {
             "c": lambda: emit_c(made, contract=self.settings.contract, version=release),
             "h": lambda: emit_header(made, version=release),
@@ -118,6 +118,11 @@ class Compiled:
         if target not in emitters:
             raise ArgumentError(f"Expected one of {', '.join(emitters)}, got {target!r}.")
         return emitters[target]()
+
+    def __reduce__(self) -> NoReturn:
+        raise ArgumentError(
+            "Expected a routine to pickle or copy, compiled.rhs and the like, got the Compiled that holds it."
+        )
 
     def __repr__(self) -> str:
         return f"Compiled({self.name!r}: {self.rhs!r})"
@@ -143,10 +148,10 @@ def compile(
     name : what the emitted functions are called after
     outputs : expressions, vectors, matrices by name, for `Compiled.outputs`
     parameters : values by symbol or name that replace defaults where a call gives no p
-    contract : let a·b + c round once (FMA) and divisions by one divisor share its reciprocal; False gives the results of the
-        expressions' own operations, each rounded, bit by bit the same as NumPy's
+    contract : let a·b + c round once (FMA) and divisions by one divisor share its reciprocal; False rounds each operation of the
+        expressions by itself, so that those of + − × ÷ √ are NumPy's bit by bit
     cpu : "host", or "generic" for what every processor of this kind has
-    features : what to add to it or to leave out, as LLVM calls it: "+avx2,+fma", "-avx512f"
+    features : what to add to "generic", as LLVM calls it: "+avx2,+fma"
     cache : keep the code in the user's cache folder, so that a second run compiles nothing (see `KANE_CACHE`)
     not_finite : "warn", "raise" or "ignore" where a result is infinite or NaN
 
@@ -157,9 +162,17 @@ def compile(
     ProgramError
         if the code could not run on this processor
     """
+    if not isinstance(eom, Equations):
+        raise ArgumentError(
+            f"Expected Equations, got {type(eom).__name__}: derive them first, kn.derive(system).compile()."
+        )
+    if not isinstance(name, str):
+        raise ArgumentError(f"Expected a text as name, got {name!r}.")
     port = ports(eom)[2]
     default = arguments.replaced(port, parameters or {}, arguments.defaults(port))
-    return Compiled(eom, Settings(contract, cpu, features, cache), name, default, dict(outputs or {}), not_finite)
+    return Compiled(
+        eom, Settings(contract, cpu, features, cache), name, default, resolved(eom, outputs or {}), not_finite
+    )
 
 
 Equations.compile = compile  # declared there: the layer below cannot import this one

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as one Python module that needs NumPy only, to be read, changed and carried away.
 
-It computes what `kane.expr.evaluate` computes, operation by operation, for one state or for arrays of them: x, p and r
+It does the program's operations as `kane.expr.evaluate` does them, for one state or for arrays of them: x, p and r
 have their values on the last axis, and the axes before it are broadcast.
 """
 

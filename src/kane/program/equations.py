@@ -4,17 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import without_unknowns
-from kane.errors import ArgumentError
+from kane.errors import ArgumentError, ValueMissingError
+from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import time
 from kane.program.build import Wanted, build_program
 from kane.program.program import Port, Program
-from kane.program.reciprocal import with_reciprocals
 from kane.space.vector import Vector
 
 ROUTINES = ("rhs", "mass_matrix", "forcing", "reactions")
@@ -34,7 +35,7 @@ def ports(eom: Equations) -> tuple[Port, ...]:
 def program(
     eom: Equations,
     routines: Sequence[str] = ROUTINES,
-    outputs: Mapping[str, Any] | None = None,
+    outputs: Sequence[Output] = (),
     *,
     name: str = "model",
     reciprocals: bool = True,
@@ -46,18 +47,20 @@ def program(
     """
     unknown = [r for r in routines if r not in ROUTINES]
     if unknown:
-        raise ArgumentError(f"Expected routines among {', '.join(ROUTINES)}, got {', '.join(map(repr, unknown))}.")
+        known = ", ".join([*ROUTINES, *(["outputs"] if outputs else [])])
+        raise ArgumentError(f"Expected routines among {known}, got {', '.join(map(repr, unknown))}.")
     wanted = [_routine(eom, routine) for routine in dict.fromkeys(routines)]
     if outputs:
-        wanted.append(_outputs(eom, outputs))
-    made = build_program(name, ports(eom), wanted)
-    return with_reciprocals(made) if reciprocals else made
+        roots = [root for output in outputs for root in output.roots]
+        labels = [label for output in outputs for label in output.labels]
+        wanted.append(Wanted("outputs", roots, (len(roots),), labels))
+    return build_program(name, ports(eom), wanted, reciprocals)
 
 
 def expressions(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Program:
     """The Program of one routine with any functions of q, u, t, parameters and inputs."""
     wanted = Wanted(name, roots, (len(roots),), labels)
-    return with_reciprocals(build_program("model", ports(eom), [wanted]))
+    return build_program("model", ports(eom), [wanted], reciprocals=True)
 
 
 def _routine(eom: Equations, name: str) -> Wanted:
@@ -74,33 +77,58 @@ def _routine(eom: Equations, name: str) -> Wanted:
     return Wanted(name, eom.reaction_values, (len(eom.reactions),), [r.name for r in eom.reactions])
 
 
-def _outputs(eom: Equations, outputs: Mapping[str, Any]) -> Wanted:
-    roots: list[Expr] = []
-    labels: list[str] = []
+@dataclass(frozen=True, slots=True, eq=False)
+class Output:
+    """A named output: expressions in row-major order of its shape."""
+
+    name: str
+    shape: tuple[int, ...]
+    roots: tuple[Expr, ...]
+
+    @property
+    def labels(self) -> list[str]:
+        """A name for each expression."""
+        return [self.name] if self.shape == () else [f"{self.name}[{k}]" for k in range(len(self.roots))]
+
+
+def resolved(eom: Equations, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
+    """The outputs as functions of q, u, t, parameters and inputs; a vector's measure numbers are along the inertial frame.
+
+    Raises
+    ------
+    ArgumentError
+        if a name is not text, or an output is no expression, Vector, Matrix or sequence of expressions
+    ValueMissingError
+        if an output holds a symbol that is not the system's
+    """
+    if not isinstance(outputs, Mapping):
+        raise ArgumentError(f"Expected outputs as a mapping from names to expressions, got {type(outputs).__name__}.")
+    found = []
     for name, what in outputs.items():
-        parts = scalars(eom, name, what)
-        roots += parts
-        labels += [name] if shape_of(what) == () else [f"{name}[{k}]" for k in range(len(parts))]
-    return Wanted("outputs", without_unknowns(eom, roots), (len(roots),), labels)
+        if not isinstance(name, str) or not name.strip():
+            raise ArgumentError(f"Expected a name for every output, got {name!r}.")
+        shape, parts = _parts(eom, name, what)
+        roots = tuple(without_unknowns(eom, parts))
+        known: set[Expr] = {s for port in ports(eom) for s in port.symbols}
+        unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in known]
+        if unknown:
+            raise ValueMissingError(
+                f"Expected the output {name!r} in symbols of the system, got {', '.join(unknown)} in it. A reaction must be "
+                "listed in System(reactions=…)."
+            )
+        found.append(Output(name, shape, roots))
+    return tuple(found)
 
 
-def shape_of(what: Any) -> tuple[int, ...]:
-    """The shape of an output: () of an expression, (3,) of a vector, that of a Matrix or of a sequence."""
+def _parts(eom: Equations, name: str, what: Any) -> tuple[tuple[int, ...], list[Expr]]:
     if isinstance(what, Vector):
-        return (3,)
+        return (3,), list(what.components(eom.system.inertial))
     if isinstance(what, Matrix):
-        return what.shape
-    return (len(what),) if isinstance(what, list | tuple) else ()
-
-
-def scalars(eom: Equations, name: str, what: Any) -> list[Expr]:
-    """The expressions of an output in row-major order; a vector's along the inertial frame."""
-    if isinstance(what, Vector):
-        return list(what.components(eom.system.inertial))
-    if isinstance(what, Matrix):
-        return [x for row in what.rows for x in row]
+        return what.shape, [x for row in what.rows for x in row]
     try:
-        return [as_expr(x) for x in what] if isinstance(what, list | tuple) else [as_expr(what)]
+        if isinstance(what, list | tuple):
+            return (len(what),), [as_expr(x) for x in what]
+        return (), [as_expr(what)]
     except TypeError as error:
         raise ArgumentError(
             f"Expected an expression, Vector, Matrix or a sequence of expressions as output {name!r}, got {what!r:.60}."

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-import threading
 import warnings
 from collections.abc import Callable
 from typing import Any, Literal
@@ -15,6 +14,7 @@ import numpy.typing as npt
 
 from kane.errors import ArgumentError, KaneWarning, NotFiniteError
 from kane.program import arguments
+from kane.program.callers import outside
 from kane.program.entries import block
 from kane.program.machine import Settings, build_library
 from kane.program.program import Program
@@ -24,10 +24,11 @@ Array = npt.NDArray[np.float64]
 NotFinite = Literal["warn", "raise", "ignore"]
 
 _ALIGNMENT = 64
+_ARRAY: Any = np.ndarray
 
 
 class _Own:
-    """The block of one thread, and views of its sections."""
+    """The block of one call at a time, and views of its sections."""
 
     __slots__ = ("address", "memory", "out", "p", "r", "time", "x")
 
@@ -47,13 +48,17 @@ class _Own:
         last = self.memory[at.hoisted : at.h].view(np.int64)
         last[:] = -1  # the bits of no p that arithmetic makes: the first call hoists
 
+    def inputs(self) -> list[Array]:
+        """What the block was called with: t, x, p, r."""
+        return [np.array(self.time.value), *(np.array(section) for section in (self.x, self.p, self.r))]
+
 
 class Handle:
     """One compiled routine: `handle(t, x, p, r)`.
 
     `t` is a number, `x` the state (…, n), `p` the parameters (…, np) or a mapping by symbol or name (those left out keep their
     defaults; all of them where `p` is None), `r` the inputs (…, nr). Leading axes broadcast; the result has them, then `shape`.
-    It is always a new array. Threads may call one handle at the same time: each has buffers of its own.
+    It is always a new array. Threads may call one handle at the same time: each call has a block of memory to itself.
 
     NaN or infinity in the arguments is an `ArgumentError`. If a result is not finite, `not_finite` says what happens: "warn"
     (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
@@ -65,8 +70,8 @@ class Handle:
         "_call",
         "_default",
         "_driven",
+        "_free",
         "_library",
-        "_local",
         "_standard",
         "not_finite",
         "program",
@@ -87,7 +92,7 @@ class Handle:
         self.program, self.routine, self.settings = program, program.routine(name), settings
         self.not_finite = not_finite
         self._default = np.array(arguments.defaults(program.port("p")) if default is None else default)
-        self._local = threading.local()
+        self._free: list[_Own] = []
         self._standard = self._default.data
         self._driven = bool(program.port("r").symbols)
         library = self._library = build_library(program, settings)
@@ -113,20 +118,39 @@ class Handle:
     def __call__(self, t: Any, x: Any, p: Any = None, r: Any = None) -> Array:
         """The results at t, x, p, r."""
         # The common case without conversions: a memoryview takes doubles of the same shape and nothing else.
+        if (
+            (type(t) is float or type(t) is np.float64)
+            and type(x) is _ARRAY
+            and (p is None or type(p) is _ARRAY)
+            and (type(r) is _ARRAY or (r is None and not self._driven))
+        ):
+            own = self._take()
+            try:
+                own.time.value = t
+                own.x[:] = x
+                own.p[:] = self._standard if p is None else p
+                if r is not None:
+                    own.r[:] = r
+            except (ValueError, NotImplementedError):
+                self._free.append(own)
+            else:
+                flags = self._call(own.address)
+                out = own.out.copy()
+                if flags:
+                    given = own.inputs()
+                    self._free.append(own)
+                    self._not_finite(given, p is None)
+                else:
+                    self._free.append(own)
+                return out
+        return self._general(t, x, p, r)
+
+    def _take(self) -> _Own:
+        """A block that nobody else uses until it is back in the list: calls may nest, in hooks and signal handlers too."""
         try:
-            own: _Own = self._local.own
-            own.time.value = t
-            own.x[:] = x
-            own.p[:] = self._standard if p is None else p
-            if r is not None:
-                own.r[:] = r
-            elif self._driven:
-                return self._general(t, x, p, r)
-        except (AttributeError, TypeError, ValueError, NotImplementedError):
-            return self._general(t, x, p, r)
-        if self._call(own.address):
-            self._not_finite(own, p is None)
-        return own.out.copy()
+            return self._free.pop()
+        except IndexError:
+            return _Own(self)
 
     def _general(self, t: Any, x: Any, p: Any, r: Any) -> Array:
         ports = [self.program.port(k) for k in "txpr"]
@@ -145,17 +169,6 @@ class Handle:
         if self.not_finite != "ignore":
             for port, a in zip(ports, given, strict=True):
                 arguments.finite(port, a)
-        if rows == ():
-            try:
-                own: _Own = self._local.own
-            except AttributeError:
-                own = self._local.own = _Own(self)
-            own.time.value = float(given[0])
-            for section, values in zip((own.x, own.p, own.r), given[1:], strict=True):
-                section[:] = np.ascontiguousarray(values).data
-            if self._call(own.address):
-                self._not_finite(own, False)
-            return own.out.copy()
         return self._rows(rows, given)
 
     def _rows(self, rows: tuple[int, ...], given: list[Array]) -> Array:
@@ -167,7 +180,7 @@ class Handle:
             lead = a.shape if k == 0 else a.shape[:-1]
             shared = math.prod(lead) == 1
             wide = a if shared else np.broadcast_to(a.reshape(*lead, width), (*rows, width))
-            flat.append(np.ascontiguousarray(wide.reshape(1 if shared else count, width)))
+            flat.append(np.require(wide.reshape(1 if shared else count, width), requirements=["C", "A"]))
         out = np.empty((*rows, *self.shape))
         h = np.empty(max(1, len(self.program.kept)))
         strides = [0 if len(a) == 1 else a.shape[1] for a in flat]
@@ -178,33 +191,38 @@ class Handle:
             self._tell([float(v) for a in flat for v in a[first_bad % len(a)]], f" at {where}")
         return out
 
-    def _not_finite(self, own: _Own, default: bool) -> None:
+    def _not_finite(self, given: list[Array], default: bool) -> None:
         """After a call that met NaN or infinity: name the argument, or the intermediate."""
         if default:
             arguments.complete(self.program.port("p"), self._default)
         if self.not_finite == "ignore":
             return
-        values = {"t": np.array(own.time.value), **{k: np.array(getattr(own, k)) for k in "xpr"}}
-        for port in self.program.ports:
-            arguments.finite(port, values[port.name])
-        self._tell([float(v) for port in self.program.ports for v in values[port.name].flat], "")
+        for port, values in zip(self.program.ports, given, strict=True):
+            arguments.finite(port, values)
+        self._tell([float(v) for a in given for v in a.flat], "")
 
     def _tell(self, inputs: list[float], where: str) -> None:
-        found = explain(self.program, self.routine, inputs) or "overflow that rounding in another order avoids"
+        found = explain(self.program, self.routine, inputs) or (
+            "NaN or infinity where separate roundings give none: a difference of equal numbers is not quite zero with fused "
+            "multiply-adds or shared reciprocals. Use compile(contract=False)"
+        )
         message = f"Expected finite results of {self.name}{where}, got {found}."
         if self.not_finite == "raise":
             raise NotFiniteError(message)
-        warnings.warn(message, KaneWarning, stacklevel=4)
+        warnings.warn(message, KaneWarning, stacklevel=outside())
 
     def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
         """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
-        ports = [self.program.port(k) for k in "xpr"]
+        ports = self.program.ports
         given = [
-            arguments.vector(ports[0], x),
-            self._default if p is None else arguments.vector(ports[1], p, self._default),
-            arguments.vector(ports[2], () if r is None else r),
+            arguments.scalar(t),
+            arguments.vector(ports[1], x),
+            arguments.vector(ports[2], {} if p is None else p, self._default),
+            arguments.vector(ports[3], () if r is None else r),
         ]
-        return explain(self.program, self.routine, [float(t), *(float(v) for a in given for v in a)])
+        if given[0].ndim or any(a.ndim > 1 for a in given[1:]):
+            raise ArgumentError(f"Expected one state to explain, got shapes {', '.join(str(a.shape) for a in given)}.")
+        return explain(self.program, self.routine, [float(v) for a in given for v in a.flat])
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Handle, (self.program, self.name, self.settings, self._default, self.not_finite)

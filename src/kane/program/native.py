@@ -14,15 +14,17 @@ from __future__ import annotations
 import atexit
 import ctypes
 import os
+import threading
 import warnings
-from collections.abc import Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from kane.errors import KaneWarning, ProgramError
 from kane.program import store
+from kane.program.callers import outside
 
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "jitdefault"}
 
@@ -37,9 +39,9 @@ class Target:
 
     @property
     def lanes(self) -> int:
-        """Doubles in a vector register; of a feature named twice the last counts."""
-        have = {f[1:]: f[0] == "+" for f in self.features.split(",") if f}
-        return 8 if have.get("avx512f") else 4 if have.get("avx") or have.get("avx2") else 2
+        """Doubles in a vector register."""
+        have = set(self.features.split(","))
+        return 8 if "+avx512f" in have else 4 if have & {"+avx", "+avx2"} else 2
 
 
 @cache
@@ -54,9 +56,42 @@ def _llvm() -> Any:
     # A child of fork would wait for ever for a lock that a thread which it does not have holds.
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(before=alone.__enter__, after_in_parent=alone.__exit__, after_in_child=alone.__exit__)
-    # LLVM's globals are destroyed at exit: no daemon thread may be in LLVM then, or enter it afterwards.
-    atexit.register(alone.__enter__)
+    atexit.register(_end)
     return binding
+
+
+_ended = threading.Event()
+
+
+def _end() -> None:
+    """LLVM's globals are destroyed at exit: wait until no thread is in LLVM, and let none but the main one enter it again."""
+    with _alone():
+        _ended.set()
+
+
+def _alone() -> Any:
+    """llvmlite's own lock, which lets one thread at a time into LLVM, again and again if it is the same."""
+    from llvmlite import binding
+
+    return getattr(binding.ffi.lib, "_lock", None) or nullcontext()
+
+
+@contextmanager
+def _inside() -> Iterator[Any]:
+    """LLVM, for this thread alone.
+
+    Raises
+    ------
+    ProgramError
+        if the interpreter is ending and this is not its main thread
+    """
+    llvm = _llvm()
+    with _alone():
+        if _ended.is_set() and threading.current_thread() is not threading.main_thread():
+            raise ProgramError(
+                "Expected a running interpreter to compile in, got one that is ending: join threads first."
+            )
+        yield llvm
 
 
 @cache
@@ -68,7 +103,7 @@ def host() -> Target:
 
 
 def target(cpu: str = "host", features: str = "") -> Target:
-    """The host, or with `cpu` "generic" what it shares with every machine of its kind; `features` add ("+avx2,+fma") or leave out.
+    """The host, or with `cpu` "generic" what it shares with every machine of its kind, and `features` ("+avx2,+fma").
 
     Raises
     ------
@@ -84,13 +119,15 @@ def target(cpu: str = "host", features: str = "") -> Target:
         raise ProgramError(
             f'Expected cpu to be "host", "generic" or {here.cpu!r}, got {cpu!r}: code for it cannot run here.'
         )
+    if not isinstance(features, str):
+        raise ProgramError(f'Expected features as one text, "+avx2,+fma", got {features!r}.')
     wanted = [f.strip() for f in features.split(",") if f.strip()]
-    known = set(here.features.split(","))
-    missing = [f for f in wanted if f not in known and not (f[0] == "-" and "+" + f[1:] in known)]
+    known = [f for f in here.features.split(",") if f[:1] == "+"]
+    missing = [f for f in wanted if f not in known]
     if missing:
-        has = ", ".join(sorted(f[1:] for f in known if f[:1] == "+"))
         raise ProgramError(
-            f'Expected features of this processor, each as "+name" or "-name", got {", ".join(missing)}. It has {has}.'
+            f'Expected features that this processor has, each as "+name", got {", ".join(missing)}. It has '
+            f"{', '.join(sorted(f[1:] for f in known))}."
         )
     return Target(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *wanted) if f))
 
@@ -107,14 +144,14 @@ class Library:
     __slots__ = ("__weakref__", "_tracker")
 
     def __init__(self, image: bytes, symbols: Sequence[str]) -> None:
-        llvm = _llvm()
-        builder = llvm.JITLibraryBuilder().add_object_img(image).add_current_process()
-        for symbol in symbols:
-            builder.export_symbol(symbol)
-        try:
-            self._tracker = builder.link(llvm.create_lljit_compiler(), "kane")  # it keeps the linker
-        except RuntimeError as error:
-            raise ProgramError(f"Expected code that links and has {', '.join(symbols)}, got: {error}") from error
+        with _inside() as llvm:
+            builder = llvm.JITLibraryBuilder().add_object_img(image).add_current_process()
+            for symbol in symbols:
+                builder.export_symbol(symbol)
+            try:
+                self._tracker = builder.link(llvm.create_lljit_compiler(), "kane")  # it keeps the linker
+            except RuntimeError as error:
+                raise ProgramError(f"Expected code that links and has {', '.join(symbols)}, got: {error}") from error
 
     def address(self, symbol: str) -> int:
         """Where a function begins; valid while this library lives."""
@@ -137,7 +174,7 @@ def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = T
         try:
             return Library(image, symbols)
         except ProgramError as error:
-            warnings.warn(f"{error} It is the cache entry {key}. Compiling anew.", KaneWarning, stacklevel=2)
+            warnings.warn(f"{error} It is the cache entry {key}. Compiling anew.", KaneWarning, stacklevel=outside())
     image = object_code(text, on)
     library = Library(image, symbols)
     if cached:
@@ -153,17 +190,25 @@ def object_code(text: str, on: Target) -> bytes:
     ProgramError
         if LLVM does not accept the text
     """
-    llvm = _llvm()
-    with llvm.create_context() as context:
+    with _inside() as llvm, llvm.create_context() as context:
         try:
             with llvm.parse_assembly(text, context) as module:
                 module.verify()
                 machine = llvm.Target.from_triple(on.triple).create_target_machine(
                     cpu=on.cpu, features=on.features, **_OPTIONS
                 )
+                _inline(llvm, machine, module)
                 return bytes(machine.emit_object(module))
         except RuntimeError as error:
             raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
+
+
+def _inline(llvm: Any, machine: Any, module: Any) -> None:
+    """Sine and cosine go where they are called; no other pass has anything to find (docs/develop/decisions.md)."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=0))
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_always_inliner_pass()
+    passes.run(module, builder)
 
 
 @cache

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from kane.expr.ops import Op
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Symbol
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,15 +58,10 @@ class Program:
         """The symbols of all ports: values 0, 1 and so on."""
         return tuple(s for port in self.ports for s in port.symbols)
 
-    @property
+    @cached_property
     def first(self) -> int:
         """The number of the first instruction's value."""
         return len(self.inputs) + len(self.constants)
-
-    @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The symbols of the port p."""
-        return tuple(s for s in self.port("p").symbols if isinstance(s, Parameter))
 
     def port(self, name: str) -> Port:
         """The port of that name."""

@@ -20,7 +20,10 @@ class Receipt:
     routines: tuple[tuple[str, Operations], ...]
 
     def __getitem__(self, name: str) -> Operations:
-        return dict(self.routines)[name]
+        found = dict(self.routines)
+        if name not in found:
+            raise KeyError(f"Expected one of {', '.join(found)}, got {name!r}.")
+        return found[name]
 
     def __str__(self) -> str:
         return "\n".join(f"{name}: {operations}" for name, operations in self.routines)

@@ -8,27 +8,27 @@ to compilation with contraction and is left out where results must be those of t
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 
 from kane.expr.ops import DIV, MUL, Op
-from kane.expr.symbols import Parameter
-from kane.program.program import Program
-from kane.program.tiers import Goal, assembled
+from kane.program.draft import Draft
+from kane.program.verify import sound
 
 _WORTH = 2
 """Divisions by one divisor from which a reciprocal is computed."""
 
 
-def with_reciprocals(program: Program) -> Program:
-    """The program with shared reciprocals."""
-    chosen = _divisors(program)
+def with_reciprocals(draft: Draft) -> Draft:
+    """The draft with shared reciprocals."""
+    chosen = _divisors(draft)
     if not chosen:
-        return program
-    count = len(program.inputs)
-    one = next((count + k for k, v in enumerate(program.constants) if v == 1.0), program.first)
-    constants = program.constants if one < program.first else (*program.constants, 1.0)
+        return draft
+    count = len(draft.inputs)
+    one = next((count + k for k, v in enumerate(draft.constants) if v == 1.0), draft.first)
+    constants = draft.constants if one < draft.first else (*draft.constants, 1.0)
     first = count + len(constants)
-    place = list(range(program.first))
+    place = list(range(draft.first))
     reciprocal: dict[int, int] = {}
     ops: list[Op] = []
     args: list[tuple[int, ...]] = []
@@ -38,28 +38,26 @@ def with_reciprocals(program: Program) -> Program:
         args.append(reads)
         return first + len(ops) - 1
 
-    for op, reads in zip(program.ops, program.args, strict=True):
+    for op, reads in zip(draft.ops, draft.args, strict=True):
         now = tuple([place[a] for a in reads])
-        if op is DIV and reads[1] in chosen and now[0] != one:
-            if reads[1] not in reciprocal:
-                reciprocal[reads[1]] = emit(DIV, (one, now[1]))
-            place.append(emit(MUL, (now[0], reciprocal[reads[1]])))
-        elif op is DIV and reads[1] in reciprocal:
-            place.append(reciprocal[reads[1]])
-        else:
+        if op is not DIV or reads[1] not in chosen:
             place.append(emit(op, now))
-            if op is DIV and reads[1] in chosen:
-                reciprocal[reads[1]] = place[-1]
-    goals = [Goal(r.name, r.shape, r.labels, tuple(place[i] for i in r.results)) for r in program.routines]
-    return assembled("reciprocal", program.name, program.ports, constants, ops, args, goals)
+            continue
+        divisor = reads[1]
+        if divisor not in reciprocal:
+            reciprocal[divisor] = emit(DIV, (one, now[1]))
+        inverse = reciprocal[divisor]
+        place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
+    goals = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in draft.goals)
+    made = Draft(draft.name, draft.ports, constants, tuple(ops), tuple(args), goals)
+    return sound(made, "reciprocal")
 
 
-def _divisors(program: Program) -> set[int]:
+def _divisors(draft: Draft) -> set[int]:
     """The divisors whose reciprocal is worth computing."""
-    fixed = {i for i, s in enumerate(program.inputs) if isinstance(s, Parameter)}
-    fixed.update(range(len(program.inputs), program.first), program.hoisted)
     found: set[int] = set()
-    for routine in program.routines:
-        uses = Counter(program.arguments(i)[1] for i in routine.body if program.op(i) is DIV)
-        found.update(d for d, n in uses.items() if n >= _WORTH or d in fixed)
+    for goal in draft.goals:
+        below = draft.below(set(goal.results), True)
+        divided = [draft.args[i - draft.first][1] for i in below if draft.ops[i - draft.first] is DIV]
+        found.update(d for d, n in Counter(divided).items() if n >= _WORTH or not draft.varies[d])
     return found

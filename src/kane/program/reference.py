@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from kane.expr.node import Expr, constant, intern_node
+from kane.expr.ops import WHERE
 from kane.program.program import Program, Routine
 
 _LONGEST = 80
@@ -24,12 +25,6 @@ def values(program: Program, block: Iterable[int], inputs: Sequence[Any]) -> dic
             assert f is not None
             found[i] = f(*[found[a] for a in program.arguments(i)])
     return found
-
-
-def run(program: Program, routine: Routine, inputs: Sequence[Any]) -> list[Any]:
-    """The routine's results."""
-    found = values(program, routine.body, inputs)
-    return [found[i] for i in routine.results]
 
 
 def explain(program: Program, routine: Routine, inputs: Sequence[float]) -> str:
@@ -54,7 +49,10 @@ def _numbers(program: Program) -> range:
 def _origin(program: Program, found: Mapping[int, Any], i: int) -> int:
     """From a value that is not finite down to one whose arguments all are."""
     while i >= program.first:
-        bad = [a for a in program.arguments(i) if not np.isfinite(found[a])]
+        reads = program.arguments(i)
+        if program.op(i) is WHERE and np.isfinite(found[reads[0]]):
+            reads = reads[1:2] if found[reads[0]] else reads[2:]  # only the branch that was chosen
+        bad = [a for a in reads if not np.isfinite(found[a])]
         if not bad:
             return i
         i = bad[0]

@@ -21,6 +21,7 @@ import warnings
 from pathlib import Path
 
 from kane.errors import KaneWarning
+from kane.program.callers import outside
 
 LIMIT = 256 * 2**20
 """Bytes that the entries may take together."""
@@ -47,7 +48,7 @@ def folder() -> Path | None:
     if wanted.lower() in ("off", "0", "no"):
         return None
     if wanted:
-        return Path(os.path.expanduser(wanted))
+        return Path(os.path.expanduser(wanted)).absolute()
     from platformdirs import user_cache_path
 
     try:
@@ -204,4 +205,4 @@ def _sweep(place: Path) -> None:
 
 
 def _warn(message: str) -> None:
-    warnings.warn(message, KaneWarning, stacklevel=2)
+    warnings.warn(message, KaneWarning, stacklevel=outside())

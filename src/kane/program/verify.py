@@ -5,13 +5,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TypeVar
 
 from kane.errors import ProgramError
 from kane.expr.symbols import Parameter
+from kane.program.draft import Draft
 from kane.program.program import Program
 
+Made = TypeVar("Made", Draft, Program)
 
-def verified(program: Program, after: str) -> Program:
+
+def sound(draft: Draft, after: str) -> Draft:
+    """`draft`, if its tables are well formed after the pass of that name.
+
+    Raises
+    ------
+    ProgramError
+        naming the pass and the instruction where they are not
+    """
+    return _or_fail(draft, after, _tables(draft) or _goals(draft))
+
+
+def verified(program: Program, after: str = "tiers") -> Program:
     """`program`, if it is well formed.
 
     Raises
@@ -19,20 +34,34 @@ def verified(program: Program, after: str) -> Program:
     ProgramError
         naming the pass after which, the place and the instruction where it is not
     """
-    fault = _tables(program) or _hoisted(program) or _routines(program)
+    return _or_fail(program, after, _tables(program) or _hoisted(program) or _routines(program))
+
+
+def _or_fail(made: Made, after: str, fault: str) -> Made:
     if fault:
-        raise ProgramError(f"Expected a well-formed program {program.name!r} after the pass {after!r}, got {fault}.")
-    return program
+        raise ProgramError(f"Expected a well-formed program {made.name!r} after the pass {after!r}, got {fault}.")
+    return made
 
 
-def _tables(program: Program) -> str:
+def _goals(draft: Draft) -> str:
+    count = draft.first + len(draft.ops)
+    for g in draft.goals:
+        if not len(g.results) == len(g.labels) == math.prod(g.shape):
+            return f"{len(g.results)} results and {len(g.labels)} labels of shape {g.shape} in {g.name}"
+        if not all(0 <= i < count for i in g.results):
+            return f"a result in {g.name} that no instruction computes"
+    return ""
+
+
+def _tables(program: Program | Draft) -> str:
     first = program.first
     if len(program.ops) != len(program.args):
         return f"{len(program.ops)} operations and {len(program.args)} lists of arguments"
     if not all(map(math.isfinite, program.constants)):
         return "a constant that is not finite"
-    if len({s.name for s in program.inputs}) != len(program.inputs):
-        return "two inputs of one name"
+    for port in program.ports:
+        if len({s.name for s in port.symbols}) != len(port.symbols):
+            return f"two symbols of one name in the port {port.name}"
     for i, (op, reads) in enumerate(zip(program.ops, program.args, strict=True), first):
         if not op.c or len(reads) != op.arity or not 0 <= min(reads) <= max(reads) < i:
             return f"value {i} = {op.name}{reads}"

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import warnings
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -78,39 +79,49 @@ def simulate(
     forces = list(drives.values())
     width = len(eom.coordinates) + len(eom.speeds)
 
-    def compiled(name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Handle:
-        return Handle(expressions(eom, name, roots, labels), name, Settings(), fixed, "ignore")
-
     def at(handle: Handle) -> Rate:
         if not forces:
-            return lambda t, y: handle(t, y[:width])
-        return lambda t, y: handle(t, y[:width], None, np.array([float(f(t)) for f in forces]))
+            return lambda t, y: handle(t, y[:width], fixed)
+        return lambda t, y: handle(t, y[:width], fixed, np.array([float(f(t)) for f in forces]))
 
-    power = without_unknowns(eom, [eom.power])
-    labels = [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
-    motion = compiled("motion", [*eom.right_hand_side, *power], [*labels, "P"])
+    motion, events = _compiled(eom)
     rate = at(motion)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
     speeds = u if rates is None else eom.speeds_from_rates(q, rates, parameters=parameters, t=t0)
     start = np.append(start_state(eom, q, speeds), 0.0)
-    quantities = without_unknowns(eom, [e.quantity for e in eom.events])
-    watch = at(compiled("events", quantities, [e.name for e in eom.events])) if eom.events else None
+    watch = at(events) if events else None
     watched = watch(t0, start) if watch else np.zeros(0)
     _check_events(eom, watched, t0)
-    _check_start(motion, rate, t0, start, [float(f(t0)) for f in forces])
+    _check_start(motion, rate, t0, start, lambda: motion.explain(t0, start[:-1], fixed, [float(f(t0)) for f in forces]))
     _warn_of_events(eom, watched)
     return _integrate(eom, rate, watch, (t0, t1), start, method, tolerances, samples, max_steps, constants, drives)
 
 
-def _check_start(motion: Handle, rate: Rate, t0: float, start: Array, drives: Sequence[float]) -> None:
+_known: weakref.WeakKeyDictionary[Equations, tuple[Handle, Handle | None]] = weakref.WeakKeyDictionary()
+
+
+def _compiled(eom: Equations) -> tuple[Handle, Handle | None]:
+    """(q̇, u̇, P) and the events' quantities as machine code, made once for these equations."""
+    if eom not in _known:
+        labels = [*(f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)), "P"]
+        motion = _routine(eom, "motion", [*eom.right_hand_side, eom.power], labels)
+        quantities, names = [e.quantity for e in eom.events], [e.name for e in eom.events]
+        _known[eom] = motion, _routine(eom, "events", quantities, names) if quantities else None
+    return _known[eom]
+
+
+def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Handle:
+    return Handle(expressions(eom, name, without_unknowns(eom, roots), labels), name, Settings(), None, "ignore")
+
+
+def _check_start(motion: Handle, rate: Rate, t0: float, start: Array, why: Callable[[], str]) -> None:
     first = rate(t0, start)
     bad = [n for n, v in zip(motion.labels[:-1], first, strict=False) if not np.isfinite(v)]
     if bad:
-        why = motion.explain(t0, start[:-1], None, drives)
         raise SimulationError(
             f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t0:g}: the equations are singular at "
-            f"this state ({why}). Start elsewhere, or choose coordinates and speeds that are regular here."
+            f"this state ({why()}). Start elsewhere, or choose coordinates and speeds that are regular here."
         )
 
 
