@@ -296,8 +296,7 @@ class TestLife:
             rhs, bound = compiled.rhs, compiled.mass_matrix.__call__
             call, own = compiled.forcing._call, compiled.forcing
             own(0.0, x)
-            block = own._free[-1]
-            address, memory = block.address, block.memory
+            address, memory = own._free[-1][0], own._free[-1][-1].base
             own = compiled = None
             libraries = [native.compile_text(f"define double @f() {{ ret double {k}.0 }}", native.target(), ["f"])
                          for k in range(20)]

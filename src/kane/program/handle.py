@@ -7,7 +7,7 @@ import ctypes
 import math
 import warnings
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ from kane.program import arguments
 from kane.program.callers import outside
 from kane.program.entries import block
 from kane.program.machine import Settings, build_library
-from kane.program.program import Program
+from kane.program.program import Program, Routine
 from kane.program.reference import explain
 
 Array = npt.NDArray[np.float64]
@@ -27,30 +27,35 @@ _ALIGNMENT = 64
 _ARRAY: Any = np.ndarray
 
 
-class _Own:
-    """The block of one call at a time, and views of its sections."""
+_ALL = slice(None)
 
-    __slots__ = ("address", "memory", "out", "p", "r", "time", "x")
 
-    def __init__(self, handle: Handle) -> None:
-        at = block(handle.program, handle.routine)
-        raw = np.zeros(8 * at.size + _ALIGNMENT, np.uint8)
-        skip = -raw.ctypes.data % _ALIGNMENT
-        self.memory = raw[skip : skip + 8 * at.size].view(np.float64)
-        self.address = ctypes.c_void_p(self.memory.ctypes.data)
-        self.time = ctypes.c_double.from_buffer(self.memory)  # type: ignore[arg-type]  # arrays have a buffer
-        n = {port.name: len(port.symbols) for port in handle.program.ports}
-        view = self.memory.data
-        self.x = view[at.x : at.x + n["x"]]
-        self.r = view[at.r : at.r + n["r"]]
-        self.p = view[at.p : at.p + n["p"]]
-        self.out = self.memory[at.out : at.out + len(handle.routine.results)].reshape(handle.routine.shape)
-        last = self.memory[at.hoisted : at.h].view(np.int64)
-        last[:] = -1  # the bits of no p that arithmetic makes: the first call hoists
+_Block: TypeAlias = tuple[ctypes.c_void_p, Any, memoryview, memoryview, memoryview, Array]
+"""The memory of one call at a time: its address, and views of t, x, p, r and the results. A bare tuple is unpacked fastest."""
 
-    def inputs(self) -> list[Array]:
-        """What the block was called with: t, x, p, r."""
-        return [np.array(self.time.value), *(np.array(section) for section in (self.x, self.p, self.r))]
+
+def _inputs(own: _Block) -> list[Array]:
+    """What a block was called with: t, x, p, r."""
+    return [np.array(own[1].value), *map(np.array, own[2:5])]
+
+
+def _new_block(program: Program, routine: Routine) -> _Block:
+    at = block(program, routine)
+    raw = np.zeros(8 * at.size + _ALIGNMENT, np.uint8)
+    skip = -raw.ctypes.data % _ALIGNMENT
+    memory = raw[skip : skip + 8 * at.size].view(np.float64)
+    last = memory[at.hoisted : at.h].view(np.int64)
+    last[:] = -1  # the bits of no p that arithmetic makes: the first call hoists
+    n = {port.name: len(port.symbols) for port in program.ports}
+    view = memory.data
+    return (
+        ctypes.c_void_p(memory.ctypes.data),
+        ctypes.c_double.from_buffer(memory),  # type: ignore[arg-type]  # arrays have a buffer
+        view[at.x : at.x + n["x"]],
+        view[at.p : at.p + n["p"]],
+        view[at.r : at.r + n["r"]],
+        memory[at.out : at.out + len(routine.results)].reshape(routine.shape),
+    )
 
 
 class Handle:
@@ -92,7 +97,7 @@ class Handle:
         self.program, self.routine, self.settings = program, program.routine(name), settings
         self.not_finite = not_finite
         self._default = np.array(arguments.defaults(program.port("p")) if default is None else default)
-        self._free: list[_Own] = []
+        self._free: list[_Block] = []
         self._standard = self._default.data
         self._driven = bool(program.port("r").symbols)
         library = self._library = build_library(program, settings)
@@ -124,33 +129,30 @@ class Handle:
             and (p is None or type(p) is _ARRAY)
             and (type(r) is _ARRAY or (r is None and not self._driven))
         ):
-            own = self._take()
+            free = self._free
+            try:  # a block that nobody else uses until it is back: calls may nest, in hooks and signal handlers too
+                own = free.pop()
+            except IndexError:
+                own = _new_block(self.program, self.routine)
+            address, time, x_own, p_own, r_own, out = own
             try:
-                own.time.value = t
-                own.x[:] = x
-                own.p[:] = self._standard if p is None else p
+                time.value = t
+                x_own[_ALL] = x
+                p_own[_ALL] = self._standard if p is None else p
                 if r is not None:
-                    own.r[:] = r
+                    r_own[_ALL] = r
             except (ValueError, NotImplementedError):
-                self._free.append(own)
+                free.append(own)
             else:
-                flags = self._call(own.address)
-                out = own.out.copy()
-                if flags:
-                    given = own.inputs()
-                    self._free.append(own)
+                if self._call(address):
+                    given, results = _inputs(own), out.copy()
+                    free.append(own)
                     self._not_finite(given, p is None)
-                else:
-                    self._free.append(own)
-                return out
+                    return results
+                results = out.copy()
+                free.append(own)
+                return results
         return self._general(t, x, p, r)
-
-    def _take(self) -> _Own:
-        """A block that nobody else uses until it is back in the list: calls may nest, in hooks and signal handlers too."""
-        try:
-            return self._free.pop()
-        except IndexError:
-            return _Own(self)
 
     def _general(self, t: Any, x: Any, p: Any, r: Any) -> Array:
         ports = [self.program.port(k) for k in "txpr"]
