@@ -6,9 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from kane.expr.ops import Op
-from kane.expr.symbols import Parameter, Symbol
-from kane.program.program import Port
+from kane.expr.symbols import Parameter
+from kane.program.program import Table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,26 +20,11 @@ class Goal:
     results: tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Draft:
-    """Values are numbered as in a `Program`: symbols, constants, instructions."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Draft(Table):
+    """Numbered values and what is wanted of them."""
 
-    name: str
-    ports: tuple[Port, ...]
-    constants: tuple[float, ...]
-    ops: tuple[Op, ...]
-    args: tuple[tuple[int, ...], ...]
     goals: tuple[Goal, ...]
-
-    @cached_property
-    def inputs(self) -> tuple[Symbol, ...]:
-        """The symbols of all ports."""
-        return tuple(s for port in self.ports for s in port.symbols)
-
-    @cached_property
-    def first(self) -> int:
-        """The number of the first instruction's value."""
-        return len(self.inputs) + len(self.constants)
 
     @cached_property
     def varies(self) -> list[bool]:

@@ -25,7 +25,6 @@ from kane.program.sincos import llvm_sincos
 from kane.program.split import Chunk, Split, split
 
 _ARGUMENTS = "double %t, ptr noalias %x, ptr noalias %p, ptr noalias %r, ptr noalias %h, ptr noalias %out"
-_PASSED = "double %t, ptr %x, ptr %p, ptr %r, ptr %h, ptr %out"
 _CALLED = re.compile(r"call double @(\w+|llvm\.sqrt\.f64|llvm\.fabs\.f64)\(([^()]*)\)")
 
 
@@ -56,10 +55,7 @@ def _declarations(text: str) -> list[str]:
 
 def _hoist(program: Program, options: Options) -> str:
     signature = "double %t, ptr noalias %x, ptr noalias %p, ptr noalias %r, ptr noalias %out"  # out is h
-    places: dict[int, list[int]] = {}
-    for k, i in enumerate(program.kept):
-        places.setdefault(i, []).append(k)
-    body = _function(program, "hoist.all", signature, program.hoisted, places, {}, options)
+    body = _function(program, "hoist.all", signature, program.hoisted, _places(program.kept), {}, options)
     return (
         f"{body}\ndefine void @hoist(ptr noalias %p, ptr noalias %h) nounwind {{\n"
         "  call void @hoist.all(double 0.0, ptr null, ptr %p, ptr null, ptr %h)\n  ret void\n}"
@@ -67,11 +63,16 @@ def _hoist(program: Program, options: Options) -> str:
 
 
 def _kernel(program: Program, routine: Routine, options: Options) -> str:
-    places: dict[int, list[int]] = {}
-    for k, i in enumerate(routine.results):
-        places.setdefault(i, []).append(k)
     kept = {i: k for k, i in enumerate(program.kept)}
-    return _function(program, routine.name, _ARGUMENTS, routine.body, places, kept, options)
+    return _function(program, routine.name, _ARGUMENTS, routine.body, _places(routine.results), kept, options)
+
+
+def _places(results: Sequence[int]) -> dict[int, list[int]]:
+    """Where in the results each value goes: one may stand there more than once."""
+    found: dict[int, list[int]] = {}
+    for k, i in enumerate(results):
+        found.setdefault(i, []).append(k)
+    return found
 
 
 def _function(

@@ -37,21 +37,14 @@ class Routine:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Program:
-    """Straight-line code over the ports t, x (state), p (parameters) and r (inputs).
-
-    `ops[k]` and `args[k]` belong to the value `first + k`. `hoisted` lists the instructions of parameters alone in their
-    order, `kept` those of them that routines read: the vector h.
-    """
+class Table:
+    """Numbered values: `ops[k]` and `args[k]` belong to the value `first + k`."""
 
     name: str
     ports: tuple[Port, ...]
     constants: tuple[float, ...]
     ops: tuple[Op, ...]
     args: tuple[tuple[int, ...], ...]
-    hoisted: tuple[int, ...]
-    kept: tuple[int, ...]
-    routines: tuple[Routine, ...]
 
     @cached_property
     def inputs(self) -> tuple[Symbol, ...]:
@@ -62,6 +55,18 @@ class Program:
     def first(self) -> int:
         """The number of the first instruction's value."""
         return len(self.inputs) + len(self.constants)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Program(Table):
+    """Straight-line code over the ports t, x (state), p (parameters) and r (inputs).
+
+    `hoisted` lists the instructions of parameters alone in their order, `kept` those of them that routines read: the vector h.
+    """
+
+    hoisted: tuple[int, ...]
+    kept: tuple[int, ...]
+    routines: tuple[Routine, ...]
 
     def port(self, name: str) -> Port:
         """The port of that name."""

@@ -10,7 +10,7 @@ from typing import TypeVar
 from kane.errors import ProgramError
 from kane.expr.symbols import Parameter
 from kane.program.draft import Draft
-from kane.program.program import Program
+from kane.program.program import Program, Table
 
 Made = TypeVar("Made", Draft, Program)
 
@@ -53,7 +53,7 @@ def _goals(draft: Draft) -> str:
     return ""
 
 
-def _tables(program: Program | Draft) -> str:
+def _tables(program: Table) -> str:
     first = program.first
     if len(program.ops) != len(program.args):
         return f"{len(program.ops)} operations and {len(program.args)} lists of arguments"
