@@ -81,6 +81,17 @@ def test_constants_stay_exact() -> None:
     assert float(from_sympy(sympy.E, {})) == pytest.approx(float(sympy.E), rel=1e-15)
 
 
+def test_a_condition_that_hangs_on_a_condition() -> None:
+    """SymPy writes ITE for a Piecewise of conditions; it meets one where a choice is compared."""
+    choice = sympy.ITE(Q1 < 0, Q2 < 1, Q2 < 2)
+    theirs = sympy.Piecewise((Q1, choice), (Q2, True), evaluate=False)
+    assert theirs.has(sympy.ITE)
+    ours = from_sympy(theirs, OURS)
+    for a in (-1.0, 1.0):
+        for b in (0.5, 1.5, 2.5):
+            assert evaluate(ours, {q1: a, q2: b}) == (a if (b < 1 if a < 0 else b < 2) else b)
+
+
 def test_rates_as_symbols_and_as_derivatives() -> None:
     e = m * q1.dt + u1.dt * time + q1
     t = sympy.Symbol("t")

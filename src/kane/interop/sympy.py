@@ -295,6 +295,11 @@ def _or(*conditions: _Choice) -> _Choice:
     return lambda x, y: reduce(lambda inner, c: c(x, inner), reversed(conditions), y)
 
 
+def _if(c: _Choice, a: _Choice, b: _Choice) -> _Choice:
+    """SymPy makes it of a Piecewise that stands in a condition."""
+    return lambda x, y: c(a(x, y), b(x, y))
+
+
 def _equal(a: Expr, b: Expr) -> _Choice:
     return _not(_or(_less(a, b), _less(b, a)))
 
@@ -336,4 +341,5 @@ _FROM: dict[str, Callable[..., Any]] = {
     "And": _and,
     "Or": _or,
     "Not": _not,
+    "ITE": _if,
 }
