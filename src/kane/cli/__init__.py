@@ -8,9 +8,23 @@ from typing import Annotated
 
 import typer
 
+from kane.cli.bench import bench
 from kane.cli.cache import app as cache_app
+from kane.cli.check import check
+from kane.cli.derive import derive
+from kane.cli.emit import emit
+from kane.cli.faults import Guarded
+from kane.cli.gallery import gallery
+from kane.cli.new import new
+from kane.cli.report import report
+from kane.cli.simulate import simulate
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, help="Equations of motion by Kane's method.")
+app = typer.Typer(
+    cls=Guarded,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,  # a fault of kane itself is reported with Python's own traceback
+    help="Equations of motion by Kane's method.",
+)
 
 
 def _version(wanted: bool) -> None:
@@ -19,9 +33,6 @@ def _version(wanted: bool) -> None:
 
         typer.echo(f"kane {__version__}")
         raise typer.Exit()
-
-
-app.add_typer(cache_app, name="cache")
 
 
 @app.callback()
@@ -33,6 +44,10 @@ def _kane(
     pass
 
 
+for command in (gallery, new, check, derive, simulate, report, emit, bench):
+    app.command(command.__name__)(command)
+
+
 @app.command("demo")
 def _demo(
     out: Annotated[Path, typer.Option(help="Folder to write rolling_disk/report.html into.")] = Path("out"),
@@ -41,6 +56,9 @@ def _demo(
     from kane.cli.demo import run
 
     raise typer.Exit(0 if run(out) else 1)
+
+
+app.add_typer(cache_app, name="cache")
 
 
 def main() -> None:

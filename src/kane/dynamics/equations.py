@@ -19,6 +19,7 @@ from kane.dynamics.values import evaluate_along, speeds_from_rates
 from kane.errors import ExpressionError
 from kane.expr.count import Operations, count_operations
 from kane.expr.diff import tangent
+from kane.expr.html import quietly
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, Time, rate
@@ -328,6 +329,12 @@ class Equations:
         if not self.reactions:
             return np.ones(())
         return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, **state)))
+
+    @quietly
+    def _repr_html_(self) -> str:
+        from kane.dynamics.html import equations_html
+
+        return equations_html(self)
 
     def __repr__(self) -> str:
         return (

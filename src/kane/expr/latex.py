@@ -50,6 +50,12 @@ def latex_lines(named: Mapping[str, Expr], *, intermediates: bool | None = None)
     return [f"{_left(name)} = {write(tree, _pieces)}" for name, tree in lines]
 
 
+def tree_latex(tree: Tree, *, factor: bool = False) -> str:
+    """LaTeX of a display tree; as a factor in brackets where it is a sum or a comparison."""
+    text = write(tree, _pieces)
+    return rf"\left({text}\right)" if factor and _binding(tree) < _PRODUCT else text
+
+
 def _left(name: str) -> str:
     return name if "\\" in name or "{" in name else latex_name(name)
 

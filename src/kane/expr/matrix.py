@@ -10,6 +10,7 @@ import numpy as np
 
 from kane.errors import ExpressionError
 from kane.expr.build import add, mul, neg, sub
+from kane.expr.html import quietly
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 
 
@@ -102,6 +103,12 @@ class Matrix:
 
     def __repr__(self) -> str:
         return "Matrix([" + ",\n        ".join("[" + ", ".join(map(str, r)) + "]" for r in self.rows) + "])"
+
+    @quietly
+    def _repr_latex_(self) -> str:
+        from kane.expr.display import matrix, matrix_words
+
+        return matrix(self).dollars(f"A {matrix_words(self)},")
 
 
 def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:

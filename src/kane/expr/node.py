@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 import numpy as np
 
 from kane.errors import ExpressionError
+from kane.expr.html import quietly
 from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
 
 Number = int | float | Fraction
@@ -120,6 +121,12 @@ class Expr:
 
     def __repr__(self) -> str:
         return str(self)
+
+    @quietly
+    def _repr_latex_(self) -> str:
+        from kane.expr.display import expression
+
+        return expression(self).dollars("An expression")
 
     # Arithmetic and functions are attached by expr.build, which holds the rewriting rules.
     if TYPE_CHECKING:

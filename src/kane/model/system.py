@@ -10,6 +10,7 @@ from typing import Any, Literal
 from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols
+from kane.expr.html import quietly
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Reaction, Speed
@@ -152,6 +153,12 @@ class System:
     def all_loads(self) -> tuple[Load, ...]:
         """The loads with gravity written out: one force a body, and its potential −Σ m g·r."""
         return (*(gravity_load(g, self.bodies) for g in self.gravities), *self.loads)
+
+    @quietly
+    def _repr_html_(self) -> str:
+        from kane.model.html import system_html
+
+        return system_html(self)
 
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from kane.dynamics.equations import Equations
 from kane.dynamics.steps import Step
+from kane.expr.html import unit_text
 from kane.expr.latex import latex_name
 from kane.expr.node import ZERO
-from kane.present.declared import Table, Tex, unit_text
+from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas
 from kane.present.names import item_names, quantity_latex
 

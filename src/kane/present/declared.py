@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Any
 
 from kane.dynamics.equations import Equations
+from kane.expr.html import unit_text
 from kane.expr.latex import latex_name, to_latex
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
@@ -15,8 +15,8 @@ from kane.model.bodies import Body, RigidBody
 from kane.model.loads import Load
 from kane.model.reactions import cut_of
 from kane.present.formulas import formulas
-from kane.present.names import place_latex, unit_vector_latex
 from kane.space.frame import Frame
+from kane.space.latex import place_latex, unit_vector_latex
 from kane.space.vector import Vector
 
 _FEW = 4
@@ -64,14 +64,6 @@ def vector_tex(v: Vector) -> Tex:
     between, (shown,) = formulas([("v", v)], {})
     where = ",\\; ".join(z.latex for z in between)
     return Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
-
-
-def unit_text(unit: str) -> str:
-    """A unit with raised exponents: m/s², N·m."""
-    return re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_RAISED), unit).replace("*", "·").replace(" ", " ")
-
-
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def _symbol(s: Symbol) -> tuple[str | Tex, ...]:

@@ -11,9 +11,9 @@ from kane.expr.latex import latex_lines, latex_name
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
 from kane.expr.text import text_lines
-from kane.present.names import unit_vector_latex
 from kane.present.wrap import is_sum, opposite
 from kane.space.frame import Frame
+from kane.space.latex import unit_vector_latex
 from kane.space.vector import Vector
 
 Item = tuple[str, Any]

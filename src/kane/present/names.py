@@ -3,31 +3,11 @@ r"""LaTeX of the names in the seven steps: `w_C` is {}^N\boldsymbol\omega^C, `v_
 
 from __future__ import annotations
 
-import re
-
 from kane.dynamics.equations import Equations
 from kane.expr.latex import latex_name
 from kane.space.frame import Frame
+from kane.space.latex import place_latex
 from kane.space.point import Point
-
-
-def place_latex(name: str) -> str:
-    r"""LaTeX of a frame's or point's name: C* is C^{*}, C^ is \hat{C}, B1* is B_{1}^{*}."""
-    stem = name.rstrip("*^'")
-    marks = name[len(stem) :]
-    text = latex_name(stem) if stem else latex_name(name)
-    if "^" in marks:
-        text = rf"\hat{{{text}}}"
-    raised = "*" * marks.count("*") + r"\prime" * marks.count("'")
-    return f"{text}^{{{raised}}}" if raised else text
-
-
-def unit_vector_latex(frame: Frame, axis: str) -> str:
-    r"""\hat{b}_{x} of a frame B, \hat{b}_{1x} of a frame B1."""
-    found = re.fullmatch(r"([A-Za-z])([0-9]*)", frame.name)
-    if found:
-        return rf"\hat{{{found[1].lower()}}}_{{{found[2]}{axis}}}"
-    return rf"\hat{{{latex_name(frame.name)}}}_{{{axis}}}"
 
 
 def quantity_latex(letter: str, place: Frame | Point, inertial: Frame, speed: str = "") -> str:

@@ -13,11 +13,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from kane.dynamics.equations import Equations
+from kane.expr.html import unit_text
 from kane.expr.latex import latex_name
 from kane.present.assets import asset
 from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check
-from kane.present.declared import Table, Tex, declared, unit_text
+from kane.present.declared import Table, Tex, declared
 from kane.simulate.solution import Solution
 
 

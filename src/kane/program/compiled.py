@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
 from kane.errors import ArgumentError
+from kane.expr.html import quietly
 from kane.program import arguments
 from kane.program.equations import ROUTINES, Output, ports, program, resolved
 from kane.program.handle import Handle, NotFinite
@@ -123,6 +124,12 @@ class Compiled:
         raise ArgumentError(
             "Expected a routine to pickle or copy, compiled.rhs and the like, got the Compiled that holds it."
         )
+
+    @quietly
+    def _repr_html_(self) -> str:
+        from kane.program.html import compiled_html
+
+        return compiled_html(self)
 
     def __repr__(self) -> str:
         return f"Compiled({self.name!r}: {self.rhs!r})"

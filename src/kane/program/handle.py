@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.errors import ArgumentError, KaneWarning, NotFiniteError
+from kane.expr.html import quietly
 from kane.program import arguments
 from kane.program.callers import outside
 from kane.program.entries import block
@@ -228,6 +229,12 @@ class Handle:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Handle, (self.program, self.name, self.settings, self._default, self.not_finite)
+
+    @quietly
+    def _repr_html_(self) -> str:
+        from kane.program.html import handle_html
+
+        return handle_html(self)
 
     def __repr__(self) -> str:
         sizes = ", ".join(

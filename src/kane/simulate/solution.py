@@ -14,6 +14,7 @@ import numpy.typing as npt
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import evaluate_along
 from kane.errors import ValueMissingError
+from kane.expr.html import quietly
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
 from kane.model.events import Event
@@ -115,6 +116,12 @@ class Solution:
         change = total - total[0]
         scale = max(np.abs(change).max(), kinetic.max(), np.abs(self.work).max())
         return EnergyCheck(float(np.abs(change - self.work).max()), float(scale))
+
+    @quietly
+    def _repr_html_(self) -> str:
+        from kane.simulate.html import solution_html
+
+        return solution_html(self)
 
     def __repr__(self) -> str:
         return (

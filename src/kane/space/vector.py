@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from kane.errors import SpaceError
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
+from kane.expr.html import quietly
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.space.rotation import NOTHING, UNITS, Triple, common_base, connected, cost, cross3, dot3, express, single
@@ -196,6 +197,12 @@ class Vector:
 
     __repr__ = __str__
 
+    @quietly
+    def _repr_latex_(self) -> str:
+        from kane.space.latex import vector_formula
+
+        return vector_formula(self).dollars("A vector")
+
 
 _set_parts = Vector.__dict__["parts"].__set__
 
@@ -310,3 +317,9 @@ class Dyadic:
         return " + ".join(f"({a})({b})" for a, b in self.dyads) or "0"
 
     __repr__ = __str__
+
+    @quietly
+    def _repr_latex_(self) -> str:
+        from kane.space.latex import dyadic_formula
+
+        return dyadic_formula(self).dollars("A dyadic")

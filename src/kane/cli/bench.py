@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kane bench`: what this model costs on this machine."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from statistics import median
+from typing import Any
+
+import numpy as np
+import typer
+
+import kane as kn
+from kane.cli import screen
+from kane.cli.faults import own_code
+from kane.cli.models import model
+from kane.cli.motion import Start, start
+from kane.cli.options import AsJson, Name
+
+_ROUNDS, _LEAST, _BATCH = 7, 0.01, 4096
+
+
+def bench(name: Name, as_json: AsJson = False) -> None:
+    """Time the derivation, the compilation and one evaluation of MODEL; count its operations."""
+    found = model(name)
+    with screen.working("Measuring"), own_code(found.path):
+        derive_s, eom = _first(lambda: kn.derive(found.system))
+        begin = start(found, eom, {})
+        values = {p.name: 1.0 for p in eom.parameters if p.default is None} | dict(begin.parameters)
+        compile_s, compiled = _first(lambda: eom.compile(parameters=values, cache=False, not_finite="ignore"))
+        x, r = _arguments(eom, begin, found.span[0])
+        many = np.tile(x, (_BATCH, 1))
+        call_s = _each(lambda: compiled.rhs(0.0, x, None, r), 1)
+        batch_s = _each(lambda: compiled.rhs(0.0, many, None, r), _BATCH)
+    receipt = {
+        n: {"total": o.total, "state": o.state, "parameter": o.parameter, "by_operation": dict(o.by_operation)}
+        for n, o in compiled.operations.routines
+    }
+    times = {"declare": found.declared, "derive": derive_s, "compile": compile_s, "call": call_s, "state": batch_s}
+    if as_json:
+        screen.as_json({"model": found.name, "title": found.title, "seconds": times, "operations": receipt})
+        return
+    typer.echo(typer.style(f"{found.name}: {found.title}\n", bold=True))
+    rows = [
+        ("declare", f"{found.declared * 1e3:.1f} ms", "system()"),
+        ("derive", f"{derive_s * 1e3:.1f} ms", "once, nothing known before"),
+        ("compile", f"{compile_s * 1e3:.1f} ms", "the right-hand side, without the cache"),
+        ("evaluate", f"{call_s * 1e6:.2f} µs", f"one call from Python, median of {_ROUNDS} rounds"),
+        ("", f"{batch_s * 1e9:.1f} ns", f"each of {_BATCH} states in one call, median of {_ROUNDS} rounds"),
+    ]
+    screen.table(rows, indent=0)
+    screen.heading("Operations")
+    screen.table([(n, str(o)) for n, o in compiled.operations.routines])
+
+
+def _arguments(eom: kn.Equations, begin: Start, t: float) -> tuple[Any, Any]:
+    """The state and the inputs at START; some number for what it does not say."""
+    given = {**begin.q, **begin.u}
+    x = np.array([float(given.get(s.name, 0.1 * k)) for k, s in enumerate((*eom.coordinates, *eom.speeds), 1)])
+    forces = [begin.inputs.get(s.name, 0.0) for s in eom.inputs]
+    return x, np.array([float(f(t) if callable(f) else f) for f in forces]) if forces else None
+
+
+def _first(run: Callable[[], Any]) -> tuple[float, Any]:
+    began = time.perf_counter()
+    made = run()
+    return time.perf_counter() - began, made
+
+
+def _each(run: Callable[[], Any], count: int) -> float:
+    """Seconds for one of `count`: the median of rounds, each long enough for the clock."""
+    calls = 1
+    while (took := _several(run, calls)) < _LEAST:
+        calls = max(2 * calls, int(calls * _LEAST / max(took, 1e-9)))
+    return median(_several(run, calls) for _ in range(_ROUNDS)) / calls / count
+
+
+def _several(run: Callable[[], Any], calls: int) -> float:
+    began = time.perf_counter()
+    for _ in range(calls):
+        run()
+    return time.perf_counter() - began

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kane check`: what a model is, and what is wrong with it."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from typing import Any
+
+import numpy as np
+import typer
+
+import kane as kn
+from kane.cli import screen
+from kane.cli.faults import Misuse, UserError, message_of, own_code, shown
+from kane.cli.models import Model, model
+from kane.cli.motion import Start, start
+from kane.cli.options import AsJson, Name
+from kane.errors import KaneError, KaneWarning, ModelError
+from kane.model.bodies import Body, RigidBody
+
+_LONG = 70
+
+
+def check(name: Name, as_json: AsJson = False) -> None:
+    """Say what MODEL is; leave with 1 if it is wrong."""
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", KaneWarning)
+            found, eom, took = _derived(name)
+            begin = start(found, eom, {})
+            _check_start(found, eom, begin)
+    except (KaneError, UserError) as error:
+        if not as_json or isinstance(error, Misuse):
+            raise
+        text = shown(message_of(error))
+        screen.as_json({"model": name, "ok": False, "error": {"type": type(error).__name__, "message": text}})
+        raise typer.Exit(1) from None
+    else:
+        told = [str(w.message) for w in caught] + doubts(eom, begin)
+        if as_json:
+            screen.as_json(summary(found, eom, told, took))
+        else:
+            _show(summary(found, eom, told, took))
+
+
+def _derived(name: str) -> tuple[Model, kn.Equations, float]:
+    found = model(name)
+    began = time.perf_counter()
+    with screen.working("Deriving"), own_code(found.path):
+        eom = kn.derive(found.system)
+    return found, eom, time.perf_counter() - began
+
+
+def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
+    """The equations must have finite values where the motion starts."""
+    if begin.missing:
+        return
+    t = found.span[0]
+    with own_code(found.path):
+        inputs = {n: f(t) if callable(f) else f for n, f in begin.inputs.items()}
+    with np.errstate(all="ignore"):
+        values = eom.evaluate(
+            list(eom.right_hand_side), q=begin.q, u=begin.u, parameters=begin.parameters, inputs=inputs, t=t
+        )
+    names = [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
+    bad = [n for n, v in zip(names, values, strict=True) if not np.all(np.isfinite(v))]
+    if bad:
+        raise ModelError(
+            f"Expected finite rates at START, got none for {', '.join(bad)}: the equations are singular there. Start elsewhere, or "
+            "choose coordinates and speeds that are regular there."
+        )
+
+
+def doubts(eom: kn.Equations, begin: Start) -> list[str]:
+    """What can be computed but is perhaps not meant."""
+    found = []
+    bare = [p.name for p in eom.parameters if p.default is None and p.name not in begin.parameters]
+    if bare:
+        found.append(f"No default for {', '.join(bare)}: every simulation needs --parameter NAME=VALUE for them.")
+    state = [option for option in begin.missing if not option.startswith("--parameter")]
+    if state:
+        found.append(f"START does not say everything: a simulation needs {' '.join(state)}.")
+    if not eom.loads:
+        found.append("No loads: nothing but inertia acts.")
+    return found
+
+
+def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
+    """What the model is, ready for JSON."""
+    return {
+        "model": found.name,
+        "title": found.title,
+        "ok": True,
+        "bodies": [_body(b) for b in eom.system.bodies],
+        "coordinates": [_symbol(q) for q in eom.coordinates],
+        "speeds": [{**_symbol(u), "definition": kn.to_text(d)} for u, d in eom.system.speeds.items()],
+        "reactions": [_symbol(r) for r in eom.reactions],
+        "loads": [{"name": load.name, "potential": load.potential is not None} for load in eom.loads],
+        "inputs": [_symbol(r) for r in eom.inputs],
+        "parameters": [{**_symbol(p), "default": p.default} for p in eom.parameters],
+        "operations": {
+            "total": eom.operations.total,
+            "state": eom.operations.state,
+            "parameter": eom.operations.parameter,
+            "by_operation": dict(eom.operations.by_operation),
+        },
+        "warnings": told,
+        "derived_s": took,
+    }
+
+
+def _body(body: Body) -> dict[str, str]:
+    kind = "rigid body" if isinstance(body, RigidBody) else "particle"
+    return {"name": body.name, "kind": kind, "mass": kn.to_text(body.mass), "mass_center": body.mass_center.name}
+
+
+def _symbol(s: Any) -> dict[str, str]:
+    return {"name": s.name, "unit": s.unit, "description": s.description}
+
+
+def _show(what: dict[str, Any]) -> None:
+    typer.echo(typer.style(f"{what['model']}: {what['title']}", bold=True))
+    parts: list[tuple[str, list[tuple[str, ...]]]] = [
+        ("Bodies", [(b["name"], b["kind"], f"mass {_brief(b['mass'])} at {b['mass_center']}") for b in what["bodies"]]),
+        ("Coordinates", [_words(q) for q in what["coordinates"]]),
+        ("Speeds", [(u["name"], f"= {_brief(u['definition'])}", *_words(u)[1:]) for u in what["speeds"]]),
+        ("Reactions", [_words(r) for r in what["reactions"]]),
+        ("Loads", [(x["name"], "with a potential" if x["potential"] else "does work") for x in what["loads"]]),
+        ("Inputs", [_words(r) for r in what["inputs"]]),
+        ("Parameters", [(p["name"], _number(p["default"]), *_words(p)[1:]) for p in what["parameters"]]),
+    ]
+    for title, rows in parts:
+        if rows:
+            screen.heading(f"{title} ({len(rows)})")
+            screen.table(rows)
+    cost = what["operations"]
+    screen.heading("One evaluation")
+    typer.echo(f"  {cost['total']} operations: {cost['state']} with the state, {cost['parameter']} of parameters")
+    if what["warnings"]:
+        screen.heading("Warnings")
+        for text in what["warnings"]:
+            typer.echo(shown(f"  {text}"))
+    typer.echo(f"\nNo error found; derived in {what['derived_s'] * 1e3:.0f} ms.")
+
+
+def _words(s: dict[str, str]) -> tuple[str, str, str]:
+    return (s["name"], s["unit"], s["description"])
+
+
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:g}"
+
+
+def _brief(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= _LONG else f"{line[:_LONG]}…"

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kane emit`: the equations as source text of another language."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from kane.cli import screen
+from kane.cli.derive import derived
+from kane.cli.faults import Misuse
+from kane.cli.models import model
+from kane.cli.options import Name, Out
+
+
+class Target(StrEnum):
+    """What `Compiled.emit` can print."""
+
+    c = "c"
+    h = "h"
+    numpy = "numpy"
+
+
+def emit(
+    name: Name,
+    target: Annotated[Target, typer.Option(help="C99, its header, or a NumPy module.", show_default=False)],
+    out: Out = None,
+    called: Annotated[
+        str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
+    ] = None,
+) -> None:
+    """Print the equations of MODEL as C or NumPy source."""
+    found = model(name)
+    if called is not None and not (called.isidentifier() and called.isascii()):
+        raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
+    place = screen.target(out, found.path) if out else None
+    eom = derived(found)
+    with screen.working("Compiling"):
+        source = eom.compile(name=called or found.name).emit(target.value)
+    if place:
+        screen.write(place, source)
+    else:
+        typer.echo(source, nl=False)

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What MODEL names: a system of the gallery, or a Python file with `system()`."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import sys
+import time
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Any
+
+import kane as kn
+from kane.cli.faults import Misuse, own_code, short
+from kane.cli.starts import STARTS
+from kane.errors import ModelError
+from kane.gallery import GALLERY, load
+
+KINDS = ("q", "u", "parameters", "inputs")
+"""The keys of START."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """A system with what its module says about it; `start` holds values by name for each of `KINDS`."""
+
+    name: str
+    title: str
+    sources: tuple[str, ...]
+    path: Path | None
+    system: kn.System
+    start: Mapping[str, Mapping[str, Any]]
+    span: tuple[float, float]
+    declared: float
+
+
+def model(text: str) -> Model:
+    """The model that the argument MODEL means.
+
+    Raises
+    ------
+    Misuse
+        if it is neither in the gallery nor a file
+    ModelError
+        if the file has no `system()`, or one that gives something else
+    UserError
+        if the file's own code fails
+    """
+    if text in GALLERY:
+        module = load(text)
+        return _model(text, module, None, STARTS.get(text, {}))
+    path = Path(text)
+    if not path.is_file():
+        raise Misuse(_unknown(text, path))
+    with own_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
+        return _model(path.stem, _imported(path), path, {})
+
+
+def names_like(start: str) -> list[str]:
+    """Completions of MODEL: systems of the gallery, Python files, folders."""
+    head = Path(start)
+    folder = head if start.endswith("/") else head.parent
+    files = [p for p in folder.glob("*") if p.suffix == ".py" or p.is_dir()] if folder.is_dir() else []
+    found = [*GALLERY, *sorted(f"{p}/" if p.is_dir() else str(p) for p in files if not p.name.startswith((".", "__")))]
+    return [name for name in found if name.startswith(start)]
+
+
+def alike(word: str, known: Mapping[str, Any] | list[str]) -> str:
+    """“ Did you mean …?” where some name resembles the word."""
+    close = difflib.get_close_matches(word, list(known), cutoff=0.5)
+    return f" Did you mean {' or '.join(close)}?" if close else ""
+
+
+def _unknown(text: str, path: Path) -> str:
+    if path.is_dir():
+        return f"Expected a system of the gallery or a Python file as MODEL, got the folder {text}."
+    if path.suffix == ".py" or len(path.parts) > 1:
+        near = [str(p) for p in path.parent.glob("*.py")] if path.parent.is_dir() else []
+        return f"Expected a Python file as MODEL, got {text}, which is not there.{alike(text, near)} `kane new {text}` writes one."
+    return (
+        f"Expected a system of the gallery or a Python file as MODEL, got {text!r}.{alike(text, GALLERY)}\n"
+        f"The gallery has {', '.join(GALLERY)}."
+    )
+
+
+class _Loader(SourceFileLoader):
+    """Compiles the file anew each time and leaves no __pycache__ beside it."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        """The file's code."""
+        try:
+            code: CodeType = self.source_to_code(self.get_data(self.path), self.path)
+        except OSError as error:
+            raise Misuse(f"Expected a file that can be read as MODEL, got {self.path}: {error.strerror}.") from error
+        except ValueError as error:  # null bytes, in some releases of Python
+            raise SyntaxError(str(error), (self.path, 1, None, None)) from error
+        return code
+
+
+def _imported(path: Path) -> ModuleType:
+    name = f"kane_model_{path.stem}"  # no name that something else imports
+    spec = spec_from_file_location(name, path, loader=_Loader(name, str(path.resolve())))
+    if spec is None or spec.loader is None:
+        raise Misuse(f"Expected a Python file as MODEL, got {path}.")
+    module = module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickle look there
+    folder = str(path.resolve().parent)
+    if folder not in sys.path:
+        sys.path.insert(0, folder)  # as `python FILE` does: the file's neighbours can be imported, later ones too
+    spec.loader.exec_module(module)
+    return module
+
+
+def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str, Any]) -> Model:
+    where = short(path) if path else name
+    made = _maker(module, where)
+    began = time.perf_counter()
+    system = made()
+    declared = time.perf_counter() - began
+    if not isinstance(system, kn.System):
+        cure = "end it with `return kn.System(…)`" if system is None else "return the System itself"
+        raise ModelError(
+            f"Expected system() in {where} to return a kn.System, got {_kind(system)}: {cure}.",
+        )
+    return Model(
+        name,
+        str(getattr(module, "TITLE", name.replace("_", " "))),
+        tuple(getattr(module, "SOURCES", ())),
+        path,
+        system,
+        _start(getattr(module, "START", start), where),
+        _span(getattr(module, "SPAN", (0.0, 5.0)), where),
+        declared,
+    )
+
+
+def _kind(value: object) -> str:
+    return "None" if value is None else f"{type(value).__name__} ({value!r:.60})"
+
+
+def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
+    made = getattr(module, "system", None)
+    if made is None:
+        own = [n for n, f in vars(module).items() if inspect.isfunction(f) and f.__module__ == module.__name__]
+        has = f"only {', '.join(f'{n}()' for n in own)}" if own else "no function"
+        raise ModelError(
+            f"Expected a function system() in {where}, got {has}.{alike('system', own)} Define one that returns a kn.System; "
+            "`kane new example.py` writes an example."
+        )
+    if not callable(made):
+        raise ModelError(
+            f"Expected system in {where} to be a function, got {_kind(made)}: write `def system(): … return kn.System(…)`."
+        )
+    try:
+        inspect.signature(made).bind()
+    except TypeError as error:
+        raise ModelError(
+            f"Expected system() in {where} to need no arguments, got one with {error}: give it a default."
+        ) from error
+    return made  # type: ignore[no-any-return]
+
+
+def _start(given: Any, where: str) -> dict[str, dict[str, Any]]:
+    if not isinstance(given, Mapping):
+        raise ModelError(f"Expected START in {where} to be a dict with q and u, got {given!r:.60}.")
+    for kind, values in given.items():
+        if kind not in KINDS:
+            raise ModelError(f"Expected START in {where} to have keys among {', '.join(KINDS)}, got {kind!r}.")
+        if not isinstance(values, Mapping):
+            raise ModelError(f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {values!r:.60}.")
+    return {kind: {getattr(k, "name", k): v for k, v in values.items()} for kind, values in given.items()}
+
+
+def _span(given: Any, where: str) -> tuple[float, float]:
+    try:
+        first, last = (float(t) for t in given)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f"Expected SPAN in {where} to be two times (t0, t1) in s, got {given!r:.60}.") from error
+    return first, last

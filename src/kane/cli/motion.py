@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The motion that the options ask for: START of the model, changed by what the command line says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import kane as kn
+from kane.cli.faults import Misuse, own_code
+from kane.cli.models import KINDS, Model, alike
+from kane.cli.options import assignments
+from kane.cli.screen import working
+from kane.errors import ModelError
+from kane.present.checks import Check
+
+ENERGY_LIMIT = 1e-6
+_OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input"), strict=True))
+_WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input"), strict=True))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """Values by name for `simulate`, and the options that give those which are missing."""
+
+    q: Mapping[str, Any]
+    u: Mapping[str, Any]
+    parameters: Mapping[str, Any]
+    inputs: Mapping[str, Any]
+    missing: tuple[str, ...]
+
+
+def start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | None]) -> Start:
+    """START, changed by `given`: texts NAME=VALUE for some of `KINDS`.
+
+    Raises
+    ------
+    Misuse
+        if an option names what the system does not have
+    ModelError
+        if START does
+    """
+    known: dict[str, list[Any]] = {
+        "q": list(eom.coordinates),
+        "u": list(eom.speeds),
+        "parameters": list(eom.parameters),
+        "inputs": list(eom.inputs),
+    }
+    values: dict[str, dict[str, Any]] = {}
+    missing: list[str] = []
+    for kind, symbols in known.items():
+        names = [s.name for s in symbols]
+        own, option = model.start.get(kind, {}), _OPTIONS[kind]
+        told = assignments(option, given.get(kind))
+        for name in told:
+            if name not in names:
+                raise Misuse(f"{_expected(kind, names)} in {option}, got {name!r}.{alike(name, names)}")
+        for name in own:
+            if name not in names:
+                raise ModelError(f"{_expected(kind, names)} in START[{kind!r}], got {name!r}.{alike(str(name), names)}")
+        values[kind] = {**own, **told}
+        missing += [
+            f"{option} {s.name}=…"
+            for s in symbols
+            if s.name not in values[kind] and not (kind == "parameters" and s.default is not None)
+        ]
+    return Start(**values, missing=tuple(missing))
+
+
+def _expected(kind: str, names: Sequence[str]) -> str:
+    return f"Expected the name of {'an' if kind == 'inputs' else 'a'} {_WHAT[kind]} ({', '.join(names) or 'there is none'})"
+
+
+def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> kn.Solution:
+    """The motion from the start of SPAN to `end`, or to the end of SPAN.
+
+    Raises
+    ------
+    Misuse
+        if start values are missing
+    """
+    if begin.missing:
+        raise Misuse(
+            f"Expected a value for everything at the start, got none for some: add {' '.join(begin.missing)}, or set START in the "
+            "model's file."
+        )
+    span = (model.span[0], model.span[1] if end is None else end)
+    if not span[1] > span[0]:
+        raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
+    with working("Simulating"), own_code(model.path):
+        return kn.simulate(eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs)
+
+
+def energy_check(solution: kn.Solution) -> Check:
+    """Whether the energy changed by the work done, and by nothing else."""
+    found = solution.energy_check
+    return Check("energy less the work of the loads, along the motion", found.relative, ENERGY_LIMIT, str(found))

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kane.cli.faults import Misuse
+from kane.cli.models import names_like
+
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A system of the gallery, or a Python file with system().",
+        autocompletion=names_like,
+        show_default=False,
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Out = Annotated[Path | None, typer.Option("--out", help="File to write.", show_default=False)]
+End = Annotated[float | None, typer.Option("--t1", help="End of the motion, s.", show_default="SPAN, or 5")]
+Q = Annotated[list[str] | None, typer.Option("--q", metavar="NAME=VALUE", help="Start value of a coordinate.")]
+U = Annotated[list[str] | None, typer.Option("--u", metavar="NAME=VALUE", help="Start value of a speed.")]
+Parameters = Annotated[
+    list[str] | None, typer.Option("--parameter", metavar="NAME=VALUE", help="Value in place of the default.")
+]
+Inputs = Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant value of an input.")]
+
+
+def assignments(option: str, given: Sequence[str] | None) -> dict[str, float]:
+    """Values by name from `NAME=VALUE`.
+
+    Raises
+    ------
+    Misuse
+        if one is not of that form, or a name comes twice
+    """
+    found: dict[str, float] = {}
+    for text in given or ():
+        name, sign, value = (part.strip() for part in text.partition("="))
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not (name and sign and math.isfinite(number)):
+            raise Misuse(f"Expected {option} NAME=VALUE with a finite number, got {text!r}.")
+        if name in found:
+            raise Misuse(f"Expected one value for each name, got {option} {name}=… twice.")
+        found[name] = number
+    return found

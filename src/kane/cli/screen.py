@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the commands write: lines, tables, JSON, files, and on stderr that something takes long."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.console import Console
+
+from kane.cli.faults import Misuse
+
+PATIENCE = 1.0
+"""Seconds after which it is said that something takes long."""
+
+
+def heading(text: str) -> None:
+    """A title above a table."""
+    typer.echo(f"\n{typer.style(text, bold=True)}")
+
+
+def table(rows: Sequence[Sequence[str]], indent: int = 2) -> None:
+    """Rows in aligned columns; an empty column is left out."""
+    columns = [c for c in zip(*rows, strict=True) if any(c)]
+    widths = [max(map(len, c)) for c in columns]
+    for row in zip(*columns, strict=True):
+        cells = (f"{cell:{width}}" for cell, width in zip(row, widths, strict=True))
+        typer.echo(" " * indent + "  ".join(cells).rstrip())
+
+
+def as_json(value: Any) -> None:
+    """A value as JSON, what is not finite as null."""
+    typer.echo(json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, bool | str | int) or value is None:
+        return value
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def target(path: Path, source: Path | None) -> Path:
+    """Where a result may be written: not over the model, nor where no file can be; folders are made.
+
+    Raises
+    ------
+    Misuse
+        if nothing can be written there
+    """
+    if source is not None and path.resolve() == source.resolve():
+        raise Misuse(f"Expected another file to write than the model's own, got {path}.")
+    if path.is_dir():
+        raise Misuse(f"Expected a file to write, got the folder {path}.")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        there = path.exists()
+        path.open("ab").close()
+        if not there:  # nothing is left behind where the work fails
+            path.unlink()
+    except OSError as error:
+        raise Misuse(f"Expected a file that can be written, got {path}: {error.strerror or error}.") from error
+    return path
+
+
+def write(path: Path, text: str) -> None:
+    """Write a text and say where."""
+    path.write_text(text, encoding="utf-8")
+    typer.echo(f"Written: {path}", err=True)
+
+
+@contextmanager
+def working(doing: str, console: Console | None = None, patience: float = PATIENCE) -> Iterator[None]:
+    """Say on a terminal's stderr what is being done, once it has taken `patience` seconds."""
+    screen = console or Console(stderr=True)
+    if not screen.is_terminal:
+        yield
+        return
+    status, lock, over = screen.status(f"{doing} …"), threading.Lock(), False
+
+    def begin() -> None:
+        with lock:
+            if not over:
+                status.start()
+
+    timer = threading.Timer(patience, begin)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        with lock:
+            over = True
+            status.stop()

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kane simulate`: a motion in figures, or as a table of values."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+import kane as kn
+from kane.cli import screen
+from kane.cli.derive import derived
+from kane.cli.models import model
+from kane.cli.motion import energy_check, motion, start
+from kane.cli.options import AsJson, End, Inputs, Name, Parameters, Q, U
+
+
+def simulate(
+    name: Name,
+    t1: End = None,
+    q: Q = None,
+    u: U = None,
+    parameter: Parameters = None,
+    input: Inputs = None,
+    table: Annotated[
+        Path | None, typer.Option("--csv", help="File for time, coordinates, speeds, reactions and energy.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate MODEL from START; leave with 1 if the motion breaks off or its energy does not hold."""
+    found = model(name)
+    eom = derived(found)
+    begin = start(found, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
+    place = screen.target(table, found.path) if table else None
+    sol = motion(found, eom, begin, t1)
+    if place:
+        _write(place, sol)
+    what = summary(sol)
+    if as_json:
+        screen.as_json({"model": found.name, "title": found.title, **what})
+    else:
+        _show(sol, what)
+    raise typer.Exit(0 if what["ok"] else 1)
+
+
+def summary(sol: kn.Solution) -> dict[str, Any]:
+    """A motion in figures, ready for JSON."""
+    eom, check = sol.equations, energy_check(sol)
+    found = sol.energy_check
+    rows = {s.name: np.asarray(sol[s]) for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
+    return {
+        "ok": check.passed and sol.status != "stopped",
+        "status": sol.status,
+        "message": sol.message,
+        "t0": sol.t[0],
+        "t1": sol.t[-1],
+        "samples": len(sol),
+        "steps": sol.steps,
+        "evaluations": sol.evaluations,
+        "parameters": {str(p): v for p, v in sol.parameters.items()},
+        "values": {
+            n: {"start": v[0], "end": v[-1], "least": float(v.min()), "most": float(v.max())} for n, v in rows.items()
+        },
+        "energy": {
+            "drift": found.drift,
+            "scale": found.scale,
+            "relative": found.relative,
+            "limit": check.limit,
+            "passed": check.passed,
+        },
+        "events": [{"name": event.name, "t": t} for event, t in sol.events],
+    }
+
+
+def _show(sol: kn.Solution, what: dict[str, Any]) -> None:
+    eom = sol.equations
+    units = {s.name: s.unit for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
+    typer.echo(f"From {sol.t[0]:g} s: {sol.message}.")
+    typer.echo(f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations\n")
+    keys = ("start", "end", "least", "most")
+    rows = [(n, *(f"{v[k]:.6g}" for k in keys), units[n]) for n, v in what["values"].items()]
+    screen.table([("", *keys, "unit"), *rows], indent=0)
+    for event in what["events"]:
+        typer.echo(f"\nEvent {event['name']} at {event['t']:.6g} s")
+    check = energy_check(sol)
+    typer.secho(f"\n{check}", fg="green" if check.passed else "red")
+    typer.echo(f"      {check.detail}")
+
+
+def _write(place: Path, sol: kn.Solution) -> None:
+    eom = sol.equations
+    symbols = [*eom.coordinates, *eom.speeds, *eom.reactions]
+    columns = [sol.t, *(sol[s] for s in symbols), sol.energy()]
+    with place.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow(["t", *(s.name for s in symbols), "E"])
+        out.writerows([repr(float(v)) for v in row] for row in zip(*columns, strict=True))
+    typer.echo(f"Written: {place}", err=True)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Compiled equations in a notebook: signatures, what the arguments and results are, operations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from kane.expr.html import escaped, math, paragraph, table
+from kane.expr.latex import latex_name
+from kane.program.program import Port, Program, Routine
+from kane.program.receipt import receipt
+
+if TYPE_CHECKING:
+    from kane.program.compiled import Compiled
+    from kane.program.handle import Handle
+
+_FEW = 12
+"""Names of a vector that are listed."""
+_ROLES = {"t": "time", "x": "state", "p": "parameters", "r": "inputs"}
+
+
+def handle_html(handle: Handle) -> str:
+    """Signature, arguments, results and receipt of one routine."""
+    program, routine = handle.program, handle.routine
+    rows = [*_arguments(program), ("<code>results</code>", "", _shape(routine), _labels(routine.labels))]
+    operations = paragraph(escaped(receipt(program)[routine.name]))
+    return _code(_signature(program, routine)) + table(_HEAD, rows) + operations
+
+
+def compiled_html(compiled: Compiled) -> str:
+    """The arguments that all routines share, and a line for each routine."""
+    program, costs = compiled.program, compiled.operations
+    routines = [
+        (
+            f"<code>{escaped(_signature(program, routine))}</code>",
+            _labels(routine.labels),
+            escaped(costs[routine.name]),
+        )
+        for routine in program.routines
+        if routine.results
+    ]
+    lead = paragraph(f"<b>Compiled</b>: {escaped(compiled.name)}")
+    return lead + table(_HEAD, _arguments(program)) + table(("routine", "results", "operations"), routines)
+
+
+_HEAD = ("argument", "", "size", "names")
+
+
+def _arguments(program: Program) -> list[tuple[str, ...]]:
+    ports = [port for port in program.ports if port.symbols]
+    return [(f"<code>{escaped(p.name)}</code>", _ROLES.get(p.name, ""), _size(p), _symbols(p)) for p in ports]
+
+
+def _signature(program: Program, routine: Routine) -> str:
+    sizes = ", ".join(f"{p.name}[{len(p.symbols)}]" if p.name != "t" else "t" for p in program.ports if p.symbols)
+    return f"{routine.name}({sizes}) → {list(routine.shape)}"
+
+
+def _size(port: Port) -> str:
+    return "" if port.name == "t" else str(len(port.symbols))
+
+
+def _shape(routine: Routine) -> str:
+    return " × ".join(map(str, routine.shape))
+
+
+def _symbols(port: Port) -> str:
+    few = [latex_name(s.name) for s in port.symbols[:_FEW]]
+    return math(r",\, ".join([*few, *([r"\dots"] if len(port.symbols) > _FEW else [])]))
+
+
+def _labels(labels: Sequence[str]) -> str:
+    return _code_of(", ".join(labels[:_FEW])) + (", …" if len(labels) > _FEW else "")
+
+
+def _code_of(text: str) -> str:
+    return f"<code>{escaped(text)}</code>" if text else ""
+
+
+def _code(text: str) -> str:
+    return paragraph(_code_of(text))

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands print what the library computes."""
+
+from __future__ import annotations
+
+import csv
+import re
+import runpy
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.cli.starts import STARTS
+from kane.gallery import GALLERY, load
+from tests.cli.command import SPRING, from_json, kane, line, written
+from tests.present.page import Page
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def top():
+    return kn.derive(load("spinning_top").system())
+
+
+def test_check_says_what_the_model_is(top):
+    said = kane("check", "spinning_top").stdout
+    assert said.startswith("spinning_top: heavy symmetrical top\n")
+    for part in ("Bodies (1)", "Coordinates (3)", "Speeds (3)", "Loads (1)", "Parameters (5)"):
+        assert part in said
+    assert re.search(r"^  J +0.0008 +kg\*m\^2 +moment of inertia about the axis$", said, re.MULTILINE)
+    assert f"{top.operations.total} operations: {top.operations.state} with the state" in said
+    assert "No error found" in said
+    assert "Warnings" not in said
+    found = from_json("check", "spinning_top")
+    assert {p["name"]: p["default"] for p in found["parameters"]} == {p.name: p.default for p in top.parameters}
+    assert [u["definition"] for u in found["speeds"]] == ["psi'", "theta'", "phi'"]
+    assert found["operations"]["total"] == top.operations.total
+    assert found["operations"]["by_operation"] == dict(top.operations.by_operation)
+
+
+def test_check_warns_of_what_is_missing(tmp_path):
+    file = written(tmp_path, SPRING)
+    warned = from_json("check", file)["warnings"]
+    assert warned[0].startswith("No default for k:")
+    assert "--q x=… --q y=… --u u_x=… --u u_y=…" in warned[1]
+    assert warned[0] in line(kane("check", file).stdout)
+
+
+def test_check_fails_where_the_start_is_singular(tmp_path):
+    text = "from kane.gallery.spherical_pendulum import system\n"
+    text += "START = {'q': {'phi': 0, 'theta': 0}, 'u': {'u_phi': 1, 'u_theta': 1}}\n"
+    assert "finite rates at START, got none for u_phi'" in line(kane("check", written(tmp_path, text), code=1).stderr)
+
+
+def test_derive_prints_the_steps(top):
+    said = kane("derive", "spinning_top").stdout
+    assert re.findall(r"^Step (\d)\.", said, re.MULTILINE) == list("1234567")
+    alone = kane("derive", "spinning_top", "--step", 3).stdout
+    assert alone.startswith("Step 3. Generalized speeds")
+    assert re.search(r"^ +u_psi += psi'$", alone, re.MULTILINE)
+    assert alone.strip() in said
+
+
+def test_derive_in_latex_and_json():
+    force = kn.derive(load("pendulum").system()).Fr[0]
+    said = kane("derive", "pendulum", "--latex", "--step", 5).stdout.splitlines()
+    assert said[:2] == ["% Step 5. Generalized active forces", "\\begin{align*}"]
+    assert said[2:] == [rf"  F_{{u_{{\theta}}}} &= {kn.to_latex(force)}", "\\end{align*}"]
+    whole = kane("derive", "pendulum", "--latex").stdout
+    assert whole.count("\\begin{align*}") == whole.count("\\end{align*}") == 6
+    steps = from_json("derive", "pendulum")["steps"]
+    assert [s["number"] for s in steps] == [1, 2, 3, 4, 5, 6, 7]
+    assert steps[4]["formulas"] == [
+        {
+            "name": "F_u_theta",
+            "text": kn.to_text(force),
+            "latex": rf"F_{{u_{{\theta}}}} = {kn.to_latex(force)}",
+        }
+    ]
+    assert "step" in line(kane("derive", "pendulum", "--step", 8, code=2).stderr)
+
+
+def test_simulate_gives_the_library_s_motion(tmp_path):
+    words = ("simulate", "pendulum", "--t1", 2, "--q", "theta=0.3", "--u", "u_theta=-1", "--parameter", "c=0")
+    found = from_json(*words, "--csv", "out/run.csv")
+    sol = kn.simulate(
+        kn.derive(load("pendulum").system()), (0, 2), q={"theta": 0.3}, u={"u_theta": -1}, parameters={"c": 0}
+    )
+    assert found["values"]["theta"]["end"] == sol["theta"][-1]
+    assert found["values"]["theta"]["least"] == sol["theta"].min()
+    assert found["parameters"]["c"] == 0
+    assert (found["ok"], found["status"], found["t1"], found["steps"]) == (True, "finished", 2.0, sol.steps)
+    assert found["energy"]["relative"] == sol.energy_check.relative
+    with (tmp_path / "out" / "run.csv").open(encoding="utf-8") as file:
+        head, *rows = list(csv.reader(file))
+    assert head == ["t", "theta", "u_theta", "E"]
+    values = np.array(rows, dtype=float)
+    assert np.array_equal(values, np.column_stack([sol.t, sol.states, sol.energy()]))
+    assert np.ptp(values[:, 3]) < 1e-7  # without friction the energy stays
+    said = kane(*words).stdout
+    assert "reached t = 2." in said
+    assert re.search(rf"^theta +0\.3 +{sol['theta'][-1]:.6g} ", said, re.MULTILINE)
+    assert "pass  energy less the work of the loads" in said
+
+
+def test_simulate_from_the_file_s_start(tmp_path):
+    text = (
+        SPRING + "START = {'q': {'x': 1, 'y': 0}, 'u': {'u_x': 0, 'u_y': 0}, 'parameters': {'k': 8}}\nSPAN = (1, 3)\n"
+    )
+    found = from_json("simulate", written(tmp_path, text))
+    assert (found["t0"], found["t1"]) == (1.0, 3.0)
+    assert found["values"]["x"]["end"] == pytest.approx(np.cos(2 * 2.0), abs=1e-7)  # omega = sqrt(8 / 2) over 2 s
+
+
+def test_simulate_with_an_input(tmp_path):
+    text = (
+        "from kane.gallery import pendulum_on_cart\n\ndef system():\n    return pendulum_on_cart.system(force=True)\n"
+    )
+    text += "START = {'q': {'x': 0, 'theta': 0}, 'u': {'u_x': 0, 'u_theta': 0}}\n"
+    file = written(tmp_path, text)
+    assert "--input F=…" in line(kane("simulate", file, code=2).stderr)
+    assert from_json("simulate", file, "--input", "F=2", "--t1", 1)["values"]["x"]["end"] > 0.1
+    failing = written(tmp_path, text[:-2] + ", 'inputs': {'F': lambda t: {}[t]}}\n", "failing.py")
+    told = kane("simulate", failing, code=1).stderr
+    assert told.splitlines()[-1] == "KeyError: 0.0"
+    assert told.count("  File") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--q", "thta=1"), "a coordinate (theta) in --q, got 'thta'. Did you mean theta?"),
+        (("--q", "theta"), "Expected --q NAME=VALUE with a finite number, got 'theta'"),
+        (("--q", "theta=inf"), "Expected --q NAME=VALUE with a finite number, got 'theta=inf'"),
+        (("--q", "theta=1", "--q", "theta=2"), "Expected one value for each name, got --q theta=… twice"),
+        (("--input", "F=1"), "the name of an input (there is none) in --input, got 'F'"),
+        (("--t1", "-1"), "to end after its start at 0 s, got --t1 -1"),
+        (("--csv", "."), "Expected a file to write, got the folder ."),
+    ],
+)
+def test_wrong_options(words, message):
+    assert message in line(kane("simulate", "pendulum", *words, code=2).stderr)
+
+
+def test_simulation_that_breaks_off_is_the_exit_code(tmp_path):
+    text = SPRING.replace("kn.linear_spring(P, O, k)", "kn.Force(P, k * x**3 * N.x)")
+    text += "START = {'q': {'x': 1, 'y': 0}, 'u': {'u_x': 1, 'u_y': 0}, 'parameters': {'k': 9}}\n"  # x escapes
+    found = from_json("simulate", written(tmp_path, text), code=1)
+    assert (found["ok"], found["status"]) == (False, "stopped")
+    assert found["t1"] < 5
+
+
+def test_no_result_is_written_over_the_model(tmp_path):
+    file = written(tmp_path, SPRING)
+    assert "than the model's own" in line(kane("emit", file, "--target", "c", "--out", file, code=2).stderr)
+    assert file.read_text(encoding="utf-8") == SPRING
+
+
+def test_every_system_of_the_gallery_has_a_start():
+    assert list(STARTS) == list(GALLERY)
+    for name in GALLERY:
+        system = load(name).system()
+        assert set(STARTS[name]["q"]) == {q.name for q in system.coordinates}
+        assert set(STARTS[name]["u"]) == {u.name for u in system.speeds}
+        assert from_json("simulate", name, "--t1", 0.1)["energy"]["passed"]
+
+
+def test_emit(tmp_path):
+    compiled = kn.derive(load("pendulum").system()).compile(name="swing")
+    for target in ("c", "h", "numpy"):
+        assert kane("emit", "pendulum", "--target", target, "--name", "swing").stdout == compiled.emit(target)
+    said = kane("emit", "pendulum", "--target", "numpy", "--out", "made/swing.py")
+    assert said.stdout == ""
+    module = runpy.run_path(str(tmp_path / "made" / "swing.py"))
+    p = [q.default for q in compiled.equations.parameters]
+    x = [0.4, 0.2]
+    made = module["rhs"](0.0, np.array(x), np.array(p))
+    assert np.allclose(made, compiled.rhs(0.0, np.array(x)), rtol=1e-14, atol=0)
+    assert "identifier" in line(kane("emit", "pendulum", "--target", "c", "--name", "a b", code=2).stderr)
+    assert "fortran" in line(kane("emit", "pendulum", "--target", "fortran", code=2).stderr)
+
+
+def test_bench_measures_and_counts():
+    found = from_json("bench", "pendulum")
+    assert found["operations"]["rhs"]["total"] == kn.derive(load("pendulum").system()).compile().operations["rhs"].total
+    seconds = found["seconds"]
+    assert all(0 < s < 10 for s in seconds.values())
+    assert all(a > b for a, b in pairwise((seconds["compile"], seconds["call"], seconds["state"])))
+    said = kane("bench", "pendulum").stdout
+    assert re.search(r"^compile +[\d.]+ ms", said, re.MULTILINE)
+    assert re.search(r"^  rhs +\d+ operations: ", said, re.MULTILINE)
+
+
+def test_new_model_goes_through_every_command(tmp_path):
+    told = kane("new", "x.py").stderr
+    assert "Written: x.py" in told
+    assert "SPDX" not in (tmp_path / "x.py").read_text(encoding="utf-8")
+    found = from_json("check", "x.py")
+    assert [b["name"] for b in found["bodies"]] == ["cart", "upper rod", "lower rod"]
+    assert found["warnings"] == []
+    assert "Step 7." in kane("derive", "x.py").stdout
+    assert from_json("simulate", "x.py", "--t1", 2)["energy"]["relative"] < 1e-7
+    assert "x_rhs(" in kane("emit", "x.py", "--target", "c").stdout
+    assert "rhs" in from_json("bench", "x.py")["operations"]
+    assert "Report: x.html" in kane("report", "x.py", "--t1", 2).stdout
+
+
+def test_new_does_not_write_over_a_file(tmp_path):
+    file = written(tmp_path, "mine\n")
+    assert "add --force" in line(kane("new", file, code=2).stderr)
+    assert file.read_text(encoding="utf-8") == "mine\n"
+    kane("new", file, "--force")
+    assert "def system()" in file.read_text(encoding="utf-8")
+    assert "model.py" in line(kane("new", "model.txt", code=2).stderr)
+
+
+def test_report_with_and_without_a_motion(tmp_path):
+    said = kane("report", "pendulum", "--out", "a/b.html", "--t1", 1)
+    assert "reached t = 1." in said.stdout
+    page = Page((tmp_path / "a" / "b.html").read_text(encoding="utf-8"))
+    assert page.loads == []
+    assert {"motion", "checks", "sources"} <= set(page.sections)
+    file = written(tmp_path, SPRING)
+    assert "Without a motion: START does not say" in kane("report", file).stderr
+    page = Page((tmp_path / "model.html").read_text(encoding="utf-8"))
+    assert "motion" not in page.sections
+    assert "--q x=…" in line(kane("report", file, "--t1", 3, code=2).stderr)
