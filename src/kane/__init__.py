@@ -4,6 +4,7 @@
 Declare frames, points, bodies, loads and generalized speeds, gather them in a `System`, and `derive` its `Equations`.
 """
 
+import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -120,6 +121,8 @@ if TYPE_CHECKING:
     from kane.present.versions import show_versions
 
 __version__ = "0.1.0.dev0"
+
+logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says nothing unless it is asked to
 
 _LAZY = {
     "report": "kane.present.report",
