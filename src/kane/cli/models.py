@@ -163,7 +163,8 @@ def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
         raise ModelError(
             f"Expected system() in {where} to need no arguments, got one with {error}: give it a default."
         ) from error
-    return made  # type: ignore[no-any-return]
+    maker: Callable[[], Any] = made
+    return maker
 
 
 def _start(given: Any, where: str) -> dict[str, dict[str, Any]]:
