@@ -2,7 +2,6 @@
 """What the right-hand-side benchmark times is the same motion on every side; no test asserts a time."""
 
 import importlib
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +13,7 @@ from benchmarks import native
 from benchmarks.rhs_table import TARGETS, targets
 from benchmarks.rounds import in_turn, python_loop
 from tests.peer import require
+from tests.program.programs import compiler
 
 require("casadi")
 from benchmarks import rhs_cases  # noqa: E402
@@ -63,10 +63,13 @@ def test_the_multibody_libraries(name):
     assert_same(peer.accelerations(10, x, values), expected[10:])
 
 
-compiles = pytest.mark.skipif(shutil.which(native.CC) is None, reason="no C compiler")
+@pytest.fixture
+def compiles():
+    """The C compiler that the driver and CasADi's code need: a failure in CI where it is absent."""
+    return compiler(native.CC)
 
 
-@compiles
+@pytest.mark.usefixtures("compiles")
 @pytest.mark.parametrize("name", CASES)
 def test_generated_c_in_the_native_loop(name):
     case = CASES[name]
@@ -75,7 +78,7 @@ def test_generated_c_in_the_native_loop(name):
     assert_same(kernel.out, case.expected)
 
 
-@compiles
+@pytest.mark.usefixtures("compiles")
 def test_heyokas_object_code_in_the_native_loop():
     require("heyoka")
     heyoka = importlib.import_module("benchmarks.peers.heyoka_cfunc")
@@ -94,7 +97,7 @@ void rhs(double t, const double *x, const double *p, const double *r, const doub
 """
 
 
-@compiles
+@pytest.mark.usefixtures("compiles")
 def test_the_parameter_tier_runs_where_it_is_asked_for():
     library = native.link(OSCILLATOR, ("-O1",))
     rhs, hoist = (native.address(library, name) for name in ("rhs", "hoist"))
@@ -107,7 +110,7 @@ def test_the_parameter_tier_runs_where_it_is_asked_for():
     np.testing.assert_array_equal(x, [0.5, 2.0])
 
 
-@compiles
+@pytest.mark.usefixtures("compiles")
 @pytest.mark.parametrize("name", CASES)
 def test_kanes_kernel_in_the_native_loop(name):
     case = CASES[name]

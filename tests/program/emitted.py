@@ -4,49 +4,71 @@
 import ctypes
 import importlib.util
 import subprocess
-from itertools import count
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from kane.program.emit_c import emit_c
 from kane.program.emit_numpy import emit_numpy
-from tests.program.programs import compiler
+from kane.program.program import Program
+from tests.program.programs import by_port, compiler
 
-_numbers = count()
-FLAGS = ("-std=c99", "-O2", "-march=native", "-Wall", "-Wextra", "-Werror", "-pedantic")
-
-
-def from_c(program, folder, contract, flags=FLAGS):
-    """call(routine, t, x, p, r) over rows, through the compiled C."""
-    source, library = folder / "emitted.c", folder / "emitted.so"
-    source.write_text(emit_c(program, contract=contract), encoding="utf-8")
-    extra = ("-ffp-contract=fast",) if contract else ()
-    subprocess.run([compiler(), *flags, *extra, "-shared", "-fPIC", str(source), "-o", str(library), "-lm"], check=True)
-    loaded = ctypes.CDLL(str(library))
-
-    def call(name, t, x, p, r):
-        function, hoist = getattr(loaded, f"{program.name}_{name}"), getattr(loaded, f"{program.name}_hoist")
-        pointer = ctypes.c_void_p
-        function.argtypes, function.restype = [ctypes.c_double, *[pointer] * 5], None
-        hoist.argtypes, hoist.restype = [pointer] * 2, None
-        results = np.empty((len(t), len(program.routine(name).results)))
-        h = np.empty(len(program.kept) + 1)
-        for k in range(len(t)):
-            row = [np.ascontiguousarray(a[k]) for a in (x, p, r)]
-            out = np.empty(results.shape[1] + 1)
-            hoist(row[1].ctypes.data, h.ctypes.data)
-            function(t[k], row[0].ctypes.data, row[1].ctypes.data, row[2].ctypes.data, h.ctypes.data, out.ctypes.data)
-            results[k] = out[:-1]
-        return results
-
-    return call
+STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic")
+OPTIMIZED = ("-std=c99", "-O2", "-march=native")
+Pointer = ctypes.POINTER(ctypes.c_double)
 
 
-def from_numpy(program, folder):
+def run(command: list[Any], **more: Any) -> str:
+    """What a command prints; it must succeed and say nothing on stderr."""
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False, timeout=300, **more)
+    assert not done.returncode, f"{done.stderr}\n{done.stdout}"
+    assert not done.stderr, done.stderr
+    printed: str = done.stdout
+    return printed
+
+
+def library(text: str, source: Path, *options: str) -> ctypes.CDLL:
+    """C, written to `source` and compiled without a warning beside it."""
+    source.write_text(text, encoding="utf-8")
+    built = source.with_suffix(".so")
+    run([compiler(), *(options or OPTIMIZED), *STRICT, "-shared", "-fPIC", source, "-o", built, "-lm"])
+    return ctypes.CDLL(str(built))
+
+
+def call(loaded: ctypes.CDLL, program: Program, routine: str, values: Any, prefix: str | None = None) -> np.ndarray:
+    """The results at one point, between guards that must stay as they are."""
+    prefix = prefix or program.name
+    given = {name: np.ascontiguousarray(v) for name, v in by_port(program, values).items()}
+    h, out = (np.full(n + 2, 7.25) for n in (len(program.kept), len(program.routine(routine).results)))
+    pointers = [given[name].ctypes.data_as(Pointer) for name in "xpr"]
+    inside = [a[1:].ctypes.data_as(Pointer) for a in (h, out)]
+    getattr(loaded, f"{prefix}_hoist")(pointers[1], inside[0])
+    getattr(loaded, f"{prefix}_{routine}")(ctypes.c_double(given["t"][0]), *pointers, *inside)
+    assert {h[0], h[-1], out[0], out[-1]} == {7.25}
+    return out[1:-1].copy()
+
+
+def from_c(program: Program, folder: Path, contract: bool) -> Callable[[str, np.ndarray], np.ndarray]:
+    """A function of a routine's name and rows of all inputs, through the compiled C."""
+    options = (*OPTIMIZED, "-ffp-contract=fast") if contract else OPTIMIZED
+    loaded = library(emit_c(program, contract=contract), folder / "emitted.c", *options)
+    return lambda name, rows: np.array([call(loaded, program, name, row) for row in rows])
+
+
+def module(text: str, path: Path) -> ModuleType:
+    """Python, written to `path` and imported."""
+    path.write_text(text, encoding="utf-8")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
+
+
+def from_numpy(program: Program, folder: Path) -> ModuleType:
     """The emitted module."""
-    path = folder / "emitted.py"
-    path.write_text(emit_numpy(program), encoding="utf-8")
-    spec = importlib.util.spec_from_file_location(f"emitted_{next(_numbers)}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module(emit_numpy(program), folder / "emitted.py")

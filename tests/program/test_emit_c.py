@@ -3,7 +3,6 @@ import ctypes
 import itertools
 import os
 import re
-import subprocess
 import sys
 from typing import Any
 
@@ -23,6 +22,7 @@ from kane.program.names import is_free_in_c
 from kane.program.program import Port, Program
 from kane.program.reference import values as reference_values
 from tests.expr import expressions
+from tests.program.emitted import OPTIMIZED, STRICT, call, library, run
 from tests.program.programs import (
     EDGES,
     EXACT,
@@ -31,7 +31,6 @@ from tests.program.programs import (
     SPECIAL,
     assert_each_operation_right,
     bits,
-    by_port,
     compiler,
     every_operation,
     exact_results,
@@ -41,45 +40,13 @@ from tests.program.programs import (
     small,
 )
 
-STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic")
-OPTIMIZED = ("-std=c99", "-O2", "-march=native")
-Pointer = ctypes.POINTER(ctypes.c_double)
-
 
 @pytest.fixture(scope="session")
 def build(tmp_path_factory):
     """A function from text of C to its library; each gets a place of its own."""
     folder, numbers = tmp_path_factory.mktemp("emit_c"), itertools.count()
 
-    def made(text: str, *options: str) -> ctypes.CDLL:
-        source = folder / f"m{next(numbers)}.c"
-        source.write_text(text, encoding="utf-8")
-        built = source.with_suffix(".so")
-        run([compiler(), *(options or OPTIMIZED), *STRICT, "-shared", "-fPIC", source, "-o", built, "-lm"])
-        return ctypes.CDLL(str(built))
-
-    return made
-
-
-def run(command: list[Any], **more: Any) -> str:
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False, timeout=300, **more)
-    assert not done.returncode, f"{done.stderr}\n{done.stdout}"
-    assert not done.stderr, done.stderr
-    printed: str = done.stdout
-    return printed
-
-
-def call(library: ctypes.CDLL, program: Program, routine: str, values: Any, prefix: str | None = None) -> np.ndarray:
-    """The results at one point, between guards that must stay as they are."""
-    prefix = prefix or program.name
-    given = {name: np.ascontiguousarray(v) for name, v in by_port(program, values).items()}
-    h, out = (np.full(n + 2, 7.25) for n in (len(program.kept), len(program.routine(routine).results)))
-    pointers = [given[name].ctypes.data_as(Pointer) for name in "xpr"]
-    inside = [a[1:].ctypes.data_as(Pointer) for a in (h, out)]
-    getattr(library, f"{prefix}_hoist")(pointers[1], inside[0])
-    getattr(library, f"{prefix}_{routine}")(ctypes.c_double(given["t"][0]), *pointers, *inside)
-    assert {h[0], h[-1], out[0], out[-1]} == {7.25}
-    return out[1:-1].copy()
+    return lambda text, *options: library(text, folder / f"m{next(numbers)}.c", *options)
 
 
 # ----------------------------------------------------------------------------------------- the same numbers as NumPy

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: BSD-3-Clause
-import importlib.util
 import itertools
 import re
 
@@ -16,6 +15,7 @@ from kane.program.draft import Goal
 from kane.program.emit_numpy import emit_numpy
 from kane.program.program import Port
 from tests.expr import expressions
+from tests.program.emitted import module
 from tests.program.programs import (
     EDGES,
     EXACT,
@@ -39,15 +39,7 @@ def load(tmp_path_factory):
     """A function from a module's text to the module."""
     folder, numbers = tmp_path_factory.mktemp("emit_numpy"), itertools.count()
 
-    def loaded(text):
-        path = folder / f"emitted{next(numbers)}.py"
-        path.write_text(text, encoding="utf-8")
-        spec = importlib.util.spec_from_file_location(path.stem, path)
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        return module
-
-    return loaded
+    return lambda text: module(text, folder / f"emitted{next(numbers)}.py")
 
 
 def arguments(program, values):

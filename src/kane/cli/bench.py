@@ -33,10 +33,7 @@ def bench(name: Name, as_json: AsJson = False) -> None:
         many = np.tile(x, (_BATCH, 1))
         call_s = _each(lambda: compiled.rhs(0.0, x, None, r), 1)
         batch_s = _each(lambda: compiled.rhs(0.0, many, None, r), _BATCH)
-    receipt = {
-        n: {"total": o.total, "state": o.state, "parameter": o.parameter, "by_operation": dict(o.by_operation)}
-        for n, o in compiled.operations.routines
-    }
+    receipt = {n: screen.operations(o) for n, o in compiled.operations.routines}
     times = {"declare": found.declared, "derive": derive_s, "compile": compile_s, "call": call_s, "state": batch_s}
     if as_json:
         screen.as_json({"model": found.name, "title": found.title, "seconds": times, "operations": receipt})

@@ -18,6 +18,7 @@ from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
 from kane.errors import KaneError, KaneWarning, ModelError
 from kane.model.bodies import Body, RigidBody
+from kane.program.equations import rate_names
 
 _LONG = 70
 
@@ -63,8 +64,7 @@ def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
         values = eom.evaluate(
             list(eom.right_hand_side), q=begin.q, u=begin.u, parameters=begin.parameters, inputs=inputs, t=t
         )
-    names = [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
-    bad = [n for n, v in zip(names, values, strict=True) if not np.all(np.isfinite(v))]
+    bad = [n for n, v in zip(rate_names(eom), values, strict=True) if not np.all(np.isfinite(v))]
     if bad:
         raise ModelError(
             f"Expected finite rates at START, got none for {', '.join(bad)}: the equations are singular there. Start elsewhere, or "
@@ -99,12 +99,7 @@ def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> di
         "loads": [{"name": load.name, "potential": load.potential is not None} for load in eom.loads],
         "inputs": [_symbol(r) for r in eom.inputs],
         "parameters": [{**_symbol(p), "default": p.default} for p in eom.parameters],
-        "operations": {
-            "total": eom.operations.total,
-            "state": eom.operations.state,
-            "parameter": eom.operations.parameter,
-            "by_operation": dict(eom.operations.by_operation),
-        },
+        "operations": screen.operations(eom.operations),
         "warnings": told,
         "derived_s": took,
     }

@@ -15,6 +15,7 @@ import typer
 from rich.console import Console
 
 from kane.cli.faults import Misuse
+from kane.expr.count import Operations
 
 PATIENCE = 1.0
 """Seconds after which it is said that something takes long."""
@@ -37,6 +38,12 @@ def table(rows: Sequence[Sequence[str]], indent: int = 2) -> None:
 def as_json(value: Any) -> None:
     """A value as JSON, what is not finite as null."""
     typer.echo(json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def operations(count: Operations) -> dict[str, Any]:
+    """An operation count, ready for JSON."""
+    tiers = {"total": count.total, "state": count.state, "parameter": count.parameter}
+    return {**tiers, "by_operation": dict(count.by_operation)}
 
 
 def _plain(value: Any) -> Any:

@@ -63,11 +63,15 @@ def expressions(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequen
     return build_program("model", ports(eom), [wanted], reciprocals=True)
 
 
+def rate_names(eom: Equations) -> list[str]:
+    """Names of ẋ = (q̇, u̇)."""
+    return [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
+
+
 def _routine(eom: Equations, name: str) -> Wanted:
     n = len(eom.speeds)
-    speeds = [f"{u.name}'" for u in eom.speeds]
     if name == "rhs":
-        labels = [*(f"{q.name}'" for q in eom.coordinates), *speeds]
+        labels = rate_names(eom)
         return Wanted(name, eom.right_hand_side, (len(labels),), labels)
     if name == "mass_matrix":
         labels = [f"M[{i + 1},{j + 1}]" for i in range(n) for j in range(n)]

@@ -156,13 +156,7 @@ class Handle:
         return self._general(t, x, p, r)
 
     def _general(self, t: Any, x: Any, p: Any, r: Any) -> Array:
-        ports = [self.program.port(k) for k in "txpr"]
-        given = [
-            arguments.scalar(t),
-            arguments.vector(ports[1], x),
-            arguments.complete(ports[2], self._default) if p is None else arguments.vector(ports[2], p, self._default),
-            arguments.vector(ports[3], () if r is None else r),
-        ]
+        ports, given = self.program.ports, self._arrays(t, x, p, r)
         leading = [given[0].shape, *(a.shape[:-1] for a in given[1:])]
         try:
             rows = np.broadcast_shapes(*leading)
@@ -173,6 +167,16 @@ class Handle:
             for port, a in zip(ports, given, strict=True):
                 arguments.finite(port, a)
         return self._rows(rows, given)
+
+    def _arrays(self, t: Any, x: Any, p: Any, r: Any) -> list[Array]:
+        """The arguments as arrays of doubles, the parameters complete."""
+        _, states, parameters, inputs = self.program.ports
+        return [
+            arguments.scalar(t),
+            arguments.vector(states, x),
+            arguments.vector(parameters, {} if p is None else p, self._default),
+            arguments.vector(inputs, () if r is None else r),
+        ]
 
     def _rows(self, rows: tuple[int, ...], given: list[Array]) -> Array:
         """Many evaluations in one native loop; what is the same in all rows is passed once, with stride 0."""
@@ -216,13 +220,7 @@ class Handle:
 
     def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
         """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
-        ports = self.program.ports
-        given = [
-            arguments.scalar(t),
-            arguments.vector(ports[1], x),
-            arguments.vector(ports[2], {} if p is None else p, self._default),
-            arguments.vector(ports[3], () if r is None else r),
-        ]
+        given = self._arrays(t, x, p, r)
         if given[0].ndim or any(a.ndim > 1 for a in given[1:]):
             raise ArgumentError(f"Expected one state to explain, got shapes {', '.join(str(a.shape) for a in given)}.")
         return explain(self.program, self.routine, [float(v) for a in given for v in a.flat])
@@ -237,7 +235,5 @@ class Handle:
         return handle_html(self)
 
     def __repr__(self) -> str:
-        sizes = ", ".join(
-            f"{p.name}[{len(p.symbols)}]" if p.name != "t" else "t" for p in self.program.ports if p.symbols
-        )
-        return f"<{self.name}({sizes}) -> {list(self.shape)}: {', '.join(self.labels[:8])}{', …' if len(self.labels) > 8 else ''}>"
+        few = f"{', '.join(self.labels[:8])}{', …' if len(self.labels) > 8 else ''}"
+        return f"<{self.name}({self.program.signature}) -> {list(self.shape)}: {few}>"

@@ -53,8 +53,7 @@ def _arguments(program: Program) -> list[tuple[str, ...]]:
 
 
 def _signature(program: Program, routine: Routine) -> str:
-    sizes = ", ".join(f"{p.name}[{len(p.symbols)}]" if p.name != "t" else "t" for p in program.ports if p.symbols)
-    return f"{routine.name}({sizes}) → {list(routine.shape)}"
+    return f"{routine.name}({program.signature}) → {list(routine.shape)}"
 
 
 def _size(port: Port) -> str:

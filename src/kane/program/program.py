@@ -79,6 +79,11 @@ class Program(Table):
                 return routine
         raise KeyError(f"Expected one of {', '.join(r.name for r in self.routines)}, got {name!r}.")
 
+    @property
+    def signature(self) -> str:
+        """The arguments of its routines, with their sizes: "t, x[4], p[5]"; empty ones are left out."""
+        return ", ".join("t" if p.name == "t" else f"{p.name}[{len(p.symbols)}]" for p in self.ports if p.symbols)
+
     def op(self, value: int) -> Op:
         """The operation that computes an instruction's value."""
         return self.ops[value - self.first]

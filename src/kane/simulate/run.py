@@ -16,7 +16,7 @@ from kane.dynamics.values import parameter_values, without_unknowns
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.node import Expr
 from kane.model.events import Event
-from kane.program.equations import expressions
+from kane.program.equations import expressions, rate_names
 from kane.program.handle import Handle
 from kane.program.machine import Settings
 from kane.simulate.crossings import crossings
@@ -104,8 +104,7 @@ _known: weakref.WeakKeyDictionary[Equations, tuple[Handle, Handle | None]] = wea
 def _compiled(eom: Equations) -> tuple[Handle, Handle | None]:
     """(q̇, u̇, P) and the events' quantities as machine code, made once for these equations."""
     if eom not in _known:
-        labels = [*(f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)), "P"]
-        motion = _routine(eom, "motion", [*eom.right_hand_side, eom.power], labels)
+        motion = _routine(eom, "motion", [*eom.right_hand_side, eom.power], [*rate_names(eom), "P"])
         quantities, names = [e.quantity for e in eom.events], [e.name for e in eom.events]
         _known[eom] = motion, _routine(eom, "events", quantities, names) if quantities else None
     return _known[eom]
