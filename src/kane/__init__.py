@@ -77,6 +77,17 @@ from kane.expr.symbols import (
 )
 from kane.expr.text import to_text
 from kane.model.bodies import Particle, RigidBody
+from kane.model.constraints import (
+    Constraint,
+    coincident,
+    configuration_constraint,
+    distance,
+    motion_constraint,
+    no_slip,
+    parallel,
+    perpendicular,
+    rolling,
+)
 from kane.model.events import Event
 from kane.model.inertia import (
     box,
@@ -108,6 +119,7 @@ from kane.model.reactions import auxiliary_speed, reaction
 from kane.model.system import System
 from kane.program.compiled import Compiled, compile
 from kane.program.handle import Handle
+from kane.simulate.assemble import Assembled, Guess, assemble, guess
 from kane.simulate.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.simulate.solution import Solution
 from kane.space.frame import Frame
@@ -156,8 +168,11 @@ __all__ = [
     "cylindrical_shell", "solid_cone", "box", "parallel_axis",
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "action_reaction", "torque_pair",
+    "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "rolling", "configuration_constraint",
+    "motion_constraint",
     "reaction", "auxiliary_speed", "Event",
-    "System", "derive", "Equations", "compile", "Compiled", "Handle", "simulate", "Solution", "report", "Check",
+    "System", "derive", "Equations", "compile", "Compiled", "Handle", "assemble", "Assembled", "guess", "Guess",
+    "simulate", "Solution", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",

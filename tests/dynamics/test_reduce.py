@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.reduce import solve_motion
+from kane.dynamics.reduce import Blocks, solve_motion
 from kane.errors import SingularError
 from kane.expr.node import ZERO
 
@@ -35,7 +35,7 @@ def test_against_the_block_system(n, r, coupled):
             m[i][j] = m[j][i]
     g = symbols("G", n, r) if coupled else [[ZERO] * r for _ in range(n)]
     right, right_a = kn.parameters(f"f0:{n}"), kn.parameters(f"h0:{r}") if r else ()
-    solved = solve_motion(m, list(right), g, ma, list(right_a), ga)
+    solved = solve_motion(Blocks(m, list(right), g, ma, list(right_a), ga))
     numbers = values_of(m, M) | values_of(ma, Ma) | values_of(ga, Ga) | dict(zip(right, f, strict=True))
     numbers |= dict(zip(right_a, fa, strict=True)) | (values_of(g, G) if coupled else {})
     found = np.array(kn.evaluate([*solved.accelerations, *solved.reactions], numbers))
@@ -50,7 +50,7 @@ def test_against_the_block_system(n, r, coupled):
 
 def test_diagonal_reactions_are_divided_by():
     a, b, c, d = kn.parameters("a b c d")
-    solved = solve_motion([[a]], [b], [[ZERO, ZERO]], [[c], [ZERO]], [c, d], [[a, ZERO], [ZERO, b]])
+    solved = solve_motion(Blocks([[a]], [b], [[ZERO, ZERO]], [[c], [ZERO]], [c, d], [[a, ZERO], [ZERO, b]]))
     assert [str(x) for x in solved.accelerations] == ["b/a"]
     assert str(solved.reactions[1]) == "-d/b"
 
@@ -58,12 +58,14 @@ def test_diagonal_reactions_are_divided_by():
 def test_a_reaction_that_its_own_equation_lacks():
     a, b = kn.parameters("a b")
     with pytest.raises(SingularError, match="own equation"):
-        solve_motion([[a]], [b], [[ZERO]], [[b]], [a], [[ZERO]])
+        solve_motion(Blocks([[a]], [b], [[ZERO]], [[b]], [a], [[ZERO]]))
 
 
 def test_pivoting_at_run_time():
     """The block of the reactions may have a zero pivot at some states: rows change places where they must."""
     one, zero = kn.parameter("one"), kn.parameter("zero")
-    solved = solve_motion([[one]], [one], [[ZERO] * 2], [[ZERO], [ZERO]], [-one, -2 * one], [[zero, one], [one, zero]])
+    solved = solve_motion(
+        Blocks([[one]], [one], [[ZERO] * 2], [[ZERO], [ZERO]], [-one, -2 * one], [[zero, one], [one, zero]])
+    )
     assert np.array(kn.evaluate(list(solved.reactions), {one: 1.0, zero: 0.0})) == pytest.approx([2, 1])
     assert np.array(kn.evaluate(list(solved.reactions), {one: 1.0, zero: 0.5})) == pytest.approx([2, 0])

@@ -3,20 +3,23 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from kane.errors import ModelError, ReactionError
+from kane.dynamics.partition import indeterminate
+from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import sample
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
+from kane.kinematics.constraints import ConstraintRows, unplaced
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.rank import null_direction
-from kane.model.reactions import Cut, cut_of
+from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -24,7 +27,7 @@ from kane.space.vector import Vector
 _SEED = 20042
 
 
-def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -> None:
+def check_mass(speeds: Sequence[Expr], mass: list[list[Expr]]) -> None:
     """Every speed must move some mass."""
     still = [str(u) for u, row in zip(speeds, mass, strict=True) if all(x is ZERO for x in row)]
     if still:
@@ -32,7 +35,7 @@ def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -
             f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {', '.join(still)}. Give the "
             "massless part a mass or inertia, or leave out its coordinate."
         )
-    free = _null_vector(Matrix(mass))
+    free = _null_vector(Matrix(mass, (len(mass), len(mass))))
     if free is not None:
         culprits = ", ".join(str(u) for u, c in zip(speeds, free, strict=True) if abs(c) > 1e-6)
         raise ModelError(
@@ -59,6 +62,38 @@ def _null_vector(matrix: Matrix) -> npt.NDArray[np.float64] | None:
         return None
     numbers = sample([x for row in matrix.rows for x in row], _SEED)
     return null_direction(np.array(numbers).reshape(matrix.shape), 1e-12)
+
+
+def check_released(system: System, rows: ConstraintRows) -> None:
+    """Reactions at cuts need to know what the constraints exert on the far side."""
+    cuts = [str(r) for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
+    bare = unplaced(rows.constraints)
+    if cuts and bare:
+        raise ReactionError(
+            f"Expected constraints that say where their forces act, as the reactions {', '.join(cuts)} feel them, got the bare "
+            f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
+            "kn.distance, kn.perpendicular, kn.no_slip, kn.rolling."
+        )
+
+
+def check_determinate(system: System, rows: ConstraintRows, a: npt.NDArray[np.float64]) -> None:
+    """A redundant constraint is named; its multiplier cannot be brought into evidence."""
+    loose = {c: True for c, x in zip(rows.constraints, indeterminate(a), strict=True) if x}
+    if not loose:
+        return
+    asked = [f"{r} ({c.name})" for r in system.reactions if (c := constraint_of(r)) is not None and c in loose]
+    names = ", ".join(repr(c.name) for c in loose)
+    if asked:
+        raise ReactionError(
+            f"Expected reactions that the motion determines, got {', '.join(asked)}: the constraints {names} depend on each other, so "
+            "that the forces that hold them are not determined one by one. Leave out redundant constraints, or model what gives way."
+        )
+    warnings.warn(
+        f"The constraints {names} depend on each other: at least one of them is redundant. The motion is determined all the same; the "
+        "forces that hold them are not, one by one.",
+        KaneWarning,
+        stacklevel=5,
+    )
 
 
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:

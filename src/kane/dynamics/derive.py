@@ -4,26 +4,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
 
 from kane.dynamics.assemble import forcing_terms, generalized, homes, mass_matrix, moving_bodies
-from kane.dynamics.checks import check_mass, check_reaction_places, check_reactions_independent
+from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.equations import Equations
 from kane.dynamics.events import painleve_events, singular_events, slip_events
 from kane.dynamics.loads import loads_in_speeds
-from kane.dynamics.reduce import solve_motion
-from kane.errors import NotAffineError, ReactionError, SingularError
+from kane.dynamics.reduce import Blocks, Solved
+from kane.dynamics.solution import first_partition, partition_at, solve
+from kane.errors import NotAffineError, ReactionError
 from kane.expr.affine import affine_forms
-from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
-from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction
+from kane.kinematics.constraints import constraint_rows
 from kane.kinematics.definitions import generalized_speeds
 from kane.kinematics.motion import Kinematics, cuts_of
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import Speeds
 from kane.model.events import Event
-from kane.model.reactions import Cut, cut_of
+from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.model.system import System
 
 
@@ -31,7 +35,8 @@ def derive(system: System) -> Equations:
     """Equations of motion of `system` by Kane's method, classical route.
 
     M u̇ = f + G R for the generalized speeds and M_a u̇ = f_a + G_a R for the auxiliary ones (Kane & Levinson 1985, ch. 4 to 6),
-    solved together for u̇ and the reactions R.
+    solved together for u̇ and the reactions R. Constraints A u + b = 0 are embedded: the independent speeds are solved for, the
+    dependent ones follow.
 
     Raises
     ------
@@ -40,7 +45,7 @@ def derive(system: System) -> Equations:
     ReactionError
         if a reaction enters nonlinearly, or its direction is free already
     ModelError
-        if a speed moves no mass
+        if a speed moves no mass, or a constraint is not affine in the rates or holds nothing
     """
     speeds = generalized_speeds(system)
     auxiliary, pairs = auxiliary_speeds(system)
@@ -53,19 +58,16 @@ def derive(system: System) -> Equations:
     u: Sequence[Expr] = speeds.speeds
     rows = [*u, *auxiliary]
     mass_rows = mass_matrix(bodies, u, auxiliary)
-    mass, mass_a = mass_rows[: len(u)], mass_rows[len(u) :]
     right = [generalized(forces, r) + generalized(torques, r) for r in rows]
     plain, coupling = _reaction_form(right, system, rows)
+    n = len(u)
     for i, s in enumerate(auxiliary):
         for j, reaction in enumerate(system.reactions):
-            coupling[len(u) + i][j] = coupling[len(u) + i][j] + pairs.get((s, reaction), ZERO)
-    check_mass(system, u, mass)
-    n = len(u)
-    try:
-        solved = solve_motion(mass, plain[:n], coupling[:n], mass_a, plain[n:], coupling[n:])
-    except SingularError as error:
-        raise ReactionError(f"Expected reactions that can be told apart: {error}") from error
-    check_reactions_independent(system.reactions, solved.reaction_matrix)
+            coupling[n + i][j] = coupling[n + i][j] + pairs.get((s, reaction), ZERO)
+    blocks = Blocks(mass_rows[:n], plain[:n], coupling[:n], mass_rows[n:], plain[n:], coupling[n:])
+    held = constraint_rows(system, kinematics, auxiliary)
+    check_released(system, held)
+    embedding, solved = solve(system, u, blocks, held, first_partition(system, u, held))
     return Equations(
         system=system,
         speeds=tuple(speeds.speeds),
@@ -79,17 +81,29 @@ def derive(system: System) -> Equations:
         bodies=bodies,
         pairs=pairs,
         rates=speeds.coordinate_rates(),
-        mass_matrix=Matrix(mass),
-        auxiliary_mass_matrix=Matrix(mass_a, (len(auxiliary), n)),
-        forcing=tuple(_with_reactions(plain[i], coupling[i], system.reactions) for i in range(n)),
-        auxiliary_forcing=tuple(_with_reactions(plain[i], coupling[i], system.reactions) for i in range(n, len(rows))),
+        blocks=blocks,
+        constraints=held,
+        embedding=embedding,
         solved=solved,
-        events=(
-            *painleve_events(solved),
-            *slip_events(loads),
-            *singular_events(speeds),
-            *(_event_in_speeds(e, speeds) for e in system.events),
-        ),
+        events=_events(system, speeds, solved),
+    )
+
+
+def repartition(eom: Equations, a: npt.NDArray[np.float64]) -> Equations:
+    """The same equations with other dependent speeds: those that the numbers `a` of the matrix A make best (m × n)."""
+    rows, speeds = eom.constraints, eom.kinematical
+    embedding, solved = solve(
+        eom.system, speeds.speeds, eom.blocks, rows, partition_at(eom.system, eom.speeds, rows, a, free=True)
+    )
+    return replace(eom, embedding=embedding, solved=solved, events=_events(eom.system, speeds, solved))
+
+
+def _events(system: System, speeds: Speeds, solved: Solved) -> tuple[Event, ...]:
+    return (
+        *painleve_events(solved),
+        *slip_events(loads_in_speeds(system.loads, speeds)),
+        *singular_events(speeds),
+        *(_event_in_speeds(e, speeds) for e in system.events),
     )
 
 
@@ -100,15 +114,17 @@ def auxiliary_speeds(
     explicit = iter(system.auxiliary_speeds)
     made: list[AuxiliarySpeed] = []
     for r in system.reactions:
-        cut = cut_of(r)
-        if cut is None:
+        cut, held = cut_of(r), constraint_of(r)
+        if cut is None and held is None:
             made.append(next(explicit))
         else:
-            made.append(AuxiliarySpeed.declare(f"u_{r.name}", None, "", f"auxiliary speed of {r.name}", cut))
+            made.append(AuxiliarySpeed.declare(f"u_{r.name}", None, "", f"auxiliary speed of {r.name}", cut or held))
     pairs: dict[tuple[Expr, Expr], Expr] = {}
     for a in made:
         for r in system.reactions:
             here, there = cut_of(a), cut_of(r)
+            if constraint_of(a) is not None and constraint_of(a) is constraint_of(r):
+                pairs[a, r] = ONE
             if isinstance(here, Cut) and isinstance(there, Cut) and here.at is there.at:
                 pairs[a, r] = here.along.dot(there.along)
     return tuple(made), pairs
@@ -124,13 +140,6 @@ def _reaction_form(right: list[Expr], system: System, rows: Sequence[Expr]) -> t
             f"Expected loads linear in the reactions, so that they can be solved for together with u': {error}"
         ) from error
     return [rest for _, rest in forms], [[c.get(r, ZERO) for r in system.reactions] for c, _ in forms]
-
-
-def _with_reactions(plain: Expr, coefficients: Sequence[Expr], reactions: Sequence[Expr]) -> Expr:
-    total = plain
-    for c, r in zip(coefficients, reactions, strict=True):
-        total = total + mul(c, r)
-    return total
 
 
 def _event_in_speeds(event: Event, speeds: Speeds) -> Event:

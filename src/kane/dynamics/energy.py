@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from kane.dynamics.assemble import Moving
-from kane.expr.build import add, mul, neg
+from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Input, Time
@@ -37,7 +37,7 @@ def power(eom: Equations) -> Expr:
     Loads with a potential are in E; where the potential depends on time, what it gains by that is added. Loads without
     one give Σ F·v + T·ω. Prescribed motions, through the parts v_t and ω_t of the
     velocities that no speed multiplies, give −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their
-    reactions do.
+    reactions do. Constraints A u + b = 0 that move by themselves give −Σ λ b.
     """
     total = ZERO
     for load in eom.loads:
@@ -61,6 +61,9 @@ def power(eom: Equations) -> Expr:
             spin = b.rotation.total.express(b.inertia.frame)
             torque = b.inertia.times(acceleration_form(b.rotation)) + spin.cross(b.inertia.times(spin))
             total = add(total, b.rotation.rest.dot(torque))
+    if any(b_k is not ZERO for b_k in eom.b):
+        for b_k, force in zip(eom.b, eom.multipliers.values(), strict=True):
+            total = sub(total, mul(force, b_k))
     return total
 
 

@@ -12,19 +12,23 @@ import numpy as np
 
 from kane.dynamics import energy, forces
 from kane.dynamics.assemble import Moving
+from kane.dynamics.embed import Embedding, multipliers
 from kane.dynamics.loads import loads_in_speeds
-from kane.dynamics.reduce import Solved
+from kane.dynamics.reduce import Blocks, Solved
 from kane.dynamics.steps import Step, seven_steps
 from kane.dynamics.values import evaluate_along, speeds_from_rates
 from kane.errors import ExpressionError
+from kane.expr.build import add, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.diff import tangent
 from kane.expr.html import quietly
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, Time, rate
+from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
 from kane.kinematics.speeds import Speeds
+from kane.model.constraints import Constraint
 from kane.model.events import Event
 from kane.model.loads import Load
 from kane.model.system import System
@@ -73,10 +77,11 @@ def _label(key: object) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equations:
-    """Equations of motion M u̇ = f of a system, with everything that led to them.
+    """Equations of motion M u̇ = f + Aᵀ λ, A u + b = 0 of a system, with everything that led to them.
 
     `mass_matrix` (n × n) and `forcing` (n) hold the equations as derived; `forcing` may contain reactions. `accelerations` (u̇)
-    and `reaction_values` are solved for, as functions of q, u, t, parameters and inputs; `rates` gives q̇ = W u + X.
+    and `reaction_values` are solved for, as functions of q, u, t, parameters and inputs; `rates` gives q̇ = W u + X. With
+    constraints, `u_D = A_n u_I + b_n` gives the dependent speeds, and `multipliers` the forces λ that hold them.
     """
 
     system: System
@@ -91,12 +96,35 @@ class Equations:
     bodies: tuple[Moving, ...]
     pairs: dict[tuple[Expr, Expr], Expr]
     rates: tuple[Expr, ...]
-    mass_matrix: Matrix
-    auxiliary_mass_matrix: Matrix
-    forcing: tuple[Expr, ...]
-    auxiliary_forcing: tuple[Expr, ...]
+    blocks: Blocks
+    constraints: ConstraintRows
+    embedding: Embedding | None
     solved: Solved
     events: tuple[Event, ...]
+
+    @cached_property
+    def mass_matrix(self) -> Matrix:
+        """M (n × n), of all speeds."""
+        n = len(self.speeds)
+        return Matrix(self.blocks.mass, (n, n))
+
+    @cached_property
+    def auxiliary_mass_matrix(self) -> Matrix:
+        """M_a (auxiliary × n)."""
+        return Matrix(self.blocks.mass_a, (len(self.auxiliary_speeds), len(self.speeds)))
+
+    @cached_property
+    def forcing(self) -> tuple[Expr, ...]:
+        """f (n), reactions that loads hold included, forces of the constraints not."""
+        return self._with_reactions(self.blocks.forcing, self.blocks.coupling)
+
+    @cached_property
+    def auxiliary_forcing(self) -> tuple[Expr, ...]:
+        """f_a (auxiliary speeds), with the reactions."""
+        return self._with_reactions(self.blocks.forcing_a, self.blocks.coupling_a)
+
+    def _with_reactions(self, plain: Sequence[Expr], coupling: Sequence[Sequence[Expr]]) -> tuple[Expr, ...]:
+        return tuple(add(f, dot(row, self.reactions)) for f, row in zip(plain, coupling, strict=True))
 
     @property
     def accelerations(self) -> tuple[Expr, ...]:
@@ -232,6 +260,77 @@ class Equations:
     def steps(self) -> tuple[Step, ...]:
         """The seven steps of the method, each with its results."""
         return seven_steps(self)
+
+    # Constraints ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def A(self) -> Matrix:
+        """A of the constraints A u + b = 0, a row for each of `system.constraints`."""
+        return Matrix(self.constraints.a, (len(self.constraints.a), len(self.speeds)))
+
+    @property
+    def b(self) -> tuple[Expr, ...]:
+        """b of the constraints A u + b = 0."""
+        return self.constraints.b
+
+    @property
+    def dependent_speeds(self) -> tuple[Speed, ...]:
+        """u_D, the speeds that the constraints give."""
+        return tuple(self.speeds[i] for i in self.embedding.partition.dependent) if self.embedding else ()
+
+    @property
+    def independent_speeds(self) -> tuple[Speed, ...]:
+        """u_I, as many as there are degrees of freedom."""
+        return tuple(self.speeds[i] for i in self.embedding.independent) if self.embedding else self.speeds
+
+    @property
+    def A_n(self) -> Matrix:
+        """A_n of u_D = A_n u_I + b_n."""
+        return self.embedding.a_n if self.embedding else Matrix([], (0, len(self.speeds)))
+
+    @property
+    def b_n(self) -> tuple[Expr, ...]:
+        """b_n of u_D = A_n u_I + b_n."""
+        return self.embedding.b_n if self.embedding else ()
+
+    @property
+    def redundant(self) -> tuple[Constraint, ...]:
+        """Constraints that follow from the others, where they were compared; their multipliers are taken as zero."""
+        chosen = self.embedding.partition.redundant if self.embedding else ()
+        return tuple(self.constraints.constraints[r] for r in chosen)
+
+    @cached_property
+    def multipliers(self) -> Mapping[Constraint, Expr]:
+        """λ of M u̇ = f + Aᵀ λ by constraint: the force or torque that holds it, in u̇ and reactions."""
+        if self.embedding is None:
+            return {}
+        u_dot = [rate(u) for u in self.speeds]
+        residual = [sub(dot(row, u_dot), f) for row, f in zip(self.blocks.mass, self.forcing, strict=True)]
+        return dict(
+            zip(
+                self.constraints.constraints,
+                multipliers(self.constraints, self.embedding.partition, residual),
+                strict=True,
+            )
+        )
+
+    def _nonholonomic(self, values: Sequence[Expr]) -> tuple[Expr, ...]:
+        e, n = self.embedding, len(self.speeds)
+        if e is None:
+            return tuple(values)
+        own = [values[d] for d in e.partition.dependent]
+        free = [add(values[i], dot(column, own)) for i, column in zip(e.independent, e.a_n.T.rows, strict=True)]
+        return (*free, *(add(v, dot(c, own)) for v, c in zip(values[n:], e.a_na.T.rows, strict=True)))
+
+    @cached_property
+    def Fr_nh(self) -> tuple[Expr, ...]:
+        """Nonholonomic generalized active forces F̃_r = F_r + Σ_D A_n[D, r] F_D: of the independent, then the auxiliary speeds."""
+        return self._nonholonomic(self.Fr)
+
+    @cached_property
+    def Fr_star_nh(self) -> tuple[Expr, ...]:
+        """Nonholonomic generalized inertia forces F̃*_r."""
+        return self._nonholonomic(self.Fr_star)
 
     # Energies and momenta ----------------------------------------------------------------------------------------------
 

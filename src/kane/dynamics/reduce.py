@@ -14,12 +14,26 @@ a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import finish, forward, ldl, solve_lu
+
+Rows = list[list[Expr]]
+
+
+class Blocks(NamedTuple):
+    """M, f, G of the generalized speeds and M_a, f_a, G_a of the auxiliary ones."""
+
+    mass: Rows
+    forcing: list[Expr]
+    coupling: Rows
+    mass_a: Rows
+    forcing_a: list[Expr]
+    coupling_a: Rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,15 +51,9 @@ class Solved:
     bare_reaction_matrix: Matrix
 
 
-def solve_motion(
-    mass: list[list[Expr]],
-    forcing: list[Expr],
-    coupling: list[list[Expr]],
-    mass_a: list[list[Expr]],
-    forcing_a: list[Expr],
-    coupling_a: list[list[Expr]],
-) -> Solved:
-    """Solve for u̇ and R; see the module's equations for the shapes."""
+def solve_motion(blocks: Blocks) -> Solved:
+    """Solve for u̇ and R."""
+    mass, forcing, coupling, mass_a, forcing_a, coupling_a = blocks
     factors = ldl(mass)
     d = factors.pivots
     y = forward(factors, forcing)

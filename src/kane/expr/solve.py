@@ -117,6 +117,35 @@ def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
     return solutions
 
 
+def eliminate(rows: Rows, columns: Rows) -> tuple[list[list[Expr]], list[Expr]]:
+    """Solutions of A x = b for each b in `columns`, and the pivots, by elimination in the order given, without pivoting.
+
+    For an order that was chosen from numbers; where a pivot comes near zero, another order must be chosen.
+    """
+    n = len(rows)
+    work = [[*rows[i], *(b[i] for b in columns)] for i in range(n)]
+    pivots: list[Expr] = []
+    for j in range(n):
+        pivot = work[j][j]
+        if pivot is ZERO:
+            raise SingularError(f"Expected a pivot that is not zero in row {j + 1} of {n}.")
+        pivots.append(pivot)
+        for i in range(j + 1, n):
+            if work[i][j] is not ZERO:
+                factor = div(work[i][j], pivot)
+                work[i] = [
+                    ZERO if k <= j else x if y is ZERO else sub(x, mul(factor, y))
+                    for k, (x, y) in enumerate(zip(work[i], work[j], strict=True))
+                ]
+    solutions = []
+    for c in range(n, n + len(columns)):
+        x: list[Expr] = [ZERO] * n
+        for i in reversed(range(n)):
+            x[i] = div(sub(work[i][c], dot(work[i][i + 1 : n], x[i + 1 :])), work[i][i])
+        solutions.append(x)
+    return solutions, pivots
+
+
 def solve_linear(matrix: Matrix, b: Sequence[Expr]) -> tuple[Expr, ...]:
     """x with A x = b for a small dense matrix."""
     return tuple(solve_lu(matrix.rows, [list(b)])[0])

@@ -271,6 +271,6 @@ def cuts_of(symbols: Iterable[AuxiliarySpeed]) -> dict[Frame | Point, tuple[tupl
     found: dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]] = {}
     for u in symbols:
         cut = cut_of(u)
-        assert cut is not None
-        found[cut.at] = (*found.get(cut.at, ()), (u, cut.along))
+        if cut is not None:  # that of a constraint moves nothing of the tree
+            found[cut.at] = (*found.get(cut.at, ()), (u, cut.along))
     return found

@@ -10,7 +10,8 @@ from kane.errors import ModelError, ReactionError
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol
 from kane.model.bodies import Body, Particle, RigidBody
-from kane.model.reactions import cut_of
+from kane.model.constraints import Constraint
+from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters
 
 
@@ -91,9 +92,39 @@ def check_reactions(
     for s in symbols:
         if isinstance(s, Reaction) and s not in listed:
             raise ReactionError(f"The reaction {s} is used in a load but not listed: add it to System(reactions=[…]).")
-    bare = [r for r in reactions if cut_of(r) is None]
+    bare = [r for r in reactions if cut_of(r) is None and constraint_of(r) is None]
     if len(bare) != len(auxiliary):
         raise ReactionError(
             f"Expected as many explicit auxiliary speeds as reactions without a place, got {len(auxiliary)} and {len(bare)} "
             f"({', '.join(map(str, bare)) or 'none'}). Give the reaction a place: kn.reaction(name, at=point, along=direction)."
+        )
+
+
+def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reaction, ...]) -> None:
+    """No two constraints of one name; every constraint whose multiplier is a reaction is the system's."""
+    names = [c.name for c in constraints]
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise ModelError(
+            f"Expected constraints of different names, got {', '.join(map(repr, twice))} more than once. Say name=… for each."
+        )
+    for r in reactions:
+        c = constraint_of(r)
+        if c is not None and c not in constraints:
+            raise ReactionError(
+                f"Expected the constraint of the reaction {r} among the system's ({', '.join(names) or 'none'}), got {c.name!r}. List "
+                "it in holonomic= or nonholonomic=."
+            )
+
+
+def check_dependent(what: str, dependent: tuple[Any, ...], known: Iterable[Any], most: int, argument: str) -> None:
+    """Dependent coordinates or speeds are the system's own, each once, and as many as the constraints can fix."""
+    names = ", ".join(map(str, dependent))
+    strangers = [str(s) for s in dependent if s not in set(known)]
+    if strangers or len(set(dependent)) < len(dependent):
+        raise ModelError(f"Expected {argument}= to list {what} of the system, each once, got {names}.")
+    if len(dependent) > most:
+        raise ModelError(
+            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in {argument}=: {names}. Leave {argument} "
+            "out to have them chosen."
         )

@@ -10,17 +10,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from kane.errors import ReactionError
-from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Parameter, Reaction
+from kane.expr.symbols import AuxiliarySpeed, Reaction
+from kane.model.constraints import Constraint
+from kane.model.directions import is_unit, length
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Parts, Vector
-
-_SLACK = 1e-9
 
 
 class Cut(NamedTuple):
@@ -56,24 +53,12 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
         )
     if not isinstance(along, Vector) or along.is_zero:
         raise ReactionError(f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60}.")
-    length = _length(along)
-    if abs(length - 1) > _SLACK:
+    if not is_unit(along):
         raise ReactionError(
-            f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60} of length {length:.6g}: the reaction would not be "
-            "measured in units of force. Use along.normalized()."
+            f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60} of length {length(along):.6g}: the reaction would "
+            "not be measured in units of force. Use along.normalized()."
         )
     return Cut(place, along.parts)
-
-
-def _length(along: Vector) -> float:
-    """|along| at parameters' defaults and a random configuration; 1 where a parameter has no default."""
-    square = along.dot(along)
-    symbols = free_symbols([square])
-    if any(isinstance(s, Parameter) and s.default is None for s in symbols):
-        return 1.0
-    moving = [s for s in symbols if s.default is None]
-    draws = np.random.default_rng(20045).uniform(0.3, 1.2, len(moving))
-    return float(np.sqrt(evaluate(square, dict(zip(moving, draws, strict=True)))))
 
 
 def reaction(
@@ -82,11 +67,21 @@ def reaction(
     along: Vector | None = None,
     frame: Frame | None = None,
     unit: str = "",
+    *,
+    constraint: Constraint | None = None,
 ) -> Reaction:
     """A force (`at` a point) or torque (on a `frame`) along a unit vector that the far side feels from the near side.
 
-    Without a place it is a bare unknown for use with explicit auxiliary speeds.
+    With `constraint` it is that constraint's multiplier: the force or torque that holds it. Without any place it is a bare
+    unknown for use with explicit auxiliary speeds.
     """
+    if constraint is not None:
+        other: object = constraint
+        if not isinstance(other, Constraint) or any(x is not None for x in (at, frame, along)):
+            raise ReactionError(
+                f"Expected constraint=one Constraint, and no other place, for the reaction {name!r}, got {other!r:.60}."
+            )
+        return Reaction.declare(name, None, unit or constraint.unit, "", constraint)
     if at is None and frame is None and along is None:
         return Reaction.declare(name, None, unit, "", None)
     cut = _cut("the reaction", name, at, frame, along)
@@ -108,3 +103,9 @@ def cut_of(symbol: Expr) -> Cut | None:
     """The cut of a reaction or auxiliary speed, None for a bare unknown."""
     place = getattr(symbol, "place", None)
     return place if isinstance(place, Cut) else None
+
+
+def constraint_of(symbol: Expr) -> Constraint | None:
+    """The constraint whose multiplier a reaction is, None for any other symbol."""
+    place = getattr(symbol, "place", None)
+    return place if isinstance(place, Constraint) else None

@@ -9,6 +9,7 @@ from kane.errors import ModelError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody
+from kane.model.constraints import Constraint
 from kane.model.loads import Gravity, Load
 from kane.model.reactions import cut_of
 from kane.space.frame import Frame
@@ -17,7 +18,11 @@ from kane.space.vector import Vector
 
 
 def places(
-    inertial: Frame, bodies: tuple[Body, ...], loads: tuple[Load, ...], symbols: Iterable[Symbol]
+    inertial: Frame,
+    bodies: tuple[Body, ...],
+    loads: tuple[Load, ...],
+    symbols: Iterable[Symbol],
+    constraints: tuple[Constraint, ...] = (),
 ) -> tuple[tuple[Frame, ...], tuple[Point, ...]]:
     """Every frame and point that a body, load or reaction needs, parents first."""
     frames: dict[Frame, None] = {}
@@ -57,7 +62,8 @@ def places(
         if isinstance(b, RigidBody):
             meet_frame(b.frame)
         meet_point(b.mass_center)
-    for load in loads:
+    acting: tuple[Load | Constraint, ...] = (*loads, *constraints)
+    for load in acting:
         for point, v in load.forces:
             meet_point(point)
             meet_parts(v)

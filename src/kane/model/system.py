@@ -17,12 +17,15 @@ from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Reac
 from kane.model.bodies import Body, RigidBody
 from kane.model.checks import (
     check_bodies,
+    check_constraints,
+    check_dependent,
     check_inputs,
     check_names,
     check_no_accelerations,
     check_reactions,
     check_strays,
 )
+from kane.model.constraints import Constraint, as_constraints
 from kane.model.events import Event
 from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
@@ -33,7 +36,7 @@ from kane.space.point import Point
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class System:
-    """A mechanical system: bodies, loads, speeds, reactions, in the inertial frame `inertial`.
+    """A mechanical system: bodies, loads, speeds, constraints, reactions, in the inertial frame `inertial`.
 
     Parameters
     ----------
@@ -46,6 +49,10 @@ class System:
     auxiliary_speeds : explicit auxiliary speeds
     events : quantities to watch in simulations
     coordinates : their order, if not that of their first appearance
+    holonomic : configuration constraints f(q, t) = 0: from `kn.coincident`, `kn.distance`, …, or scalars that must vanish
+    nonholonomic : motion constraints, affine in the rates: from `kn.rolling`, `kn.no_slip`, or scalars that must vanish
+    dependent_coordinates : which coordinates the configuration constraints give, chosen by rank if left out
+    dependent_speeds : which speeds the constraints give, chosen by rank if left out
     """
 
     inertial: Frame
@@ -57,6 +64,9 @@ class System:
     auxiliary_speeds: tuple[AuxiliarySpeed, ...]
     events: tuple[Event, ...]
     coordinates: tuple[Coordinate, ...]
+    constraints: tuple[Constraint, ...]
+    dependent_coordinates: tuple[Coordinate, ...]
+    dependent_speeds: tuple[Speed, ...]
     euler_parameters: tuple[EulerParameters, ...]
     parameters: tuple[Parameter, ...]
     inputs: tuple[Input, ...]
@@ -74,6 +84,10 @@ class System:
         auxiliary_speeds: Sequence[AuxiliarySpeed] = (),
         events: Sequence[Event] = (),
         coordinates: Sequence[Coordinate] | None = None,
+        holonomic: Any = (),
+        nonholonomic: Any = (),
+        dependent_coordinates: Sequence[Coordinate] = (),
+        dependent_speeds: Sequence[Speed] = (),
     ) -> None:
         if not isinstance(inertial, Frame) or inertial.parent is not None:
             raise ModelError(f"Expected a root frame as the inertial frame, got {inertial!r:.60}.")
@@ -86,7 +100,9 @@ class System:
                 "Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …: got something else."
             )
         reactions, auxiliary = tuple(reactions), tuple(auxiliary_speeds)
-        frames, points = places(inertial, bodies, own, (*reactions, *auxiliary))
+        constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
+        check_constraints(constraints, reactions)
+        frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
         found = free_symbols(shape)
@@ -94,13 +110,18 @@ class System:
         definitions = speed_definitions(speeds, ordered, euler)
         matter = list(contents(bodies, own, gravities))
         watched = [e.quantity for e in events]
-        roots = [*shape, *definitions.values(), *matter, *watched]
+        held = [c.expr for c in constraints]
+        roots = [*shape, *definitions.values(), *matter, *watched, *held]
         symbols = free_symbols(roots)
-        check_inputs((*found, *free_symbols(definitions.values())))
+        check_inputs((*found, *free_symbols([*definitions.values(), *held])))
         check_no_accelerations(free_symbols(matter))
-        check_strays(free_symbols([*matter, *watched]), ordered, definitions, euler)
+        check_strays(free_symbols([*matter, *watched, *held]), ordered, definitions, euler)
         check_names((*symbols, *definitions, *reactions, *auxiliary))
         check_reactions(symbols, reactions, auxiliary)
+        dependent = (tuple(dependent_coordinates), tuple(dependent_speeds))
+        holding = sum(c.kind == "configuration" for c in constraints)
+        check_dependent("coordinates", dependent[0], ordered, holding, "dependent_coordinates")
+        check_dependent("speeds", dependent[1], definitions, len(constraints), "dependent_speeds")
         values = {
             "inertial": inertial,
             "bodies": bodies,
@@ -111,6 +132,9 @@ class System:
             "auxiliary_speeds": auxiliary,
             "events": tuple(events),
             "coordinates": ordered,
+            "constraints": constraints,
+            "dependent_coordinates": dependent[0],
+            "dependent_speeds": dependent[1],
             "euler_parameters": euler,
             "parameters": tuple(s for s in symbols if isinstance(s, Parameter)),
             "inputs": tuple(s for s in symbols if isinstance(s, Input)),
@@ -125,6 +149,16 @@ class System:
         """The bodies with inertia."""
         return tuple(b for b in self.bodies if isinstance(b, RigidBody))
 
+    @property
+    def holonomic(self) -> tuple[Constraint, ...]:
+        """The configuration constraints."""
+        return tuple(c for c in self.constraints if c.kind == "configuration")
+
+    @property
+    def nonholonomic(self) -> tuple[Constraint, ...]:
+        """The motion constraints."""
+        return tuple(c for c in self.constraints if c.kind == "motion")
+
     def replace(self, **changes: Any) -> System:
         """The same system with some arguments of `System(…)` changed: `system.replace(speeds="rates")`."""
         values: dict[str, Any] = {
@@ -135,15 +169,19 @@ class System:
             "auxiliary_speeds": self.auxiliary_speeds,
             "events": self.events,
             "coordinates": self.coordinates,
+            "holonomic": self.holonomic,
+            "nonholonomic": self.nonholonomic,
+            "dependent_coordinates": self.dependent_coordinates,
+            "dependent_speeds": self.dependent_speeds,
         }
         unknown = changes.keys() - values.keys()
         if unknown:
             raise ModelError(f"Expected some of {', '.join(values)} to replace, got {', '.join(sorted(unknown))}.")
         return System(self.inertial, **(values | changes))
 
-    def __getitem__(self, name: str) -> Body | Frame | Point | Load:
-        """The body, frame, point or load of that name; bodies come before frames, frames before points."""
-        for group in (self.bodies, self.frames, self.points, self.all_loads()):
+    def __getitem__(self, name: str) -> Body | Frame | Point | Load | Constraint:
+        """The body, frame, point, load or constraint of that name, looked up in this order."""
+        for group in (self.bodies, self.frames, self.points, self.all_loads(), self.constraints):
             for item in group:
                 if item.name == name:
                     return item

@@ -4,29 +4,22 @@
 from __future__ import annotations
 
 import warnings
-import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
-from kane.dynamics.values import parameter_values, without_unknowns
+from kane.dynamics.values import parameter_values
 from kane.errors import KaneWarning, SimulationError
-from kane.expr.node import Expr
-from kane.model.events import Event
-from kane.program.equations import expressions, rate_names
-from kane.program.handle import Handle
-from kane.program.machine import Settings
-from kane.simulate.crossings import crossings
+from kane.simulate.assemble import assemble
+from kane.simulate.motion import Motion
 from kane.simulate.solution import Solution
 from kane.simulate.start import check_span, check_tolerance, input_functions, start_state
+from kane.simulate.stepping import SOLVERS, integrate
 
 Array = npt.NDArray[np.float64]
-Rate = Callable[[float, Array], Array]
-
-_SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 
 
 def simulate(
@@ -71,137 +64,43 @@ def simulate(
     """
     t0, t1 = check_span(span)
     tolerances = {"rtol": check_tolerance("rtol", rtol), "atol": check_tolerance("atol", atol)}
-    if method not in _SOLVERS:
-        raise SimulationError(f"Expected method to be one of {', '.join(_SOLVERS)}, got {method!r}.")
+    if method not in SOLVERS:
+        raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
     constants = parameter_values(eom, parameters)
     drives = input_functions(eom, inputs)
     fixed = np.array([constants[p] for p in eom.parameters])
     forces = list(drives.values())
-    width = len(eom.coordinates) + len(eom.speeds)
-
-    def at(handle: Handle) -> Rate:
-        if not forces:
-            return lambda t, y: handle(t, y[:width], fixed)
-        return lambda t, y: handle(t, y[:width], fixed, np.array([float(f(t)) for f in forces]))
-
-    motion, events = _compiled(eom)
-    rate = at(motion)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
-    speeds = u if rates is None else eom.speeds_from_rates(q, rates, parameters=parameters, t=t0)
-    start = np.append(start_state(eom, q, speeds), 0.0)
-    watch = at(events) if events else None
-    watched = watch(t0, start) if watch else np.zeros(0)
+    motion = Motion(eom, fixed, forces)
+    start = np.append(_start(eom, q, u, rates, parameters, t0), 0.0)
+    start, numbers = motion.keep(t0, start)
+    motion.settle(t0, numbers)
+    watched = motion.watch(t0, start)
     _check_events(eom, watched, t0)
-    _check_start(motion, rate, t0, start, lambda: motion.explain(t0, start[:-1], fixed, [float(f(t0)) for f in forces]))
+    _check_start(motion, t0, start)
     _warn_of_events(eom, watched)
-    return _integrate(eom, rate, watch, (t0, t1), start, method, tolerances, samples, max_steps, constants, drives)
+    return integrate(
+        motion, (t0, t1), start, method, tolerances, _sample_times(samples, t0, t1), max_steps, constants, drives
+    )
 
 
-_known: weakref.WeakKeyDictionary[Equations, tuple[Handle, Handle | None]] = weakref.WeakKeyDictionary()
+def _start(eom: Equations, q: Any, u: Any, rates: Any, parameters: Any, t0: float) -> Array:
+    """(q, u), what is left out solved for where there are constraints."""
+    if eom.constraints.constraints:
+        found = assemble(eom, q=q, u=u, rates=rates, parameters=parameters, t=t0)
+        return np.array([*found.q.values(), *found.u.values()])
+    return start_state(eom, q, u if rates is None else eom.speeds_from_rates(q, rates, parameters=parameters, t=t0))
 
 
-def _compiled(eom: Equations) -> tuple[Handle, Handle | None]:
-    """(q̇, u̇, P) and the events' quantities as machine code, made once for these equations."""
-    if eom not in _known:
-        motion = _routine(eom, "motion", [*eom.right_hand_side, eom.power], [*rate_names(eom), "P"])
-        quantities, names = [e.quantity for e in eom.events], [e.name for e in eom.events]
-        _known[eom] = motion, _routine(eom, "events", quantities, names) if quantities else None
-    return _known[eom]
-
-
-def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Handle:
-    return Handle(expressions(eom, name, without_unknowns(eom, roots), labels), name, Settings(), None, "ignore")
-
-
-def _check_start(motion: Handle, rate: Rate, t0: float, start: Array, why: Callable[[], str]) -> None:
-    first = rate(t0, start)
-    bad = [n for n, v in zip(motion.labels[:-1], first, strict=False) if not np.isfinite(v)]
+def _check_start(motion: Motion, t0: float, start: Array) -> None:
+    first = motion.rate(t0, start)
+    bad = [n for n, v in zip(motion.handle.labels[:-1], first, strict=False) if not np.isfinite(v)]
     if bad:
         raise SimulationError(
             f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t0:g}: the equations are singular at "
-            f"this state ({why()}). Start elsewhere, or choose coordinates and speeds that are regular here."
+            f"this state ({motion.explain(t0, start)}). Start elsewhere, or choose coordinates and speeds that are regular here."
         )
-
-
-def _integrate(
-    eom: Equations,
-    rate: Rate,
-    watch: Rate | None,
-    span: tuple[float, float],
-    start: Array,
-    method: str,
-    tolerances: dict[str, float],
-    samples: int | Sequence[float],
-    max_steps: int,
-    constants: dict[Expr, float],
-    drives: dict[Expr, Callable[[Any], Any]],
-) -> Solution:
-    from scipy import integrate
-
-    t0, t1 = span
-    wanted = _sample_times(samples, t0, t1)
-    values = watch(t0, start) if watch else np.zeros(0)
-    solver = getattr(integrate, method)(rate, t0, start, t1, **tolerances)
-    grid, rows, steps = [t0], [start], 0
-    status, message = "finished", f"reached t = {t1:g}"
-    hit: Event | None = None
-    met: list[tuple[Event, float]] = []
-    while solver.status == "running":
-        if steps >= max_steps:
-            status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
-            break
-        before, failure = solver.t, None
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", RuntimeWarning)
-                warnings.filterwarnings("ignore", message="lsoda", category=UserWarning)
-                failure = solver.step()
-        except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
-            failure = str(error)
-        steps += 1
-        if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
-            status = "stopped"
-            message = (
-                f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
-            )
-            break
-        dense, end = solver.dense_output(), solver.t
-        if watch:
-            after = watch(end, solver.y)
-            for event, t in crossings(eom.events, watch, dense, (solver.t_old, end), (values, after)):
-                met.append((event, t))
-                if event.terminal:
-                    status, hit, end = "event", event, t
-                    message = f"{event.name} at t = {end:.6g}: {event.message or 'terminal event'}"
-                    break
-            values = after
-        inside = wanted[(wanted > grid[-1]) & (wanted < end)]
-        for t in inside:
-            grid.append(float(t))
-            rows.append(dense(t))
-        if status == "event" or solver.status == "finished":
-            grid.append(float(end))
-            rows.append(dense(end))
-            break
-    if status == "stopped" and solver.t > grid[-1] and np.all(np.isfinite(solver.y)):
-        grid.append(float(solver.t))
-        rows.append(solver.y)
-    states = np.array(rows)
-    return Solution(
-        eom,
-        np.array(grid),
-        states[:, :-1],
-        states[:, -1],
-        constants,
-        drives,
-        status,
-        message,
-        hit,
-        tuple(met),
-        steps,
-        int(solver.nfev),
-    )
 
 
 def _sample_times(samples: int | Sequence[float], t0: float, t1: float) -> Array:

@@ -15,8 +15,10 @@ from kane.dynamics.equations import Equations
 from kane.dynamics.values import evaluate_along
 from kane.errors import ValueMissingError
 from kane.expr.html import quietly
+from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
+from kane.model.constraints import Constraint
 from kane.model.events import Event
 from kane.space.vector import Vector
 
@@ -42,6 +44,14 @@ class EnergyCheck:
         return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of {self.scale:.3g} J)"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """From time `start` on, the motion was stepped with `equations`, which differ in their dependent speeds."""
+
+    start: float
+    equations: Equations
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A motion: `t` (n), `states` (n × (coordinates + speeds)), and `work` (n), the integral of the power.
@@ -63,6 +73,7 @@ class Solution:
     events: tuple[tuple[Event, float], ...]
     steps: int
     evaluations: int
+    segments: tuple[Segment, ...] = ()
 
     @property
     def q(self) -> Array:
@@ -99,10 +110,33 @@ class Solution:
         return known[name]
 
     def _values(self, exprs: Any) -> list[Array]:
+        if len(self.segments) < 2:
+            return self._values_along(self.equations, exprs, slice(None))
+        starts = [int(np.searchsorted(self.t, s.start)) for s in self.segments[1:]]
+        parts = [slice(a, b) for a, b in zip([0, *starts], [*starts, len(self.t)], strict=True)]
+        found = [
+            self._values_along(s.equations, exprs, part)
+            for s, part in zip(self.segments, parts, strict=True)
+            if part.start < part.stop
+        ]
+        return [np.concatenate(pieces) for pieces in zip(*found, strict=True)]
+
+    def _values_along(self, eom: Equations, exprs: Any, part: slice) -> list[Array]:
+        times = self.t[part]
+        inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
+        values = evaluate_along(eom, exprs, list(self.q[part].T), list(self.u[part].T), self.parameters, inputs, times)
+        return [np.broadcast_to(v, times.shape).copy() for v in values]
+
+    @cached_property
+    def constraint_residuals(self) -> Mapping[Constraint, Array]:
+        """What is left of each constraint along the motion: f of a configuration constraint, (A u + b) of a motion constraint."""
         eom = self.equations
-        inputs = {s: np.asarray([f(t) for t in self.t], dtype=float) for s, f in self.inputs.items()}
-        values = evaluate_along(eom, exprs, list(self.q.T), list(self.u.T), self.parameters, inputs, self.t)
-        return [np.broadcast_to(v, self.t.shape).copy() for v in values]
+        constraints = eom.constraints.constraints
+        roots = [
+            c.expr if c.kind == "configuration" else dot(row, eom.speeds) + b
+            for c, row, b in zip(constraints, eom.A.rows, eom.b, strict=True)
+        ]
+        return dict(zip(constraints, self._values(roots) if roots else [], strict=True))
 
     def energy(self) -> Array:
         """E = K + V along the motion."""

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers on the configuration constraints: f(q, t) = 0 and eᵀe = 1, closed by Gauss–Newton steps of least size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.expr.build import sub
+from kane.expr.diff import jacobian
+from kane.expr.evaluate import compile_reference, free_symbols
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, Expr
+from kane.expr.symbols import Parameter, Symbol
+from kane.kinematics.constraints import ConstraintRows
+from kane.model.system import System
+
+Array = npt.NDArray[np.float64]
+Residual = Callable[[Array], tuple[Array, Array]]
+
+CLOSED = 1e-10
+"""Residual, over the size of the terms it is made of, at which a configuration counts as closed."""
+_TRIES, _STEPS = 12, 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Closure:
+    """What a configuration must satisfy: names, f and ∂f/∂q in the order of the coordinates."""
+
+    names: tuple[str, ...]
+    f: tuple[Expr, ...]
+    gradient: Matrix
+
+
+def closure(system: System) -> Closure:
+    """The configuration constraints of a system, those of its Euler parameters last."""
+    f = [c.expr for c in system.holonomic]
+    names = [c.name for c in system.holonomic]
+    for s in system.euler_parameters:
+        f.append(sub(dot(s.coordinates, s.coordinates), ONE))
+        names.append(f"unit length of ({', '.join(e.name for e in s.coordinates)})")
+    return Closure(
+        tuple(names), tuple(f), jacobian(f, system.coordinates) if f else Matrix([], (0, len(system.coordinates)))
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Closed:
+    """A configuration and what is left of the constraints there."""
+
+    q: Array
+    residual: Array
+    steps: int
+
+    @property
+    def size(self) -> float:
+        """The largest residual."""
+        return float(np.abs(self.residual).max(initial=0))
+
+
+def close(function: Residual, q: Array, free: Sequence[int], limit: float = 1e-13) -> Closed:
+    """Gauss–Newton with least steps and halving, moving the coordinates `free` only."""
+    columns = list(free)
+    f, g = function(q)
+    best = Closed(q, f, 0)
+    for step in range(1, _STEPS + 1):
+        if not np.all(np.isfinite(f)) or best.size <= limit or not columns:
+            break
+        change = np.linalg.lstsq(g[:, columns], -f, rcond=1e-12)[0]
+        largest = np.abs(change).max(initial=0)
+        share = min(1.0, 1.0 / largest) if largest > 0 else 1.0
+        for _ in range(30):
+            trial = q.copy()
+            trial[columns] += share * change
+            f_trial, g_trial = function(trial)
+            if np.all(np.isfinite(f_trial)) and np.linalg.norm(f_trial) < np.linalg.norm(f):
+                break
+            share /= 2
+        else:
+            break
+        stalled = np.linalg.norm(f_trial) > 0.999 * np.linalg.norm(f)
+        q, f, g = trial, f_trial, g_trial
+        best = Closed(q, f, step)
+        if stalled:
+            break
+    return best
+
+
+def residual_function(system: System, known: Closure, values: Mapping[Expr, Any]) -> Residual:
+    """f and ∂f/∂q as a function of the coordinates, all other symbols at `values`, on the reference evaluator."""
+    rest = list(values)
+    roots = [*known.f, *(x for row in known.gradient.rows for x in row)]
+    run = compile_reference(roots, [*system.coordinates, *rest])
+    numbers = list(values.values())
+    count, width = len(known.f), len(system.coordinates)
+
+    def function(q: Array) -> tuple[Array, Array]:
+        found = np.array(run([*q, *numbers]), dtype=float)
+        return found[:count], found[count:].reshape(count, width)
+
+    return function
+
+
+def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 20047) -> dict[Symbol, float]:
+    """Values of every symbol below `roots`, with the coordinates on the configuration constraints if that can be reached.
+
+    Parameters take their defaults; what has none is drawn at random. Used to choose what is solved for, so that a point off the
+    constraints (where none was reached) costs nothing but a worse choice.
+    """
+    known = closure(system)
+    generator = np.random.default_rng(seed)
+    symbols = dict.fromkeys((*free_symbols([*roots, *known.f]), *system.coordinates))
+    values: dict[Any, float] = {
+        s: float(s.default) if isinstance(s, Parameter) and s.default is not None else generator.uniform(0.3, 1.2)
+        for s in symbols
+    }
+    if not known.f:
+        return values
+    moving = set(system.coordinates)
+    function = residual_function(system, known, {s: v for s, v in values.items() if s not in moving})
+    start = np.array([values[q] for q in system.coordinates])
+    scale = 1.0
+    best: Closed | None = None
+    for k in range(_TRIES):
+        guess = start if k == 0 else start + scale * generator.normal(size=len(start))
+        found = close(function, guess, range(len(start)))
+        if best is None or found.size < best.size:
+            best = found
+        if best.size < CLOSED:
+            break
+    assert best is not None
+    values.update(zip(system.coordinates, best.q.tolist(), strict=True))
+    return values
+
+
+def matrix_at(rows: ConstraintRows, values: Mapping[Any, float]) -> Array:
+    """A at numbers."""
+    flat = [x for row in rows.a for x in row]
+    wanted = free_symbols(flat)
+    run = compile_reference(flat, list(wanted))
+    return np.array(run([values[s] for s in wanted]), dtype=float).reshape(len(rows.a), -1)

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The constraints at velocity level, A u + A_a u_a + b = 0, and what is left of their derivative, Ȧ u + ḃ.
+
+The row of a constraint with places is Σ F·v_r + Σ T·ω_r from partial velocities; that of a bare scalar is its rate (a motion
+constraint: itself), written in speeds. The derivative is taken of the scalar A u + b, never through a particle's acceleration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from kane.errors import ModelError, NotAffineError
+from kane.expr.affine import affine_forms
+from kane.expr.build import add, neg
+from kane.expr.diff import time_derivative
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Speed
+from kane.kinematics.motion import Kinematics
+from kane.kinematics.speeds import ScalarForm
+from kane.model.constraints import Constraint
+from kane.model.reactions import constraint_of
+from kane.model.system import System
+
+Row = list[Expr]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConstraintRows:
+    """A (m × n), A_a (m × auxiliary speeds), b and Ȧ u + ḃ (m), a row for each constraint."""
+
+    constraints: tuple[Constraint, ...]
+    a: tuple[tuple[Expr, ...], ...]
+    a_auxiliary: tuple[tuple[Expr, ...], ...]
+    b: tuple[Expr, ...]
+    drift: tuple[Expr, ...]
+
+
+def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[AuxiliarySpeed]) -> ConstraintRows:
+    """Every constraint of the system in its speeds.
+
+    Raises
+    ------
+    ModelError
+        if a constraint is not affine in the rates, or holds nothing that moves
+    """
+    speeds: Sequence[Expr] = kinematics.speeds.speeds
+    forms = [_placed(c, kinematics) if c.placed else _bare(c, kinematics) for c in system.constraints]
+    for c, form in zip(system.constraints, forms, strict=True):
+        if not any(s in form.coefficients for s in speeds):
+            raise ModelError(
+                f"Expected the constraint {c.name!r} to restrict the motion, got {c.expr!s:.60}, whose rate holds no speed."
+            )
+    released = {a: constraint_of(a) for a in auxiliary}
+    return ConstraintRows(
+        system.constraints,
+        tuple(tuple(form.coefficients.get(u, ZERO) for u in speeds) for form in forms),
+        tuple(
+            tuple(_released(form, c, a, released[a]) for a in auxiliary)
+            for c, form in zip(system.constraints, forms, strict=True)
+        ),
+        tuple(form.rest for form in forms),
+        tuple(kinematics.drift(_total(form)) for form in forms),
+    )
+
+
+def _released(form: ScalarForm, constraint: Constraint, auxiliary: Expr, held: Constraint | None) -> Expr:
+    """∂(constraint)/∂u_a: an auxiliary speed of the constraint itself lets it give way, f = u_a."""
+    if held is not None:
+        return neg(ONE) if held is constraint else ZERO
+    return form.coefficients.get(auxiliary, ZERO)
+
+
+def _total(form: ScalarForm) -> Expr:
+    value = form.rest
+    for s, c in form.coefficients.items():
+        if not isinstance(s, AuxiliarySpeed):
+            value = add(value, c * s)
+    return value
+
+
+def _placed(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
+    """Σ F·v + Σ T·ω, speed by speed."""
+    coefficients: dict[Expr, Expr] = {}
+    rest = ZERO
+    pairs = [(kinematics.point(p), f) for p, f in constraint.forces]
+    pairs += [(kinematics.frame(f), t) for f, t in constraint.torques]
+    for motion, v in pairs:
+        for s, partial in motion.partials.items():
+            coefficients[s] = add(coefficients.get(s, ZERO), partial.dot(v))
+        rest = add(rest, motion.rest.dot(v))
+    return ScalarForm({s: c for s, c in coefficients.items() if c is not ZERO}, rest)
+
+
+def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
+    """The rate of a configuration constraint, or a motion constraint itself, in speeds."""
+    speeds = kinematics.speeds
+    e = constraint.expr
+    if constraint.kind == "configuration":
+        _check_configuration(constraint)
+        e = time_derivative(e)
+    whole = speeds.in_speeds(e, {})
+    try:
+        ((row, rest),) = affine_forms([whole], speeds.speeds)
+    except NotAffineError as error:
+        raise ModelError(
+            f"Expected the motion constraint {constraint.name!r} affine in the speeds, A u + b = 0, got {e!s:.120}. {error} "
+            "A constraint that is not can be imposed through its derivative, which is affine in the accelerations: choose a speed "
+            "that makes it affine, or hold it by a load with an unknown (kn.reaction) or an input that a controller gives."
+        ) from error
+    return ScalarForm(row, rest)
+
+
+def _check_configuration(constraint: Constraint) -> None:
+    moving = [str(s) for s in free_symbols([constraint.expr]) if isinstance(s, Rate | QuasiRate | Speed)]
+    if moving:
+        raise ModelError(
+            f"Expected the configuration constraint {constraint.name!r} in coordinates and time, got {', '.join(moving)} in it. List "
+            "it in nonholonomic=."
+        )
+
+
+def unplaced(constraints: Iterable[Constraint]) -> list[str]:
+    """Names of the constraints of which it is not known where their forces act."""
+    return [c.name for c in constraints if not c.placed]

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Constraints: configuration constraints f(q, t) = 0 and motion constraints f(q, q̇, t) = 0, affine in the rates.
+
+A constraint that is declared by places knows the forces that hold it: `forces` on points and `torques` on frames are what a
+multiplier of one exerts, and their power is the constraint's rate,
+
+    ḟ = Σ F·v + Σ T·ω      (a motion constraint's f itself),
+
+exactly, on the constraint and off it. So the rows A of A u + b = 0 come from partial velocities, the multiplier is a force or
+torque one can name, and reactions anywhere in the system feel it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from kane.errors import ModelError
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.model.directions import check_unit, home_of
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+Kind = Literal["configuration", "motion"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Constraint:
+    """f = 0, with what a multiplier of one exerts. `unit` is that of the multiplier."""
+
+    name: str
+    kind: Kind
+    expr: Expr
+    forces: tuple[tuple[Point, Vector], ...] = ()
+    torques: tuple[tuple[Frame, Vector], ...] = ()
+    unit: str = ""
+
+    @property
+    def placed(self) -> bool:
+        """Whether it is known where the forces that hold it act."""
+        return bool(self.forces or self.torques)
+
+    def __repr__(self) -> str:
+        return f"Constraint({self.name!r}: {self.expr!s:.60} = 0, {self.kind})"
+
+
+def as_constraints(given: Any, kind: Kind) -> tuple[Constraint, ...]:
+    """Constraints from one or several of them, or from scalar expressions that must vanish."""
+    items = list(given) if isinstance(given, Iterable) and not isinstance(given, Expr) else [given]
+    found: list[Constraint] = []
+    for item in items:
+        if isinstance(item, list | tuple):
+            found += as_constraints(item, kind)
+        elif isinstance(item, Constraint):
+            if item.kind != kind:
+                other = {"configuration": "holonomic", "motion": "nonholonomic"}[item.kind]
+                raise ModelError(f"Expected {kind} constraints here, got {item.name!r}: list it in {other}=.")
+            found.append(item)
+        elif isinstance(item, Vector):
+            raise ModelError(
+                f"Expected a scalar that must vanish as a {kind} constraint, got the vector {item}. Use .dot(…)."
+            )
+        else:
+            word = "holonomic" if kind == "configuration" else "nonholonomic"
+            found.append(Constraint(f"{word} {len(found) + 1}", kind, as_expr(item)))
+    return tuple(found)
+
+
+def _names(name: str, count: int, along: Sequence[Vector]) -> list[str]:
+    if count == 1:
+        return [name]
+    return [f"{name} {k}" for k in (["x", "y", "z"] if count == 3 else map(str, range(1, count + 1)))]
+
+
+def _points(what: str, p: Any, q: Any) -> None:
+    for x in (p, q):
+        if not isinstance(x, Point):
+            raise ModelError(f"Expected points to {what}, got {x!r:.60}.")
+
+
+def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: str = "") -> tuple[Constraint, ...]:
+    """Points `p` and `q` do not move apart along the given unit vectors: (r^p − r^q)·n = 0 for each n.
+
+    The multiplier is the force that `q`'s side exerts on `p` along n, at the point p: n turns with the frame it is written in,
+    which is the frame of `q`'s side (or the inertial one).
+
+    Parameters
+    ----------
+    p, q : the points
+    along : one unit vector or several, each fixed in the frame it is written in
+    name : by default "p = q"; directions are numbered
+    """
+    _points("keep together", p, q)
+    directions = [along] if isinstance(along, Vector) else list(along)
+    apart = p.position(q)
+    made = []
+    label = name or f"{p.name} = {q.name}"
+    for title, n in zip(_names(label, len(directions), directions), directions, strict=True):
+        check_unit(n, f"direction of {label!r}")
+        home = home_of(n, f"direction of {label!r}")
+        arm = apart.cross(n)
+        torques = () if home.parent is None or arm.is_zero else ((home, -arm),)
+        made.append(Constraint(title, "configuration", apart.dot(n), ((p, n), (q, -n)), torques, "N"))
+    return tuple(made)
+
+
+def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
+    """A massless rod of the given length: (r·r − L²)/(2 L) = 0 with r = r^p − r^q; the multiplier is its thrust on `p` along r/L."""
+    _points("hold at a distance", p, q)
+    r, size = p.position(q), as_expr(length)
+    pull = r / size
+    return Constraint(
+        name or f"|{p.name} {q.name}|", "configuration", (r.dot(r) / size - size) / 2, ((p, pull), (q, -pull)), (), "N"
+    )
+
+
+def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
+    """Unit vectors, each fixed in the frame it is written in, stay perpendicular: a·b = 0; the multiplier's torque is along a × b."""
+    label = name or f"{a} ⟂ {b}"
+    for v in (a, b):
+        check_unit(v, f"direction of {label!r}")
+    left, right = (home_of(v, f"direction of {label!r}") for v in (a, b))
+    normal = a.cross(b)
+    return Constraint(label, "configuration", a.dot(b), (), ((left, normal), (right, -normal)), "N*m")
+
+
+def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str = "") -> tuple[Constraint, Constraint]:
+    """Unit vectors stay parallel: `a` stays perpendicular to the two vectors `across`, fixed in b's frame and perpendicular to b."""
+    label = name or f"{a} ∥ {b}"
+    first, second = across
+    return perpendicular(a, first, name=f"{label} 1"), perpendicular(a, second, name=f"{label} 2")
+
+
+def no_slip(
+    p: Point, q: Point | None = None, *, along: Sequence[Vector] | Vector, name: str = ""
+) -> tuple[Constraint, ...]:
+    """Particles in contact do not slip: (v^p − v^q)·e = 0 for each unit vector e; without `q` the ground is at rest.
+
+    `p` and `q` are particles made with `fixed_in`, which are at the same place now. The multiplier is the force on `p` along e.
+    """
+    _points("keep from slipping", p, p if q is None else q)
+    directions = [along] if isinstance(along, Vector) else list(along)
+    inertial = p.root().frame
+    slip = p.velocity(inertial)
+    if q is not None:
+        slip = slip - q.velocity(inertial)
+    label = name or f"no slip of {p.name}"
+    made = []
+    for title, e in zip(_names(label, len(directions), directions), directions, strict=True):
+        check_unit(e, f"direction of {label!r}")
+        pair = ((p, e),) if q is None else ((p, e), (q, -e))
+        made.append(Constraint(title, "motion", slip.dot(e), pair, (), "N"))
+    return tuple(made)
+
+
+def rolling(
+    p: Point, q: Point | None = None, *, normal: Vector, along: Vector | None = None, name: str = ""
+) -> tuple[Constraint, ...]:
+    """Rolling: the particles in contact, `p` and `q`, have no relative velocity in the plane across `normal`.
+
+    Two motion constraints, along `along` (a unit vector in the plane; by default one of the frame that `normal` is written in) and
+    along normal × along; that the bodies stay in contact must follow from the coordinates or from a configuration constraint.
+    Without `q` the ground is at rest.
+    """
+    label = name or f"rolling of {p.name}"
+    check_unit(normal, f"normal of {label!r}")
+    if along is None:
+        frame = home_of(normal, f"normal of {label!r}")
+        axes = [a for a in (frame.x, frame.y, frame.z) if a.dot(normal) is ZERO]
+        if len(axes) != 2:
+            raise ModelError(f"Expected along=unit vector in the plane across {normal} for {label!r}, got none.")
+        return no_slip(p, q, along=axes, name=label)
+    return no_slip(p, q, along=(along, normal.cross(along)), name=label)
+
+
+def configuration_constraint(name: str, f: Any) -> Constraint:
+    """f(q, t) = 0 under a name. It is not known where its forces act; prefer `coincident`, `distance`, `perpendicular`."""
+    return Constraint(name, "configuration", as_expr(f))
+
+
+def motion_constraint(name: str, f: Any) -> Constraint:
+    """f(q, q̇, t) = 0 under a name, affine in the rates. It is not known where its forces act; prefer `no_slip`, `rolling`."""
+    return Constraint(name, "motion", as_expr(f))

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Directions that are declared: of unit length, fixed in one frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kane.errors import ModelError
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.kinds import is_constant_in_time
+from kane.expr.symbols import Parameter
+from kane.space.frame import Frame
+from kane.space.vector import Vector
+
+_SLACK = 1e-9
+
+
+def length(v: Vector) -> float:
+    """|v| at parameters' defaults and a random configuration; 1 where a parameter has no default."""
+    square = v.dot(v)
+    symbols = free_symbols([square])
+    if any(isinstance(s, Parameter) and s.default is None for s in symbols):
+        return 1.0
+    moving = [s for s in symbols if s.default is None]
+    draws = np.random.default_rng(20045).uniform(0.3, 1.2, len(moving))
+    return float(np.sqrt(evaluate(square, dict(zip(moving, draws, strict=True)))))
+
+
+def is_unit(v: Vector) -> bool:
+    """Whether |v| = 1."""
+    return abs(length(v) - 1) <= _SLACK
+
+
+def check_unit(v: object, what: str) -> None:
+    """`v` must be a unit vector.
+
+    Raises
+    ------
+    ModelError
+        if it is none
+    """
+    if not isinstance(v, Vector) or v.is_zero:
+        raise ModelError(f"Expected a unit vector as the {what}, got {v!r:.60}.")
+    if not is_unit(v):
+        raise ModelError(f"Expected a unit vector as the {what}, got {v} of length {length(v):.6g}. Use .normalized().")
+
+
+def home_of(v: Vector, what: str) -> Frame:
+    """The one frame in which `v` is written and fixed.
+
+    Raises
+    ------
+    ModelError
+        if there is none
+    """
+    frames = [f for f, _ in v.parts]
+    if len(frames) != 1 or not is_constant_in_time(v.scalars()):
+        raise ModelError(
+            f"Expected the {what} fixed in the one frame that it is written in, got {v}. Make a frame that turns with it and write "
+            "it there."
+        )
+    return frames[0]

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The constraints during a motion: residuals, and projection back onto them with the least change in the mass metric.
+
+With the metric ½ δᵀM δ, displacements Δq = W δ and changes of the speeds Δu are
+
+    δ  = −M⁻¹A_cᵀ (A_c M⁻¹ A_cᵀ)⁺ f          f the configuration constraints, A_c their rows of A
+    Δu = −M⁻¹Aᵀ (A M⁻¹ Aᵀ)⁺ (A u + b)
+
+with pseudo-inverses, so that redundant constraints do no harm. Euler parameters are divided by their length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.equations import Equations
+from kane.expr.node import Expr
+from kane.program.equations import expressions
+from kane.program.handle import Handle
+from kane.program.machine import Settings
+
+Array = npt.NDArray[np.float64]
+
+_ROUNDS = 6
+_CLOSED = 1e-13
+RANK = 1e-7
+"""Singular values of the balanced A M^(−1/2) below this share of the largest count as zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """f (configuration), A, b, M and W at a state."""
+
+    f: Array
+    a: Array
+    b: Array
+    m: Array
+    w: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Manifold:
+    """The constraints of equations of motion as one compiled routine."""
+
+    eom: Equations
+    handle: Handle
+    euler: tuple[tuple[int, ...], ...]
+
+    def numbers(self, t: float, x: Array, p: Array, r: Array) -> Numbers:
+        """Residuals and matrices at a state x = (q, u)."""
+        flat = self.handle(t, x, p, r)
+        n, nq, m = len(self.eom.speeds), len(self.eom.coordinates), len(self.eom.b)
+        c = len(self.eom.system.holonomic)
+        at = np.cumsum([c, m * n, m, n * n])
+        return Numbers(
+            flat[: at[0]],
+            flat[at[0] : at[1]].reshape(m, n),
+            flat[at[1] : at[2]],
+            flat[at[2] : at[3]].reshape(n, n),
+            flat[at[3] :].reshape(nq, -1)[:, :n],
+        )
+
+    def project(self, t: float, x: Array, p: Array, r: Array) -> tuple[Array, Numbers]:
+        """The state moved onto the constraints, and the numbers there."""
+        x = x.copy()
+        nq = len(self.eom.coordinates)
+        for places in self.euler:
+            e = x[list(places)]
+            x[list(places)] = e / np.linalg.norm(e)
+        now = self.numbers(t, x, p, r)
+        c = len(now.f)
+        size = np.abs(now.f).max(initial=0)
+        for _ in range(_ROUNDS):
+            if not size > _CLOSED:
+                break
+            trial = x.copy()
+            trial[:nq] += now.w @ step(now.m, now.a[:c], -now.f)
+            for places in self.euler:
+                e = trial[list(places)]
+                trial[list(places)] = e / np.linalg.norm(e)
+            new = self.numbers(t, trial, p, r)
+            left = np.abs(new.f).max(initial=0)
+            if not left < size:
+                break
+            x, now, size = trial, new, left
+        if len(now.b):
+            x[nq:] += step(now.m, now.a, -(now.a @ x[nq:] + now.b))
+        return x, now
+
+
+def step(m: Array, a: Array, right: Array) -> Array:
+    """The δ of least δᵀM δ with A δ = right, in the least-squares sense where the rows of A are dependent."""
+    rows = np.abs(a).max(axis=1, keepdims=True)
+    rows = np.where(rows > 0, rows, 1.0)
+    a, right = a / rows, right / rows[:, 0]
+    scale = metric(m)
+    y, *_ = np.linalg.lstsq(a @ scale, right, rcond=RANK)
+    return np.asarray(scale @ y)
+
+
+def metric(m: Array) -> Array:
+    """S with S Sᵀ = M⁻¹; directions that move no mass are made a little heavy, so that they are free to move but not arbitrary."""
+    size = np.sqrt(np.maximum(np.diag(m), np.finfo(float).tiny))
+    scaled = m / np.outer(size, size)
+    values, vectors = np.linalg.eigh(scaled)
+    values = np.maximum(values, 1e-10 * values[-1])
+    return np.asarray((vectors / np.sqrt(values)) / size[:, None])
+
+
+def manifold(eom: Equations) -> Manifold | None:
+    """The constraints of the equations, None where there is nothing to keep."""
+    place = {c: i for i, c in enumerate(eom.coordinates)}
+    euler = tuple(tuple(place[e] for e in s.coordinates) for s in eom.system.euler_parameters)
+    if not eom.constraints.constraints and not euler:
+        return None
+    roots: list[Expr] = [c.expr for c in eom.system.holonomic]
+    roots += [x for row in eom.A.rows for x in row]
+    roots += list(eom.b)
+    roots += [x for row in eom.mass_matrix.rows for x in row]
+    roots += [x for row in eom.W.rows for x in row]
+    labels = [f"constraints[{k}]" for k in range(len(roots))]
+    return Manifold(
+        eom, Handle(expressions(eom, "constraints", roots, labels), "constraints", Settings(), None, "ignore"), euler
+    )

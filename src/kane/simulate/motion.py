@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The equations of motion as they are stepped: compiled functions of (t, y), the constraints kept, the dependent speeds changed.
+
+What changes while stepping is only which speeds are dependent. Where the rank of the constraints drops at a configuration, the
+accelerations are those of least size in the mass metric that the constraints leave.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.derive import repartition
+from kane.dynamics.equations import Equations
+from kane.dynamics.partition import Partition, balanced, choose
+from kane.dynamics.values import without_unknowns
+from kane.errors import SimulationError
+from kane.expr.node import ZERO, Expr
+from kane.model.events import Event
+from kane.program.equations import expressions, rate_names
+from kane.program.handle import Handle
+from kane.program.machine import Settings
+from kane.simulate.manifold import Manifold, Numbers, manifold, step
+
+Array = npt.NDArray[np.float64]
+
+_POOR, _BETTER, _LOST = 0.02, 4.0, 1e-6
+"""Reciprocal condition of the dependent block below which another is sought, by how much that must be better, and below which the
+rank counts as dropped."""
+
+_known: weakref.WeakKeyDictionary[Equations, dict[str, Any]] = weakref.WeakKeyDictionary()
+
+
+def _made(eom: Equations, name: str, make: Callable[[], Any]) -> Any:
+    """Made once for these equations."""
+    own = _known.setdefault(eom, {})
+    if name not in own:
+        own[name] = make()
+    return own[name]
+
+
+def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Handle:
+    return Handle(expressions(eom, name, without_unknowns(eom, roots), labels), name, Settings(), None, "ignore")
+
+
+def _rates(eom: Equations) -> Handle:
+    """(q̇, u̇, P)."""
+    return _routine(eom, "motion", [*eom.right_hand_side, eom.power], [*rate_names(eom), "P"])
+
+
+def _watched(eom: Equations) -> Handle | None:
+    """The events' quantities."""
+    return (
+        _routine(eom, "events", [e.quantity for e in eom.events], [e.name for e in eom.events]) if eom.events else None
+    )
+
+
+def _loose(eom: Equations) -> Handle:
+    """What the accelerations of least size are made of: q̇, f, Ȧ u + ḃ."""
+    roots = [*eom.rates, *eom.forcing, *eom.constraints.drift]
+    return _routine(eom, "loose", roots, [f"loose[{k}]" for k in range(len(roots))])
+
+
+class Motion:
+    """One motion of `eom`: `rate(t, y)` with y = (q, u, ∫P dt), `watch(t, y)`, `keep(t, y)`.
+
+    `segments` lists from which time on which equations, by their dependent speeds, were stepped; `changes` are the events of it.
+    """
+
+    def __init__(self, eom: Equations, fixed: Array, forces: Sequence[Callable[[Any], Any]]) -> None:
+        self.fixed, self.forces = fixed, list(forces)
+        self.width = len(eom.coordinates) + len(eom.speeds)
+        self.manifold: Manifold | None = _made(eom, "manifold", lambda: manifold(eom))
+        self.first = eom
+        self.segments: list[tuple[float, Equations]] = []
+        self.changes: list[tuple[Event, float]] = []
+        self.lost = False
+        self._take(eom)
+
+    def _take(self, eom: Equations) -> None:
+        self.eom = eom
+        self.handle: Handle = _made(eom, "rates", lambda: _rates(eom))
+        self.events: Handle | None = _made(eom, "events", lambda: _watched(eom))
+
+    def inputs(self, t: float) -> Array:
+        """Values of the inputs."""
+        return np.array([float(f(t)) for f in self.forces])
+
+    def rate(self, t: float, y: Array) -> Array:
+        """(q̇, u̇, P)."""
+        r = self.inputs(t) if self.forces else None
+        found = self.handle(t, y[: self.width], self.fixed, r)
+        return self._least(t, y, found) if self.lost else found
+
+    def watch(self, t: float, y: Array) -> Array:
+        """The events' quantities."""
+        if self.events is None:
+            return np.zeros(0)
+        return self.events(t, y[: self.width], self.fixed, self.inputs(t) if self.forces else None)
+
+    def explain(self, t: float, y: Array) -> str:
+        """What is not finite first."""
+        return self.handle.explain(t, y[: self.width], self.fixed, self.inputs(t))
+
+    # Constraints ---------------------------------------------------------------------------------------------------------
+
+    def keep(self, t: float, y: Array) -> tuple[Array, Numbers | None]:
+        """y moved onto the constraints, and their numbers there."""
+        if self.manifold is None:
+            return y, None
+        x, numbers = self.manifold.project(t, y[: self.width], self.fixed, self.inputs(t))
+        return np.append(x, y[self.width :]), numbers
+
+    def settle(self, t: float, numbers: Numbers | None) -> bool:
+        """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed."""
+        e = self.eom.embedding
+        if e is None or numbers is None or not np.all(np.isfinite(numbers.a)):
+            return False
+        before = (self.eom, self.lost)
+        now = _quality(numbers.a, e.partition)
+        if now < _POOR:
+            found = choose(numbers.a)
+            if len(found.rows) == len(e.partition.rows) and _quality(numbers.a, found) > _BETTER * now:
+                eom = _made(self.first, f"partition {found}", lambda: repartition(self.first, numbers.a))
+                self._take(eom)
+                given = ", ".join(u.name for u in eom.dependent_speeds)
+                self._note(t, f"dependent speeds {given}", "the dependent speeds were changed")
+                now = _quality(numbers.a, found)
+        lost = now < _LOST
+        if lost and not self.lost:
+            self._check_loose(t)
+            self._note(t, "rank of the constraints drops", "the accelerations of least size were taken")
+        self.lost = lost
+        if before[0] is not self.eom or not self.segments:
+            self.segments.append((t, self.eom))
+        return before != (self.eom, self.lost)
+
+    def _note(self, t: float, name: str, message: str) -> None:
+        self.changes.append((Event(name, ZERO, terminal=False, message=message), t))
+
+    def _check_loose(self, t: float) -> None:
+        if any(x is not ZERO for row in self.eom.blocks.coupling for x in row):
+            raise SimulationError(
+                f"Expected constraints of constant rank, got a drop at t = {t:.6g}, where loads that hold reactions leave the "
+                "accelerations undetermined. Start elsewhere, or leave out the loads that depend on reactions."
+            )
+
+    def _least(self, t: float, y: Array, found: Array) -> Array:
+        """u̇ = M⁻¹ f + the least change with A u̇ = −(Ȧ u + ḃ)."""
+        assert self.manifold is not None
+        eom, x, r = self.eom, y[: self.width], self.inputs(t)
+        numbers = self.manifold.numbers(t, x, self.fixed, r)
+        nq, n = len(eom.coordinates), len(eom.speeds)
+        loose = _made(eom, "loose", lambda: _loose(eom))(t, x, self.fixed, r)
+        free = np.linalg.lstsq(numbers.m, loose[nq : nq + n], rcond=None)[0]
+        u_dot = free + step(numbers.m, numbers.a, -loose[nq + n :] - numbers.a @ free)
+        return np.concatenate([loose[:nq], u_dot, found[-1:]])
+
+
+def _quality(a: Array, partition: Partition) -> float:
+    """Reciprocal condition number of the dependent block, A balanced."""
+    block = balanced(a)[np.ix_(partition.rows, partition.dependent)]
+    return float(1.0 / np.linalg.cond(block)) if block.size else 1.0

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The loop over a solver's steps: project, look for events, sample."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.expr.node import Expr
+from kane.model.events import Event
+from kane.simulate.crossings import crossings
+from kane.simulate.motion import Motion
+from kane.simulate.solution import Segment, Solution
+
+Array = npt.NDArray[np.float64]
+
+SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
+_ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
+"""Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
+_DRIFT = 1e-10
+"""Change by projection at which the other solvers are started anew."""
+
+
+def integrate(
+    motion: Motion,
+    span: tuple[float, float],
+    start: Array,
+    method: str,
+    tolerances: Mapping[str, float],
+    wanted: Array,
+    max_steps: int,
+    constants: dict[Expr, float],
+    drives: dict[Expr, Callable[[Any], Any]],
+) -> Solution:
+    """Step from `start` over `span`."""
+    t0, t1 = span
+    values = motion.watch(t0, start)
+    solver = _solver(method, motion, t0, start, t1, tolerances)
+    grid, rows, steps, evaluations = [t0], [start], 0, 0
+    status, message = "finished", f"reached t = {t1:g}"
+    hit: Event | None = None
+    met: list[tuple[Event, float]] = []
+    while solver.status == "running":
+        if steps >= max_steps:
+            status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
+            break
+        before = solver.t
+        failure = _advance(solver)
+        steps += 1
+        if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
+            status = "stopped"
+            message = (
+                f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
+            )
+            break
+        dense, end = solver.dense_output(), solver.t
+        after = motion.watch(end, solver.y)
+        for event, t in crossings(motion.eom.events, motion.watch, dense, (solver.t_old, end), (values, after)):
+            met.append((event, t))
+            if event.terminal:
+                status, hit, end = "event", event, t
+                message = f"{event.name} at t = {end:.6g}: {event.message or 'terminal event'}"
+                break
+        inside = wanted[(wanted > grid[-1]) & (wanted < end)]
+        for t in [*inside, end] if status == "event" or solver.status == "finished" else inside:
+            grid.append(float(t))
+            rows.append(motion.keep(t, dense(t))[0])
+        if status == "event" or solver.status == "finished":
+            break
+        kept, numbers = motion.keep(end, solver.y)
+        changed = motion.settle(end, numbers)
+        if changed or not np.array_equal(kept, solver.y):
+            solver, spent = _continued(solver, kept, changed, method, motion, t1, tolerances)
+            evaluations += spent
+        values = motion.watch(end, kept)
+    if status == "stopped" and solver.t > grid[-1] and np.all(np.isfinite(solver.y)):
+        grid.append(float(solver.t))
+        rows.append(solver.y)
+    states = np.array(rows)
+    return Solution(
+        motion.first,
+        np.array(grid),
+        states[:, :-1],
+        states[:, -1],
+        constants,
+        drives,
+        status,
+        message,
+        hit,
+        tuple(sorted([*met, *motion.changes], key=lambda pair: pair[1])),
+        steps,
+        evaluations + int(solver.nfev),
+        tuple(Segment(t, eom) for t, eom in motion.segments),
+    )
+
+
+def _solver(method: str, motion: Motion, t: float, y: Array, t1: float, tolerances: Mapping[str, float]) -> Any:
+    from scipy import integrate as scipy_integrate
+
+    return getattr(scipy_integrate, method)(motion.rate, t, y, t1, **tolerances)
+
+
+def _advance(solver: Any) -> str | None:
+    """One step; what went wrong, if anything."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            warnings.filterwarnings("ignore", message="lsoda", category=UserWarning)
+            message: str | None = solver.step()
+            return message
+    except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
+        return str(error)
+
+
+def _continued(
+    solver: Any, y: Array, changed: bool, method: str, motion: Motion, t1: float, tolerances: Mapping[str, float]
+) -> tuple[Any, int]:
+    """The solver at the projected state, and the evaluations that a solver given up had spent."""
+    if method in _ONE_STEP:
+        solver.y = y
+        solver.f = motion.rate(solver.t, y)
+        return solver, 1
+    if not changed and np.abs(y - solver.y).max() <= _DRIFT * max(1.0, np.abs(y).max()):
+        return solver, 0
+    return _solver(method, motion, solver.t, y, t1, tolerances), int(solver.nfev)
