@@ -61,8 +61,22 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
             for c, form in zip(system.constraints, forms, strict=True)
         ),
         tuple(form.rest for form in forms),
-        tuple(kinematics.drift(_total(form)) for form in forms),
+        tuple(
+            _placed_drift(c, kinematics) if c.placed else kinematics.drift(_total(form))
+            for c, form in zip(system.constraints, forms, strict=True)
+        ),
     )
+
+
+def _placed_drift(constraint: Constraint, kinematics: Kinematics) -> Expr:
+    """d/dt (Σ F·v + Σ T·ω) at u̇ = 0."""
+    total = ZERO
+    for p, f in constraint.forces:
+        total = add(total, add(kinematics.velocity_bias(p).dot(f), kinematics.point(p).total.dot(kinematics.turning(f))))
+    for frame, t in constraint.torques:
+        motion = kinematics.frame(frame)
+        total = add(total, add(motion.bias.dot(t), motion.total.dot(kinematics.turning(t))))
+    return total
 
 
 def _released(form: ScalarForm, constraint: Constraint, auxiliary: Expr, held: Constraint | None) -> Expr:

@@ -196,6 +196,25 @@ class Kinematics:
         partials = {s: v for s, v in partials.items() if not v.is_zero}
         return Motion(partials, rest.gathered(), bias.gathered())
 
+    def turning(self, v: Vector) -> Vector:
+        """dv/dt in the inertial frame at constant speeds."""
+        total = Vector()
+        for f, (x, y, z) in v.parts:
+            slide = Vector(((f, (self.drift(x), self.drift(y), self.drift(z))),))
+            total = total + slide + self.frame(f).total.cross(Vector(((f, (x, y, z)),)))
+        return total.gathered()
+
+    def velocity_bias(self, point: Point) -> Vector:
+        """The derivative of the point's velocity at u̇ = 0: the bias of its acceleration, but for particles.
+
+        Of a particle whose place in the body changes, v = v^X + ω × r, it is a^X_b + α_b × r + ω × ṙ, with ṙ that of the place.
+        """
+        motion = self.point(point)
+        if point.body is None or point.parent is None:
+            return motion.bias
+        spin, start = self.frame(point.body), self.point(point.parent)
+        return (start.bias + spin.bias.cross(point.offset) + spin.total.cross(self.turning(point.offset))).gathered()
+
     def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
         """v along the first frame in which every measure number is a sum of rows of Y."""
         velocity = point.velocity(self.speeds.system.inertial)

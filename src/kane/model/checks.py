@@ -125,6 +125,6 @@ def check_dependent(what: str, dependent: tuple[Any, ...], known: Iterable[Any],
         raise ModelError(f"Expected {argument}= to list {what} of the system, each once, got {names}.")
     if len(dependent) > most:
         raise ModelError(
-            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in {argument}=: {names}. Leave {argument} "
+            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in {argument}=: {names}. Leave it "
             "out to have them chosen."
         )
