@@ -120,6 +120,7 @@ from kane.model.system import System
 from kane.program.compiled import Compiled, compile
 from kane.program.handle import Handle
 from kane.simulate.assemble import Assembled, Guess, assemble, guess
+from kane.simulate.drives import Signal, signal
 from kane.simulate.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.simulate.solution import Solution
 from kane.space.frame import Frame
@@ -171,7 +172,7 @@ __all__ = [
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "rolling", "configuration_constraint",
     "motion_constraint",
     "reaction", "auxiliary_speed", "Event",
-    "System", "derive", "Equations", "compile", "Compiled", "Handle", "assemble", "Assembled", "guess", "Guess",
+    "System", "derive", "Equations", "compile", "Compiled", "Handle", "assemble", "Assembled", "guess", "Guess", "signal", "Signal",
     "simulate", "Solution", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",

@@ -132,10 +132,6 @@ N_reaction = kn.reaction("F", at=P, along=N.y)
         ({"events": [kn.Event("e", kn.speed("w"))]}, kn.ModelError, "symbols of the system, got w"),
         ({"loads": [kn.Force(G, q1.dt.dt * N.x)]}, kn.ModelError, "got q1'', which is not known before"),
         ({"loads": [kn.Force(G, kn.speed("u1").dt * N.x)]}, kn.ModelError, "got u1', which is not known before"),
-        ({"loads": [kn.Force(G, kn.input("T").dt * N.x)]}, kn.ModelError, "got T', which is not known"),
-        ({"bodies": [kn.Particle("p", P.at("X", kn.input("y") * N.y), 1), bob, link]}, kn.ModelError, "inputs in loads only, got y"),
-        ({"speeds": {u1: q1.dt - kn.input("w"), u2: q2.dt, u3: x.dt}}, kn.ModelError, "inputs in loads only, got w"),
-        ({"speeds": {u1: q1.dt - kn.input("w").dt, u2: q2.dt, u3: x.dt}}, kn.ModelError, "inputs in loads only, got w'"),
     ],
 )  # fmt: skip
 def test_errors(changes, error, message):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.simulate.start import check_span, check_tolerance, input_functions, start_state
+from kane.simulate.start import check_span, check_tolerance, start_state
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -49,14 +49,6 @@ def test_missing_values_are_all_named():
         start_state(EOM, {"x": 5, "e0": 0.6, "e2": 0.8}, [0] * 4)
     with pytest.raises(kn.ValueMissingError, match="start value for all coordinates, got none for"):
         start_state(EOM, None, [0] * 4)
-
-
-def test_inputs_are_numbers_or_functions():
-    functions = input_functions(EOM, {F: 3, "G": np.cos})
-    assert functions[F](12.0) == 3.0
-    assert functions[G](0.5) == np.cos(0.5)
-    with pytest.raises(kn.ValueMissingError, match=r"got none for (F, G|G, F): pass inputs=\{…\}"):
-        input_functions(EOM, None)
 
 
 def test_span_and_tolerance():

@@ -45,7 +45,7 @@ def start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | N
         "q": list(eom.coordinates),
         "u": list(eom.speeds),
         "parameters": list(eom.parameters),
-        "inputs": list(eom.inputs),
+        "inputs": [s for s in eom.inputs if isinstance(s, kn.Input)],
     }
     values: dict[str, dict[str, Any]] = {}
     missing: list[str] = []

@@ -10,7 +10,7 @@ from kane.dynamics.assemble import Moving
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Input, Time
+from kane.expr.symbols import Time, input_of
 from kane.kinematics.motion import acceleration_form
 from kane.model.system import total_mass
 from kane.space.point import Point
@@ -68,7 +68,7 @@ def power(eom: Equations) -> Expr:
 
 
 def _depends_on_time(e: Expr) -> bool:
-    return any(isinstance(s, Time | Input) for s in free_symbols([e]))
+    return any(isinstance(s, Time) or input_of(s) is not None for s in free_symbols([e]))
 
 
 def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:

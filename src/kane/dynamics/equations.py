@@ -24,7 +24,7 @@ from kane.expr.diff import tangent
 from kane.expr.html import quietly
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, Time, rate
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, Time, input_of, rate
 from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
 from kane.kinematics.speeds import Speeds
@@ -90,7 +90,7 @@ class Equations:
     reactions: tuple[Reaction, ...]
     coordinates: tuple[Coordinate, ...]
     parameters: tuple[Parameter, ...]
-    inputs: tuple[Input, ...]
+    inputs: tuple[Input | Rate, ...]
     kinematical: Speeds
     kinematics: Kinematics
     bodies: tuple[Moving, ...]
@@ -375,8 +375,8 @@ class Equations:
         def leaf_rate(leaf: Expr) -> Expr:
             if isinstance(leaf, Time):
                 return ONE
-            if isinstance(leaf, Speed | Input):
-                return rate(leaf)
+            if isinstance(leaf, Speed) or input_of(leaf) is not None:
+                return rate(leaf)  # type: ignore[arg-type]  # a Speed, an Input or its rate
             if isinstance(leaf, Rate | Reaction):
                 raise ExpressionError(
                     f"Expected an expression of coordinates, rates and speeds to differentiate along the motion, got {leaf} in it. "

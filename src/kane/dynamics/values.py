@@ -13,7 +13,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, rate, time
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of, rate, time
 
 if TYPE_CHECKING:
     from kane.dynamics.equations import Equations
@@ -27,7 +27,7 @@ def without_rates(eom: Equations, root: Expr) -> Expr:
         if isinstance(s, Rate)
         and (
             isinstance(s.place, QuasiRate)
-            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | Input))
+            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed) and input_of(s) is None)
         )
     }
     if second:

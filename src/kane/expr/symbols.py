@@ -157,6 +157,14 @@ def rate(symbol: Symbol) -> Rate:
     )
 
 
+def input_of(symbol: Expr) -> Input | None:
+    """The input that a symbol is, or is a derivative of."""
+    origin: Any = symbol
+    while isinstance(origin, Rate):
+        origin = origin.place
+    return origin if isinstance(origin, Input) else None
+
+
 def names(text: str) -> tuple[str, ...]:
     """Names from "q1:6" (q1 to q5), "x, y" or "x y".
 

@@ -72,7 +72,9 @@ def _placed_drift(constraint: Constraint, kinematics: Kinematics) -> Expr:
     """d/dt (Σ F·v + Σ T·ω) at u̇ = 0."""
     total = ZERO
     for p, f in constraint.forces:
-        total = add(total, add(kinematics.velocity_bias(p).dot(f), kinematics.point(p).total.dot(kinematics.turning(f))))
+        total = add(
+            total, add(kinematics.velocity_bias(p).dot(f), kinematics.point(p).total.dot(kinematics.turning(f)))
+        )
     for frame, t in constraint.torques:
         motion = kinematics.frame(frame)
         total = add(total, add(motion.bias.dot(t), motion.total.dot(kinematics.turning(t))))

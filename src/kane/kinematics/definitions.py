@@ -14,7 +14,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert, structural_rank
 from kane.expr.substitute import substitute
-from kane.expr.symbols import Parameter, QuasiRate, Rate, Speed, rate
+from kane.expr.symbols import Parameter, QuasiRate, Rate, Speed, input_of, rate
 from kane.kinematics.rank import null_direction
 from kane.kinematics.speeds import Speeds
 from kane.model.system import System
@@ -85,7 +85,7 @@ def _definitions(
                 raise SpeedsError(
                     f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition}."
                 )
-            if isinstance(s, Rate | QuasiRate) and s not in known:
+            if isinstance(s, Rate | QuasiRate) and s not in known and input_of(s) is None:
                 raise SpeedsError(
                     f"The definition of {u} uses {s}, but no frame or point of the system depends on that coordinate."
                 )

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from kane.expr.diff import tangent, time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Time
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Symbol, Time, input_of, rate
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.model.reactions import cut_of
@@ -75,7 +75,9 @@ class Kinematics:
         return tangent(e, self._leaf_drift, self._drift)
 
     def _leaf_drift(self, leaf: Expr) -> Expr:
-        return ONE if isinstance(leaf, Time) else self._rates.get(leaf, ZERO)
+        if isinstance(leaf, Time):
+            return ONE
+        return rate(leaf) if isinstance(leaf, Symbol) and input_of(leaf) is not None else self._rates.get(leaf, ZERO)
 
     def _forms(self, rates: Triple) -> Forms:
         if all(x is ZERO for x in rates):
@@ -264,7 +266,7 @@ def _accumulate(partials: Partials, s: Expr, v: Vector) -> None:
 
 
 def _moves(r: Triple) -> bool:
-    return any(isinstance(s, Coordinate | Time) for s in free_symbols(r))
+    return any(isinstance(s, Coordinate | Time) or input_of(s) is not None for s in free_symbols(r))
 
 
 def velocity_form(motion: Motion) -> Vector:

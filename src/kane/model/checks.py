@@ -8,7 +8,7 @@ from typing import Any
 
 from kane.errors import ModelError, ReactionError
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body, Particle, RigidBody
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of, cut_of
@@ -43,20 +43,10 @@ def check_names(symbols: Iterable[Symbol]) -> None:
             )
 
 
-def check_inputs(symbols: Iterable[Symbol]) -> None:
-    """Inputs enter loads only."""
-    for s in symbols:
-        if isinstance(s, Input) or (isinstance(s, Rate) and isinstance(s.place, Input)):
-            raise ModelError(
-                f"Expected inputs in loads only, got {s} in a position, an orientation or the definition of a speed, whose "
-                "acceleration needs its derivatives. Write prescribed motion as an expression of kn.time."
-            )
-
-
 def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     """Loads do not depend on accelerations."""
     for s in symbols:
-        if isinstance(s, Rate) and not isinstance(s.place, Coordinate):
+        if isinstance(s, Rate) and not isinstance(s.place, Coordinate) and input_of(s) is None:
             raise ModelError(
                 f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
                 "equations are solved. Model a load that depends on an acceleration as mass or inertia."

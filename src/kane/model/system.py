@@ -13,13 +13,12 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.html import quietly
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Reaction, Speed
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
 from kane.model.bodies import Body, RigidBody
 from kane.model.checks import (
     check_bodies,
     check_constraints,
     check_dependent,
-    check_inputs,
     check_names,
     check_no_accelerations,
     check_reactions,
@@ -29,7 +28,13 @@ from kane.model.constraints import Constraint, as_constraints
 from kane.model.events import Event
 from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
-from kane.model.variables import EulerParameters, euler_sets, ordered_coordinates, speed_definitions
+from kane.model.variables import (
+    EulerParameters,
+    euler_sets,
+    inputs_with_rates,
+    ordered_coordinates,
+    speed_definitions,
+)
 from kane.space.frame import Frame
 from kane.space.point import Point
 
@@ -69,7 +74,7 @@ class System:
     dependent_speeds: tuple[Speed, ...]
     euler_parameters: tuple[EulerParameters, ...]
     parameters: tuple[Parameter, ...]
-    inputs: tuple[Input, ...]
+    inputs: tuple[Input | Rate, ...]
     frames: tuple[Frame, ...]
     points: tuple[Point, ...]
 
@@ -113,7 +118,6 @@ class System:
         held = [c.expr for c in constraints]
         roots = [*shape, *definitions.values(), *matter, *watched, *held]
         symbols = free_symbols(roots)
-        check_inputs((*found, *free_symbols([*definitions.values(), *held])))
         check_no_accelerations(free_symbols(matter))
         check_strays(free_symbols([*matter, *watched, *held]), ordered, definitions, euler)
         check_names((*symbols, *definitions, *reactions, *auxiliary))
@@ -137,7 +141,7 @@ class System:
             "dependent_speeds": dependent[1],
             "euler_parameters": euler,
             "parameters": tuple(s for s in symbols if isinstance(s, Parameter)),
-            "inputs": tuple(s for s in symbols if isinstance(s, Input)),
+            "inputs": inputs_with_rates(symbols, shape + list(definitions.values()), constraints),
             "frames": frames,
             "points": points,
         }

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from kane.errors import ModelError, SpeedsError
+from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Coordinate, QuasiRate, Speed, Symbol
+from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, input_of, rate
+from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
@@ -73,6 +75,37 @@ def speed_definitions(
             )
         made[u] = as_expr(definition)
     return made
+
+
+def inputs_with_rates(
+    symbols: Iterable[Symbol], shape: Iterable[Expr], constraints: Iterable[Constraint]
+) -> tuple[Input | Rate, ...]:
+    """The inputs, each with the derivatives that the equations need.
+
+    Two where it places or turns something, one in a motion constraint, and those that loads name.
+    """
+    orders: dict[Input, int] = {}
+
+    def need(found: Iterable[Symbol], more: int) -> None:
+        for s in found:
+            r, order, at = input_of(s), 0, s
+            while isinstance(at, Rate):
+                order, at = order + 1, cast(Symbol, at.place)
+            if r is not None:
+                orders[r] = max(orders.get(r, 0), order + more)
+
+    need(symbols, 0)
+    held = {kind: [c.expr for c in constraints if c.kind == kind] for kind in ("configuration", "motion")}
+    need(free_symbols([*shape, *held["configuration"]]), 2)
+    need(free_symbols(held["motion"]), 1)
+    found: list[Input | Rate] = []
+    for r, order in orders.items():
+        found.append(r)
+        at: Symbol = r
+        for _ in range(order):
+            at = rate(at)
+            found.append(at)
+    return tuple(found)
 
 
 def _rates_as_speeds(coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]) -> dict[Speed, Expr]:

@@ -14,9 +14,10 @@ from kane.dynamics.equations import Equations
 from kane.dynamics.values import parameter_values
 from kane.errors import KaneWarning, SimulationError
 from kane.simulate.assemble import assemble
+from kane.simulate.drives import check_prescribed, input_functions
 from kane.simulate.motion import Motion
 from kane.simulate.solution import Solution
-from kane.simulate.start import check_span, check_tolerance, input_functions, start_state
+from kane.simulate.start import check_span, check_tolerance, start_state
 from kane.simulate.stepping import SOLVERS, integrate
 
 Array = npt.NDArray[np.float64]
@@ -67,7 +68,8 @@ def simulate(
     if method not in SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
     constants = parameter_values(eom, parameters)
-    drives = input_functions(eom, inputs)
+    drives = input_functions(eom, inputs, (t0, t1))
+    check_prescribed(eom, constants, (t0, t1))
     fixed = np.array([constants[p] for p in eom.parameters])
     forces = list(drives.values())
     if (u is None) == (rates is None):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy.typing as npt
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import finite_number, named_values
 from kane.errors import SimulationError, ValueMissingError
-from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 
 Array = npt.NDArray[np.float64]
@@ -44,24 +43,6 @@ def start_state(eom: Equations, q: Any, u: Any) -> Array:
                 f"Expected Euler parameters ({names}) with e0² + e1² + e2² + e3² = 1, got length {length:.9g}. Divide them by it."
             )
     return np.array(state)
-
-
-def input_functions(eom: Equations, inputs: Mapping[Any, Any] | None) -> dict[Expr, Callable[[Any], Any]]:
-    """A function of time for each input; numbers are constant functions."""
-    given = named_values("inputs", eom.inputs, inputs)
-    missing = [s.name for s in eom.inputs if s not in given]
-    if missing:
-        raise ValueMissingError(
-            f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
-        )
-    return {
-        s: v if callable(v) else _constant(finite_number("value or function of time", str(s), v))
-        for s, v in given.items()
-    }
-
-
-def _constant(value: float) -> Callable[[Any], Any]:
-    return lambda t: value
 
 
 def check_span(span: Any) -> tuple[float, float]:
