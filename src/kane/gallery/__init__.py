@@ -20,7 +20,16 @@ GALLERY: dict[str, str] = {
     "spinning_top": "kane.gallery.spinning_top",
     "free_body": "kane.gallery.free_body",
     "gimbal_gyroscope": "kane.gallery.gimbal_gyroscope",
+    "whipple_bicycle": "kane.gallery.whipple_bicycle",
+    "furuta_pendulum": "kane.gallery.furuta_pendulum",
     "rolling_disk": "kane.gallery.rolling_disk",
+    "pure_rolling_disk": "kane.gallery.pure_rolling_disk",
+    "knife_edge": "kane.gallery.knife_edge",
+    "chaplygin_sleigh": "kane.gallery.chaplygin_sleigh",
+    "sphere_on_turntable": "kane.gallery.sphere_on_turntable",
+    "snakeboard": "kane.gallery.snakeboard",
+    "car_with_trailer": "kane.gallery.car_with_trailer",
+    "rattleback": "kane.gallery.rattleback",
 }
 """Module path of each system by name, from simple to rich."""
 

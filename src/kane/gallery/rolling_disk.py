@@ -36,6 +36,7 @@ class Model:
     normal: kn.Reaction
     slip: kn.Vector
     disk: kn.RigidBody
+    rolling: tuple[kn.Constraint, ...]
     q: tuple[kn.Coordinate, ...]
     u: tuple[kn.Speed, ...]
     m: kn.Parameter
@@ -47,10 +48,16 @@ class Model:
 Inertia = Callable[[kn.Frame, kn.Expr, kn.Expr], kn.Dyadic]
 
 
-def model(inertia: Inertia | None = None, *, speeds: Literal["components", "rates"] = "components") -> Model:
+def model(
+    inertia: Inertia | None = None,
+    *,
+    speeds: Literal["components", "rates"] = "components",
+    contact: Literal["sliding", "rolling"] = "sliding",
+) -> Model:
     """The disk; `inertia(C, m, R)` gives another central inertia, which must be that of a body of revolution about C.z.
 
-    The speeds u1, u2, u3 are the components of the angular velocity along B's axes, or, with "rates", u = q̇ throughout.
+    The speeds u1, u2, u3 are the components of the angular velocity along B's axes, or, with "rates", u = q̇ throughout. With
+    `contact="rolling"` two motion constraints take the place of friction, and their forces are brought into evidence.
     """
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
@@ -81,16 +88,21 @@ def model(inertia: Inertia | None = None, *, speeds: Literal["components", "rate
         definitions = {u1: q1.dt, u2: q2.dt, u3: q3.dt, u4: q4.dt, u5: q5.dt}
     normal = kn.reaction("N_z", at=P, along=N.z)
     slip = Ch.velocity(N).reject(N.z)
+    rolling = kn.rolling(Ch, normal=N.z) if contact == "rolling" else ()
+    friction = [] if rolling else [kn.Force(Ch, -mu * normal * slip.normalized(), name="friction")]
+    held = [kn.reaction(name, constraint=c) for name, c in zip(("F_x", "F_y"), rolling, strict=False)]
+    q, u = (q1, q2, q3, q4, q5), (u1, u2, u3, u4, u5)
     system = kn.System(
         N,
         bodies=[disk],
-        reactions=[normal],
+        reactions=[normal, *held],
         speeds=definitions,
-        loads=[kn.gravity(-g * N.z), kn.Force(Ch, -mu * normal * slip.normalized(), name="friction")],
-        coordinates=(q1, q2, q3, q4, q5),
+        loads=[kn.gravity(-g * N.z), *friction],
+        nonholonomic=rolling,
+        dependent_speeds=(u4, u5) if rolling else (),
+        coordinates=q,
     )
-    q, u = (q1, q2, q3, q4, q5), (u1, u2, u3, u4, u5)
-    return Model(system, N, Y, B, C, O, P, Cs, Ch, normal, slip, disk, q, u, m, R, g, mu)
+    return Model(system, N, Y, B, C, O, P, Cs, Ch, normal, slip, disk, rolling, q, u, m, R, g, mu)
 
 
 def system() -> kn.System:

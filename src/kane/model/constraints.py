@@ -106,6 +106,17 @@ def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: st
     return tuple(made)
 
 
+def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Constraint:
+    """A body's particle in contact stays in the plane through `ground` across `normal`: (r^p − r^ground)·n = 0.
+
+    `p`, made with `fixed_in`, is where the body is nearest to the plane: as the place of contact wanders level, the height's rate is
+    the particle's velocity along n. `ground` and n are at rest, or fixed in the body that carries the plane. The multiplier is the
+    contact force on `p` along n.
+    """
+    (made,) = coincident(p, ground, normal, name=name or f"{p.name} on the plane")
+    return made
+
+
 def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
     """A massless rod of the given length: (r·r − L²)/(2 L) = 0 with r = r^p − r^q; the multiplier is its thrust on `p` along r/L."""
     _points("hold at a distance", p, q)

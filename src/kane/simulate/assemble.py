@@ -56,6 +56,7 @@ def assemble(
     u: Mapping[Any, Any] | Sequence[float] | None = None,
     rates: Mapping[Any, Any] | None = None,
     parameters: Mapping[Any, float] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
     t: float = 0.0,
 ) -> Assembled:
     """A state that satisfies all constraints.
@@ -69,6 +70,7 @@ def assemble(
     q : coordinates by symbol or name
     u : speeds by symbol or name; left out altogether, the system is at rest as far as the constraints let it
     rates : rates of coordinates by coordinate, in place of `u`
+    inputs : values at `t` of the inputs (and of their derivatives) that constraints hold
 
     Raises
     ------
@@ -78,6 +80,7 @@ def assemble(
         if no state satisfies the constraints with the values that are given; says which constraint resists, and by how much
     """
     constants: dict[Expr, Any] = {**parameter_values(eom, parameters), time: float(t)}
+    constants.update(named_values("inputs", eom.inputs, inputs))
     configuration = _configuration(eom, _entries("coordinates", eom.coordinates, q), constants)
     at: dict[Expr, Any] = {**constants, **dict(zip(eom.coordinates, configuration.q.tolist(), strict=True))}
     if u is not None and rates is not None:

@@ -75,7 +75,8 @@ def simulate(
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
     motion = Motion(eom, fixed, forces)
-    start = np.append(_start(eom, q, u, rates, parameters, t0), 0.0)
+    begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
+    start = np.append(_start(eom, q, u, rates, begin, t0), 0.0)
     start, numbers = motion.keep(t0, start)
     motion.settle(t0, numbers)
     watched = motion.watch(t0, start)
@@ -87,12 +88,13 @@ def simulate(
     )
 
 
-def _start(eom: Equations, q: Any, u: Any, rates: Any, parameters: Any, t0: float) -> Array:
+def _start(eom: Equations, q: Any, u: Any, rates: Any, given: dict[str, Any], t0: float) -> Array:
     """(q, u), what is left out solved for where there are constraints."""
     if eom.constraints.constraints:
-        found = assemble(eom, q=q, u=u, rates=rates, parameters=parameters, t=t0)
+        found = assemble(eom, q=q, u=u, rates=rates, **given, t=t0)
         return np.array([*found.q.values(), *found.u.values()])
-    return start_state(eom, q, u if rates is None else eom.speeds_from_rates(q, rates, parameters=parameters, t=t0))
+    speeds = u if rates is None else eom.speeds_from_rates(q, rates, parameters=given["parameters"], t=t0)
+    return start_state(eom, q, speeds)
 
 
 def _check_start(motion: Motion, t0: float, start: Array) -> None:

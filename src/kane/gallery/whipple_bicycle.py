@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Whipple bicycle: two knife-edge wheels, a rear frame with its rider, and a front fork, on a level road; z points down.
+
+Both wheels roll without slip and the front wheel stays on the road: four motion constraints and one configuration constraint
+among eight coordinates leave three degrees of freedom: lean, steer and the turning of the rear wheel. The rear wheel is on the
+road by its coordinates; the front wheel's lowest point is F^.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import kane as kn
+
+TITLE = "Whipple bicycle"
+SOURCES = (
+    "Meijaard, J. P., Papadopoulos, J. M., Ruina, A., Schwab, A. L. (2007), Linearized dynamics equations for the balance and steer "
+    "of a bicycle: a benchmark and review, Proc. R. Soc. A 463, 1955-1982; parameters of table 1.",
+)
+START = {
+    "q": {
+        "x": 0.0,
+        "y": 0.0,
+        "psi": 0.0,
+        "phi": 0.0,
+        "delta": 0.0,
+        "theta": kn.guess(0.0),
+        "theta_R": 0.0,
+        "theta_F": 0.0,
+    },
+    "u": {"u1": 0.5, "u4": 0.0, "u5": -4.6 / 0.3},
+    "inputs": {"T_phi": 0.0, "T_delta": 0.0},
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """The bicycle's parts by name."""
+
+    system: kn.System
+    bodies: tuple[kn.RigidBody, ...]
+    contacts: tuple[kn.Point, kn.Point]
+    rear: tuple[kn.Constraint, ...]
+    front: tuple[kn.Constraint, ...]
+    height: kn.Constraint
+    road: tuple[kn.Vector, kn.Vector]
+
+
+def model() -> Model:
+    """The bicycle with its frames, contact points and constraints."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x", "m", "rear contact, along x")
+    y = kn.coordinate("y", "m", "rear contact, along y")
+    psi = kn.coordinate("psi", "rad", "yaw")
+    phi = kn.coordinate("phi", "rad", "lean, to the right")
+    theta = kn.coordinate("theta", "rad", "pitch of the rear frame")
+    delta = kn.coordinate("delta", "rad", "steer, to the right")
+    theta_R = kn.coordinate("theta_R", "rad", "angle of the rear wheel")
+    theta_F = kn.coordinate("theta_F", "rad", "angle of the front wheel")
+    g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
+    w = kn.parameter("w", 1.02, "m", "wheel base")
+    c = kn.parameter("c", 0.08, "m", "trail")
+    tilt = kn.parameter("lambda", math.pi / 10, "rad", "tilt of the steering axis")
+    r_R, r_F = (
+        kn.parameter(f"r_{n}", v, "m", f"{s} wheel: radius") for n, v, s in (("R", 0.3, "rear"), ("F", 0.35, "front"))
+    )
+    m_R, I_R, J_R = _wheel("R", "rear", 2.0, 0.0603, 0.12)
+    m_F, I_F, J_F = _wheel("F", "front", 3.0, 0.1405, 0.28)
+    x_B, z_B, m_B, inertia_B = _frame("B", "rear frame and rider", 0.3, -0.9, 85.0, (9.2, 11.0, 2.8, 2.4))
+    x_H, z_H, m_H, inertia_H = _frame("H", "fork and handlebar", 0.9, -0.7, 4.0, (0.05892, 0.06, 0.00708, -0.00756))
+
+    Y = N.rotate("Y", psi, N.z)
+    L = Y.rotate("L", phi, Y.x)  # leans with the rear wheel's plane, x along the road
+    B = L.rotate("B", theta, L.y)
+    S = B.rotate("S", tilt, B.y)  # z along the steering axis
+    H = S.rotate("H", delta, S.z)
+    E = H.rotate("E", -tilt, H.y)  # the fork's axes in which its inertia is given
+    R = L.rotate("R", theta_R, L.y)
+    F = H.rotate("F", theta_F, H.y)
+
+    def along(dx: kn.Expr, dz: kn.Expr) -> tuple[kn.Expr, kn.Expr]:
+        """Measure numbers along S.x and S.z of dx B.x + dz B.z."""
+        return kn.cos(tilt) * dx - kn.sin(tilt) * dz, kn.sin(tilt) * dx + kn.cos(tilt) * dz
+
+    reach = along(w + c, r_R)[0]  # from the rear axle square to the steering axis
+    front_x, front_z = along(w, r_R - r_F)
+    fork_x, fork_z = along(x_H, z_H + r_R)
+    P = O.at("P", x * N.x + y * N.y)
+    Rs = P.at("R*", -r_R * L.z)
+    Bs = Rs.at("B*", x_B * B.x + (z_B + r_R) * B.z)
+    A = Rs.at("A", reach * S.x)
+    Hs = A.at("H*", (fork_x - reach) * H.x + fork_z * H.z)
+    Fs = A.at("F*", (front_x - reach) * H.x + front_z * H.z)
+    R_hat = Rs.fixed_in(R, "R^", r_R * L.z)
+    lean = N.z.dot(H.y)
+    F_hat = Fs.fixed_in(F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
+
+    bodies = (
+        kn.RigidBody("rear wheel", frame=R, mass_center=Rs, mass=m_R, inertia=kn.inertia(L, I_R, J_R, I_R)),
+        kn.RigidBody("rear frame", frame=B, mass_center=Bs, mass=m_B, inertia=kn.inertia(B, *inertia_B)),
+        kn.RigidBody("fork", frame=H, mass_center=Hs, mass=m_H, inertia=kn.inertia(E, *inertia_H)),
+        kn.RigidBody("front wheel", frame=F, mass_center=Fs, mass=m_F, inertia=kn.inertia(H, I_F, J_F, I_F)),
+    )
+    rear = kn.no_slip(R_hat, along=(Y.x, Y.y), name="rear wheel")
+    front = kn.no_slip(F_hat, along=(H.x, H.y), name="front wheel")
+    height = kn.touching(F_hat, O, normal=N.z, name="front wheel on the road")
+
+    u = kn.speeds("u1:7", "rad/s")
+    v = kn.speeds("u7:9", "m/s")
+    spin = B.angular_velocity(N)
+    contact = P.velocity(N)
+    T_phi = kn.input("T_phi", "N*m", "lean torque on the rear frame")
+    T_delta = kn.input("T_delta", "N*m", "steer torque between rear frame and fork")
+    system = kn.System(
+        N,
+        bodies=bodies,
+        speeds={
+            u[0]: spin.dot(L.x),
+            u[1]: spin.dot(L.y),
+            u[2]: spin.dot(L.z),
+            u[3]: delta.dt,
+            u[4]: R.angular_velocity(N).dot(L.y),
+            u[5]: theta_F.dt,
+            v[0]: contact.dot(Y.x),
+            v[1]: contact.dot(Y.y),
+        },
+        loads=[
+            kn.gravity(g * N.z),
+            kn.Torque(B, T_phi * L.x, name="lean torque"),
+            kn.torque_pair(H, B, T_delta * S.z, name="steer torque"),
+        ],
+        holonomic=[height],
+        nonholonomic=[*rear, *front],
+        coordinates=(x, y, psi, phi, theta, delta, theta_R, theta_F),
+        dependent_coordinates=(theta,),
+    )
+    return Model(system, bodies, (R_hat, F_hat), rear, front, height, (H.x, H.y))
+
+
+def _wheel(letter: str, words: str, mass: float, across: float, about: float) -> tuple[kn.Parameter, ...]:
+    return (
+        kn.parameter(f"m_{letter}", mass, "kg", f"{words} wheel: mass"),
+        kn.parameter(f"I_{letter}xx", across, "kg*m^2", f"{words} wheel: moment of inertia across its axle"),
+        kn.parameter(f"I_{letter}yy", about, "kg*m^2", f"{words} wheel: moment of inertia about its axle"),
+    )
+
+
+def _frame(
+    letter: str, words: str, x: float, z: float, mass: float, inertia: tuple[float, float, float, float]
+) -> tuple[kn.Parameter, kn.Parameter, kn.Parameter, tuple[kn.Parameter | int, ...]]:
+    """Place and mass, and the six numbers of the inertia: Ixx, Iyy, Izz, Ixy, Iyz, Izx."""
+    xx, yy, zz, xz = (
+        kn.parameter(f"I_{letter}{k}", value, "kg*m^2", f"{words}: {kind} of inertia")
+        for k, value, kind in zip(("xx", "yy", "zz", "xz"), inertia, (*["moment"] * 3, "product"), strict=True)
+    )
+    return (
+        kn.parameter(f"x_{letter}", x, "m", f"{words}: mass centre ahead of the rear contact"),
+        kn.parameter(f"z_{letter}", z, "m", f"{words}: mass centre below the road"),
+        kn.parameter(f"m_{letter}", mass, "kg", f"{words}: mass"),
+        (xx, yy, zz, 0, 0, xz),
+    )
+
+
+def system() -> kn.System:
+    """The bicycle."""
+    return model().system
