@@ -7,8 +7,8 @@ import kane as kn
 
 TITLE = "Furuta pendulum"
 SOURCES = (
-    "Furuta, K., Yamakita, M., Kobayashi, S. (1992), Swing-up control of inverted pendulum using pseudo-state feedback, Proc. IMechE I "
-    "206, 263-269.",
+    "Furuta, K., Yamakita, M., Kobayashi, S. (1992), Swing-up control of inverted pendulum using pseudo-state feedback, Proc. IMechE "
+    "I 206, 263-269.",
     "Cazzolato, B. S., Prime, Z. (2011), On the dynamics of the Furuta pendulum, J. Control Science and Engineering 2011, 528341.",
 )
 START = {"q": {"q1": 0.0, "q2": 3.0}, "u": {"u_q1": 0.0, "u_q2": 0.0}, "inputs": {"tau": 0.0}}
