@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from kane.dynamics.derive import derive
 from kane.dynamics.equations import Equations
+from kane.dynamics.joint_reactions import JointReaction
+from kane.dynamics.linearize import SymbolicLinear, linearize_symbolic
 from kane.errors import (
     ArgumentError,
     ExpressionError,
@@ -87,6 +89,7 @@ from kane.model.constraints import (
     parallel,
     perpendicular,
     rolling,
+    touching,
 )
 from kane.model.events import Event
 from kane.model.inertia import (
@@ -102,6 +105,22 @@ from kane.model.inertia import (
     spherical_shell,
     thin_disk,
 )
+from kane.model.joints.ball import ball, close_ball
+from kane.model.joints.contact import Contact
+from kane.model.joints.cylindrical import close_cylindrical, cylindrical
+from kane.model.joints.free import free
+from kane.model.joints.gears import gear_pair
+from kane.model.joints.joint import Joint
+from kane.model.joints.pin import close_pin, pin
+from kane.model.joints.planar import close_planar, planar
+from kane.model.joints.rack import rack_and_pinion
+from kane.model.joints.rolling_disk import disk_on_plane
+from kane.model.joints.rolling_sphere import sphere_on_plane
+from kane.model.joints.rolling_torus import torus_on_plane
+from kane.model.joints.screw import close_screw, screw
+from kane.model.joints.slider import close_slider, slider
+from kane.model.joints.universal import close_universal, universal
+from kane.model.joints.weld import close_weld, weld
 from kane.model.loads import (
     Force,
     Gravity,
@@ -120,9 +139,15 @@ from kane.model.system import System
 from kane.program.compiled import Compiled, compile
 from kane.program.handle import Handle
 from kane.simulate.assemble import Assembled, Guess, assemble, guess
+from kane.simulate.continuation import Branch, continuation
 from kane.simulate.drives import Signal, signal
+from kane.simulate.inverse import Inverse, inverse
+from kane.simulate.linear import Linear, Mode, SecondOrder
+from kane.simulate.linearize import Linearizer, linearize, linearizer
+from kane.simulate.point import OperatingPoint
 from kane.simulate.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.simulate.solution import Solution
+from kane.simulate.trim import equilibrium, trim
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
@@ -131,6 +156,7 @@ if TYPE_CHECKING:
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.present.checks import Check
     from kane.present.report import report
+    from kane.present.root_locus import root_locus
     from kane.present.versions import show_versions
 
 __version__ = "0.1.0.dev0"
@@ -139,6 +165,7 @@ logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says no
 
 _LAZY = {
     "report": "kane.present.report",
+    "root_locus": "kane.present.root_locus",
     "Check": "kane.present.checks",
     "show_versions": "kane.present.versions",
     "to_sympy": "kane.interop.sympy",
@@ -165,15 +192,20 @@ __all__ = [
     "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
     "min", "max", "where", "less",
     "Frame", "Point", "Vector", "Dyadic",
+    "Joint", "pin", "slider", "cylindrical", "screw", "universal", "ball", "free", "planar", "weld",
     "RigidBody", "Particle", "inertia", "rod", "thin_disk", "ring", "solid_sphere", "spherical_shell", "solid_cylinder",
     "cylindrical_shell", "solid_cone", "box", "parallel_axis",
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "action_reaction", "torque_pair",
-    "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "rolling", "configuration_constraint",
+    "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling", "configuration_constraint",
     "motion_constraint",
-    "reaction", "auxiliary_speed", "Event",
+    "close_pin", "close_slider", "close_cylindrical", "close_screw", "close_universal", "close_ball", "close_planar", "close_weld",
+    "disk_on_plane", "sphere_on_plane", "torus_on_plane", "Contact", "gear_pair", "rack_and_pinion",
+    "reaction", "JointReaction", "auxiliary_speed", "Event",
     "System", "derive", "Equations", "compile", "Compiled", "Handle", "assemble", "Assembled", "guess", "Guess", "signal", "Signal",
-    "simulate", "Solution", "report", "Check",
+    "simulate", "Solution",
+    "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
+    "equilibrium", "OperatingPoint", "continuation", "Branch", "root_locus", "inverse", "Inverse", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",

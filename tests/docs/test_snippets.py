@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/tutorial/disk.md", "docs/howto/machine_code.md")
+PAGES = ("README.md", "docs/tutorial/disk.md", "docs/howto/joints.md", "docs/howto/machine_code.md", "docs/howto/linearize.md")
 
 
 @pytest.mark.parametrize("page", PAGES)

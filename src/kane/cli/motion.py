@@ -12,7 +12,7 @@ from kane.cli.faults import Misuse, own_code
 from kane.cli.models import KINDS, Model, alike
 from kane.cli.options import assignments
 from kane.cli.screen import working
-from kane.errors import ModelError
+from kane.errors import ModelError, ValueMissingError
 from kane.present.checks import Check
 
 ENERGY_LIMIT = 1e-6
@@ -65,7 +65,23 @@ def start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | N
             for s in symbols
             if s.name not in values[kind] and not (kind == "parameters" and s.default is not None)
         ]
-    return Start(**values, missing=tuple(missing))
+    begin = Start(**values, missing=tuple(missing))
+    return _assembled(eom, begin, model.span[0]) if eom.system.constraints else begin
+
+
+def _assembled(eom: kn.Equations, begin: Start, t: float) -> Start:
+    """What START guesses or leaves out solved for, where the constraints give it."""
+    values = {p.name: p.default for p in eom.parameters} | dict(begin.parameters)
+    if None in values.values():
+        return begin
+    try:
+        inputs = {name: f(t) if callable(f) else f for name, f in begin.inputs.items()}
+        found = kn.assemble(eom, q=begin.q, u=begin.u, parameters=values, inputs=inputs, t=t)
+    except ValueMissingError:
+        return begin
+    rest = [option for option in begin.missing if not option.startswith((_OPTIONS["q"], _OPTIONS["u"]))]
+    q, u = ({s.name: x for s, x in part.items()} for part in (found.q, found.u))
+    return Start(q, u, begin.parameters, begin.inputs, tuple(rest))
 
 
 def _expected(kind: str, names: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.partition import indeterminate
+from kane.dynamics.partition import indeterminate, within
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
@@ -76,23 +76,33 @@ def check_released(system: System, rows: ConstraintRows) -> None:
         )
 
 
-def check_determinate(system: System, rows: ConstraintRows, a: npt.NDArray[np.float64]) -> None:
-    """A redundant constraint is named; its multiplier cannot be brought into evidence."""
+def check_determinate(
+    system: System, rows: ConstraintRows, a: npt.NDArray[np.float64], released: npt.NDArray[np.float64]
+) -> None:
+    """A redundant constraint is named; what it leaves undetermined, at a cut or a multiplier, cannot be brought into evidence.
+
+    `a` and `released` are A and A_a in numbers: a reaction is determined where its column of A_a adds nothing to the rank of A.
+    """
     loose = {c: True for c, x in zip(rows.constraints, indeterminate(a), strict=True) if x}
     if not loose:
         return
-    asked = [f"{r} ({c.name})" for r in system.reactions if (c := constraint_of(r)) is not None and c in loose]
+    asked = [
+        f"{r} ({c.name})" if (c := constraint_of(r)) is not None else str(r)
+        for r, column in zip(system.reactions, released.T, strict=True)
+        if not within(a, column)
+    ]
     names = ", ".join(repr(c.name) for c in loose)
+    known = f"constraints {names} depend on each other" if len(loose) > 1 else f"constraint {names} holds by itself"
     if asked:
         raise ReactionError(
-            f"Expected reactions that the motion determines, got {', '.join(asked)}: the constraints {names} depend on each other, so "
-            "that the forces that hold them are not determined one by one. Leave out redundant constraints, or model what gives way."
+            f"Expected reactions that the motion determines, got {', '.join(asked)}: the {known}, so that the forces that hold the "
+            "parts are not determined one by one. Leave out redundant constraints, or model what gives way."
         )
     warnings.warn(
-        f"The constraints {names} depend on each other: at least one of them is redundant. The motion is determined all the same; the "
-        "forces that hold them are not, one by one.",
+        f"The {known}{': at least one of them' if len(loose) > 1 else ': it'} is redundant. The motion is determined all the same; "
+        "the forces that hold the parts are not, one by one.",
         KaneWarning,
-        stacklevel=5,
+        stacklevel=4,
     )
 
 

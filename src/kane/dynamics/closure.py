@@ -139,7 +139,12 @@ def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 2004
 
 def matrix_at(rows: ConstraintRows, values: Mapping[Any, float]) -> Array:
     """A at numbers."""
-    flat = [x for row in rows.a for x in row]
+    return table_at(rows.a, values)
+
+
+def table_at(rows: Sequence[Sequence[Expr]], values: Mapping[Any, float]) -> Array:
+    """A table of expressions at numbers."""
+    flat = [x for row in rows for x in row]
     wanted = free_symbols(flat)
     run = compile_reference(flat, list(wanted))
-    return np.array(run([values[s] for s in wanted]), dtype=float).reshape(len(rows.a), -1)
+    return np.array(run([values[s] for s in wanted]), dtype=float).reshape(len(rows), len(rows[0]))

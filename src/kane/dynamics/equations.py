@@ -13,6 +13,7 @@ import numpy as np
 from kane.dynamics import energy, forces
 from kane.dynamics.assemble import Moving
 from kane.dynamics.embed import Embedding, multipliers
+from kane.dynamics.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.loads import loads_in_speeds
 from kane.dynamics.reduce import Blocks, Solved
 from kane.dynamics.steps import Step, seven_steps
@@ -313,6 +314,28 @@ class Equations:
                 strict=True,
             )
         )
+
+    def reaction(self, place: Place, frame: Frame | None = None) -> JointReaction:
+        """The force and torque that the near side exerts on the far side, in q, u, t, parameters and inputs.
+
+        Parameters
+        ----------
+        place : a joint, a geometric point of the tree, a frame (the torque alone), a constraint, those of a closure, or a name:
+            of a joint in System(joints=…), a constraint or a closure, a point, a frame, looked up in this order
+        frame : the frame along which both vectors are written, by default the inertial one
+
+        Returns
+        -------
+        JointReaction
+            `.force` at `.point`, which is the far side's, and `.torque` about it
+
+        Raises
+        ------
+        ReactionError
+            if the place is none of the system's, a body is on both sides of it, a constraint does not say where its forces act, or
+            redundant constraints leave the reaction undetermined
+        """
+        return reaction(self, place, frame)
 
     def _nonholonomic(self, values: Sequence[Expr]) -> tuple[Expr, ...]:
         e, n = self.embedding, len(self.speeds)

@@ -18,6 +18,8 @@ _LARGE = 0.15
 """Share of the largest entry left that a pivot must have."""
 RANK = 1e-8
 """Share of the largest entry below which nothing is left."""
+_ROUNDING = 1e-13
+"""Share of the largest entry of A below which an entry is taken for what rounding left of zero; dividing by it would make it count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +37,8 @@ class Partition:
 
 
 def balanced(a: Array) -> Array:
-    """A with rows and columns divided by their largest entries, so that units do not matter."""
+    """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first."""
+    a = np.where(np.abs(a) > _ROUNDING * np.abs(a).max(initial=0), a, 0.0)
     for _ in range(2):
         for axis in (0, 1):
             size = np.abs(a).max(axis=axis, keepdims=True, initial=0)
@@ -106,3 +109,14 @@ def indeterminate(a: Array) -> Array:
     left, sigma, _ = np.linalg.svd(work)
     rank = int((sigma > RANK * sigma[0]).sum())
     return np.asarray(np.abs(left[:, rank:]).max(axis=1, initial=0) > 1e-6)
+
+
+def within(a: Array, column: Array) -> bool:
+    """Whether `column` is a combination of the columns of `a`."""
+    wider = np.column_stack([a, column])
+    return _rank(wider) == _rank(np.column_stack([a, np.zeros_like(column)]))
+
+
+def _rank(a: Array) -> int:
+    sigma = np.linalg.svd(balanced(a), compute_uv=False)
+    return int((sigma > RANK * sigma.max(initial=0)).sum())

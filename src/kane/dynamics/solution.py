@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.checks import check_determinate, check_mass, check_reactions_independent
-from kane.dynamics.closure import matrix_at, sample_configuration
+from kane.dynamics.closure import matrix_at, sample_configuration, table_at
 from kane.dynamics.embed import Embedding, embedding, reduced, solve_embedded
 from kane.dynamics.partition import Partition, choose
 from kane.dynamics.reduce import Blocks, Solved, solve_motion
@@ -43,14 +43,16 @@ def first_partition(system: System, speeds: Sequence[Expr], rows: ConstraintRows
     """The partition at a configuration that satisfies the constraints, parameters at their defaults; None without constraints."""
     if not rows.constraints:
         return None
-    values = sample_configuration(system, [x for row in rows.a for x in row])
+    values = sample_configuration(system, [x for row in (*rows.a, *rows.a_auxiliary) for x in row])
     a = matrix_at(rows, values)
     if not np.all(np.isfinite(a)):
         raise ModelError(
             "Expected constraints that are finite where their configuration constraints hold, got infinity or NaN: coordinates or "
             "parameters' defaults are singular there."
         )
-    return partition_at(system, speeds, rows, a)
+    found = partition_at(system, speeds, rows, a)
+    check_determinate(system, rows, a, table_at(rows.a_auxiliary, values))
+    return found
 
 
 def partition_at(
@@ -68,5 +70,4 @@ def partition_at(
             f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
             "with the others listed. Choose others, or leave them out to have them chosen."
         )
-    check_determinate(system, rows, a)
     return found

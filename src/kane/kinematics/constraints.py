@@ -48,7 +48,9 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
     speeds: Sequence[Expr] = kinematics.speeds.speeds
     forms = [_placed(c, kinematics) if c.placed else _bare(c, kinematics) for c in system.constraints]
     for c, form in zip(system.constraints, forms, strict=True):
-        if not any(s in form.coefficients for s in speeds):
+        # of a plane loop closed in space: redundant, not wrong
+        follows = c.placed and c.expr is ZERO and form.rest is ZERO
+        if not follows and not any(s in form.coefficients for s in speeds):
             raise ModelError(
                 f"Expected the constraint {c.name!r} to restrict the motion, got {c.expr!s:.60}, whose rate holds no speed."
             )
@@ -70,7 +72,7 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
 
 def _placed_drift(constraint: Constraint, kinematics: Kinematics) -> Expr:
     """d/dt (Σ F·v + Σ T·ω) at u̇ = 0."""
-    total = ZERO
+    total = kinematics.drift(constraint.own)
     for p, f in constraint.forces:
         total = add(
             total, add(kinematics.velocity_bias(p).dot(f), kinematics.point(p).total.dot(kinematics.turning(f)))
@@ -99,7 +101,7 @@ def _total(form: ScalarForm) -> Expr:
 def _placed(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
     """Σ F·v + Σ T·ω, speed by speed."""
     coefficients: dict[Expr, Expr] = {}
-    rest = ZERO
+    rest = constraint.own
     pairs = [(kinematics.point(p), f) for p, f in constraint.forces]
     pairs += [(kinematics.frame(f), t) for f, t in constraint.torques]
     for motion, v in pairs:

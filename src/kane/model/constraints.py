@@ -6,8 +6,8 @@ multiplier of one exerts, and their power is the constraint's rate,
 
     ḟ = Σ F·v + Σ T·ω      (a motion constraint's f itself),
 
-exactly, on the constraint and off it. So the rows A of A u + b = 0 come from partial velocities, the multiplier is a force or
-torque one can name, and reactions anywhere in the system feel it.
+but for what a length that depends on time adds, exactly, on the constraint and off it. So the rows A of A u + b = 0 come from
+partial velocities, the multiplier is a force or torque one can name, and reactions anywhere in the system feel it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,12 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from kane.errors import ModelError
+from kane.expr.build import neg
+from kane.expr.diff import time_derivative
+from kane.expr.evaluate import free_symbols
+from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.symbols import Coordinate, Rate, Speed, input_of
 from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -28,7 +33,7 @@ Kind = Literal["configuration", "motion"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Constraint:
-    """f = 0, with what a multiplier of one exerts. `unit` is that of the multiplier."""
+    """f = 0, with what a multiplier of one exerts. `unit` is that of the multiplier; `own` is what ḟ has beyond its power."""
 
     name: str
     kind: Kind
@@ -36,6 +41,7 @@ class Constraint:
     forces: tuple[tuple[Point, Vector], ...] = ()
     torques: tuple[tuple[Frame, Vector], ...] = ()
     unit: str = ""
+    own: Expr = ZERO
 
     @property
     def placed(self) -> bool:
@@ -118,13 +124,22 @@ def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Cons
 
 
 def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
-    """A massless rod of the given length: (r·r − L²)/(2 L) = 0 with r = r^p − r^q; the multiplier is its thrust on `p` along r/L."""
+    """A massless rod of the given length: (r·r − L²)/(2 L) = 0 with r = r^p − r^q; the multiplier is its thrust on `p` along r/L.
+
+    The length may depend on time, not on coordinates.
+    """
     _points("hold at a distance", p, q)
     r, size = p.position(q), as_expr(length)
-    pull = r / size
-    return Constraint(
-        name or f"|{p.name} {q.name}|", "configuration", (r.dot(r) / size - size) / 2, ((p, pull), (q, -pull)), (), "N"
-    )
+    moving = [str(s) for s in free_symbols([size]) if isinstance(s, Coordinate | Rate | Speed) and input_of(s) is None]
+    if moving:
+        raise ModelError(
+            f"Expected a length of {p.name} {q.name} in parameters, inputs and time, got {', '.join(moving)} in it: what then changes "
+            "the length would feel the rod. Use kn.configuration_constraint(name, f)."
+        )
+    pull, square = r / size, r.dot(r)
+    own = ZERO if is_constant_in_time([size]) else neg(time_derivative(size) * (square / size**2 + 1) / 2)
+    f = (square / size - size) / 2
+    return Constraint(name or f"|{p.name} {q.name}|", "configuration", f, ((p, pull), (q, -pull)), (), "N", own)
 
 
 def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:

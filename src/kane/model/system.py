@@ -26,6 +26,8 @@ from kane.model.checks import (
 )
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.events import Event
+from kane.model.joints.joint import Joint
+from kane.model.joints.listed import with_joints
 from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
 from kane.model.variables import (
@@ -48,7 +50,7 @@ class System:
     inertial : Frame
         the root frame, in which Newton's laws hold
     bodies : sequence of RigidBody and Particle
-    speeds : mapping of Speed to its definition, affine in the rates, or "rates" for u = q̇ throughout
+    speeds : mapping of Speed to its definition, affine in the rates, or "rates" for u = q̇ throughout; left out, the joints' own
     loads : sequence of loads and gravity
     reactions : reactions to bring into evidence
     auxiliary_speeds : explicit auxiliary speeds
@@ -58,6 +60,7 @@ class System:
     nonholonomic : motion constraints, affine in the rates: from `kn.rolling`, `kn.no_slip`, or scalars that must vanish
     dependent_coordinates : which coordinates the configuration constraints give, chosen by rank if left out
     dependent_speeds : which speeds the constraints give, chosen by rank if left out
+    joints : joints to be known by name; their speeds come first, but for joints whose rates `speeds` defines otherwise
     """
 
     inertial: Frame
@@ -72,6 +75,7 @@ class System:
     constraints: tuple[Constraint, ...]
     dependent_coordinates: tuple[Coordinate, ...]
     dependent_speeds: tuple[Speed, ...]
+    joints: tuple[Joint, ...]
     euler_parameters: tuple[EulerParameters, ...]
     parameters: tuple[Parameter, ...]
     inputs: tuple[Input | Rate, ...]
@@ -83,7 +87,7 @@ class System:
         inertial: Any,
         *,
         bodies: Sequence[Body],
-        speeds: Mapping[Speed, Any] | Literal["rates"],
+        speeds: Mapping[Speed, Any] | Literal["rates"] | None = None,
         loads: Sequence[Load | Gravity] = (),
         reactions: Sequence[Reaction] = (),
         auxiliary_speeds: Sequence[AuxiliarySpeed] = (),
@@ -93,6 +97,7 @@ class System:
         nonholonomic: Any = (),
         dependent_coordinates: Sequence[Coordinate] = (),
         dependent_speeds: Sequence[Speed] = (),
+        joints: Sequence[Joint] = (),
     ) -> None:
         if not isinstance(inertial, Frame) or inertial.parent is not None:
             raise ModelError(f"Expected a root frame as the inertial frame, got {inertial!r:.60}.")
@@ -104,7 +109,7 @@ class System:
             raise ModelError(
                 "Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …: got something else."
             )
-        reactions, auxiliary = tuple(reactions), tuple(auxiliary_speeds)
+        reactions, auxiliary, joints = tuple(reactions), tuple(auxiliary_speeds), tuple(joints)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
@@ -112,7 +117,7 @@ class System:
         shape = list(geometry(frames, points))
         found = free_symbols(shape)
         ordered = ordered_coordinates(found, coordinates)
-        definitions = speed_definitions(speeds, ordered, euler)
+        definitions = speed_definitions(with_joints(speeds, joints), ordered, euler)
         matter = list(contents(bodies, own, gravities))
         watched = [e.quantity for e in events]
         held = [c.expr for c in constraints]
@@ -139,6 +144,7 @@ class System:
             "constraints": constraints,
             "dependent_coordinates": dependent[0],
             "dependent_speeds": dependent[1],
+            "joints": joints,
             "euler_parameters": euler,
             "parameters": tuple(s for s in symbols if isinstance(s, Parameter)),
             "inputs": inputs_with_rates(symbols, shape + list(definitions.values()), constraints),
@@ -177,20 +183,23 @@ class System:
             "nonholonomic": self.nonholonomic,
             "dependent_coordinates": self.dependent_coordinates,
             "dependent_speeds": self.dependent_speeds,
+            "joints": self.joints,
         }
         unknown = changes.keys() - values.keys()
         if unknown:
             raise ModelError(f"Expected some of {', '.join(values)} to replace, got {', '.join(sorted(unknown))}.")
         return System(self.inertial, **(values | changes))
 
-    def __getitem__(self, name: str) -> Body | Frame | Point | Load | Constraint:
-        """The body, frame, point, load or constraint of that name, looked up in this order."""
-        for group in (self.bodies, self.frames, self.points, self.all_loads(), self.constraints):
+    def __getitem__(self, name: str) -> Joint | Body | Frame | Point | Load | Constraint:
+        """The joint, body, frame, point, load or constraint of that name, looked up in this order."""
+        for group in (self.joints, self.bodies, self.frames, self.points, self.all_loads(), self.constraints):
             for item in group:
                 if item.name == name:
                     return item
-        known = [x.name for x in (*self.bodies, *self.frames, *self.points)]
-        raise ModelError(f"Expected the name of a body, frame, point or load ({', '.join(known)}), got {name!r}.")
+        known = [x.name for x in (*self.joints, *self.bodies, *self.frames, *self.points)]
+        raise ModelError(
+            f"Expected the name of a joint, body, frame, point or load ({', '.join(known)}), got {name!r}."
+        )
 
     def all_loads(self) -> tuple[Load, ...]:
         """The loads with gravity written out: one force a body, and its potential −Σ m g·r."""

@@ -12,6 +12,7 @@ from kane.expr.latex import latex_name, to_latex
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody
+from kane.model.joints.joint import Joint
 from kane.model.loads import Load
 from kane.model.reactions import cut_of
 from kane.present.formulas import formulas
@@ -50,6 +51,7 @@ def declared(eom: Equations, values: Any = None) -> list[Table]:
             ("load", "acts", "potential"),
             tuple((load.name, _acting(load), _potential(load)) for load in eom.loads),
         ),
+        Table("Joints", ("joint", "kind", "from", "to", "coordinates"), tuple(map(_joint, system.joints))),
         Table("Reactions brought into evidence", ("reaction", "at", "along", "auxiliary speed"), _reactions(eom)),
         Table(*_parameters(eom, values)),
         Table("Inputs", ("input", "unit", "meaning"), tuple(_symbol(s) for s in eom.inputs)),
@@ -87,6 +89,12 @@ def _inertia(body: RigidBody) -> str:
         return " + ".join(terms) or "0"
     matrix = r" \\ ".join(" & ".join(to_latex(x) for x in row) for row in rows)
     return rf"\begin{{bmatrix}} {matrix} \end{{bmatrix}}_{{{place_latex(frame.name)}}}"
+
+
+def _joint(joint: Joint) -> tuple[str | Tex, ...]:
+    moves = Tex(",\\, ".join(latex_name(q.name) for q in joint.coordinates)) if joint.coordinates else "none"
+    parent, child = (Tex(place_latex(f.name)) for f in (joint.parent, joint.frame))
+    return (joint.name, joint.kind, parent, child, moves)
 
 
 def _factor(text: str) -> str:

@@ -22,6 +22,8 @@ Array = npt.NDArray[np.float64]
 GIVEN = 1e-8
 """Residual up to which a start that is given whole is taken as meant, and moved onto the constraints."""
 _TRIES = 24
+_ROUNDING = 1e-7
+"""Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +221,9 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
     rows, rest = a @ y, a @ z + b
     x = start.values.copy()
-    scale = np.maximum(np.abs(rows).max(axis=1, initial=0), 1e-300)
+    size = np.abs(rows).max(axis=1, initial=0)
+    # a row that vanishes here but for rounding holds nothing
+    scale = np.maximum(size, max(_ROUNDING * size.max(initial=0), np.finfo(float).tiny))
     free = list(start.free)
     if free:
         block = rows[:, free] / scale[:, None]

@@ -26,8 +26,12 @@ Array = npt.NDArray[np.float64]
 
 _ROUNDS = 6
 _CLOSED = 1e-13
-RANK = 1e-7
-"""Singular values of the balanced A M^(−1/2) below this share of the largest count as zero."""
+_ROUNDING = 1e-13
+"""Share of the largest entry of A below which an entry is what rounding left of zero."""
+RANK = 1e-4
+"""Singular values σ of A without units below this share of the largest count as zero. Where a linkage comes through a position at
+which the constraints lose rank, what rounding leaves of f becomes f/σ in q and f/σ² in u, however short the steps: f = c ≠ 0 does
+not go through there, but turns off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +67,8 @@ class Manifold:
             flat[at[3] :].reshape(nq, -1)[:, :n],
         )
 
-    def project(self, t: float, x: Array, p: Array, r: Array) -> tuple[Array, Numbers]:
-        """The state moved onto the constraints, and the numbers there."""
+    def project(self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0) -> tuple[Array, Numbers]:
+        """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had."""
         x = x.copy()
         nq = len(self.eom.coordinates)
         for places in self.euler:
@@ -72,12 +76,13 @@ class Manifold:
             x[list(places)] = e / np.linalg.norm(e)
         now = self.numbers(t, x, p, r)
         c = len(now.f)
+        reach = np.maximum(reach, np.abs(now.a))
         size = np.abs(now.f).max(initial=0)
         for _ in range(_ROUNDS):
             if not size > _CLOSED:
                 break
             trial = x.copy()
-            trial[:nq] += now.w @ step(now.m, now.a[:c], -now.f)
+            trial[:nq] += now.w @ step(now.m, now.a[:c], -now.f, reach[:c])
             for places in self.euler:
                 e = trial[list(places)]
                 trial[list(places)] = e / np.linalg.norm(e)
@@ -87,18 +92,31 @@ class Manifold:
                 break
             x, now, size = trial, new, left
         if len(now.b):
-            x[nq:] += step(now.m, now.a, -(now.a @ x[nq:] + now.b))
+            x[nq:] += step(now.m, now.a, -(now.a @ x[nq:] + now.b), reach)
         return x, now
 
 
-def step(m: Array, a: Array, right: Array) -> Array:
+def step(m: Array, a: Array, right: Array, reach: Array | float = 0.0) -> Array:
     """The δ of least δᵀM δ with A δ = right, in the least-squares sense where the rows of A are dependent."""
-    rows = np.abs(a).max(axis=1, keepdims=True)
-    rows = np.where(rows > 0, rows, 1.0)
-    a, right = a / rows, right / rows[:, 0]
     scale = metric(m)
-    y, *_ = np.linalg.lstsq(a @ scale, right, rcond=RANK)
+    combined, sigma = combinations(a, reach)
+    sure = combined[sigma > RANK * sigma[0]]
+    y, *_ = np.linalg.lstsq(sure @ a @ scale, sure @ right, rcond=1e-14)
     return np.asarray(scale @ y)
+
+
+def combinations(a: Array, reach: Array | float = 0.0) -> tuple[Array, Array]:
+    """Rows that combine those of A into independent ones, and singular values of A divided by the sizes its rows and columns have had.
+
+    So units do not matter, and a row that vanishes now is not mistaken for one in small units.
+    """
+    a = np.where(np.abs(a) > _ROUNDING * np.abs(a).max(), a, 0.0)
+    reach = np.maximum(reach, np.abs(a))
+    size = reach.max(axis=1, keepdims=True)
+    size = np.where(size > 0, size, 1.0)
+    width = (reach / size).max(axis=0)
+    left, sigma, _ = np.linalg.svd(a / size / np.where(width > 0, width, 1.0))
+    return (left / size).T[: len(sigma)], sigma
 
 
 def metric(m: Array) -> Array:

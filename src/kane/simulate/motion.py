@@ -24,13 +24,12 @@ from kane.model.events import Event
 from kane.program.equations import expressions, rate_names
 from kane.program.handle import Handle
 from kane.program.machine import Settings
-from kane.simulate.manifold import Manifold, Numbers, manifold, step
+from kane.simulate.manifold import RANK, Manifold, Numbers, combinations, manifold, step
 
 Array = npt.NDArray[np.float64]
 
-_POOR, _BETTER, _LOST = 0.02, 4.0, 1e-6
-"""Reciprocal condition of the dependent block below which another is sought, by how much that must be better, and below which the
-rank counts as dropped."""
+_POOR, _BETTER = 0.02, 4.0
+"""Reciprocal condition of the dependent block below which another is sought, and by how much that must be better."""
 
 _known: weakref.WeakKeyDictionary[Equations, dict[str, Any]] = weakref.WeakKeyDictionary()
 
@@ -79,6 +78,7 @@ class Motion:
         self.segments: list[tuple[float, Equations]] = []
         self.changes: list[tuple[Event, float]] = []
         self.lost = False
+        self.reach: Array = np.zeros((len(eom.b), len(eom.speeds)))
         self._take(eom)
 
     def _take(self, eom: Equations) -> None:
@@ -112,7 +112,8 @@ class Motion:
         """y moved onto the constraints, and their numbers there."""
         if self.manifold is None:
             return y, None
-        x, numbers = self.manifold.project(t, y[: self.width], self.fixed, self.inputs(t))
+        x, numbers = self.manifold.project(t, y[: self.width], self.fixed, self.inputs(t), self.reach)
+        self.reach = np.maximum(self.reach, np.abs(numbers.a))
         return np.append(x, y[self.width :]), numbers
 
     def settle(self, t: float, numbers: Numbers | None) -> bool:
@@ -124,13 +125,14 @@ class Motion:
         now = _quality(numbers.a, e.partition)
         if now < _POOR:
             found = choose(numbers.a)
-            if len(found.rows) == len(e.partition.rows) and _quality(numbers.a, found) > _BETTER * now:
+            more = len(found.rows) - len(e.partition.rows)
+            if (more == 0 or (more > 0 and not self.segments)) and _quality(numbers.a, found) > _BETTER * now:
                 eom = _made(self.first, f"partition {found}", lambda: repartition(self.first, numbers.a))
                 self._take(eom)
                 given = ", ".join(u.name for u in eom.dependent_speeds)
                 self._note(t, f"dependent speeds {given}", "the dependent speeds were changed")
-                now = _quality(numbers.a, found)
-        lost = now < _LOST
+        sigma = combinations(numbers.a, self.reach)[1]
+        lost = bool(sigma[len(self.eom.dependent_speeds) - 1] < RANK * sigma[0])
         if lost and not self.lost:
             self._check_loose(t)
             self._note(t, "rank of the constraints drops", "the accelerations of least size were taken")
@@ -157,11 +159,20 @@ class Motion:
         nq, n = len(eom.coordinates), len(eom.speeds)
         loose = _made(eom, "loose", lambda: _loose(eom))(t, x, self.fixed, r)
         free = np.linalg.lstsq(numbers.m, loose[nq : nq + n], rcond=None)[0]
-        u_dot = free + step(numbers.m, numbers.a, -loose[nq + n :] - numbers.a @ free)
+        u_dot = free + step(numbers.m, numbers.a, -loose[nq + n :] - numbers.a @ free, self.reach)
         return np.concatenate([loose[:nq], u_dot, found[-1:]])
 
 
 def _quality(a: Array, partition: Partition) -> float:
-    """Reciprocal condition number of the dependent block, A balanced."""
+    """Reciprocal condition number of the dependent block, A balanced, or the least share that a pivot of its elimination has."""
     block = balanced(a)[np.ix_(partition.rows, partition.dependent)]
-    return float(1.0 / np.linalg.cond(block)) if block.size else 1.0
+    if not block.size:
+        return 1.0
+    found = float(1.0 / np.linalg.cond(block))
+    for j in range(len(block)):
+        rest = block[j:, j:]
+        if not rest[0, 0]:
+            return 0.0
+        found = min(found, float(abs(rest[0, 0]) / np.abs(rest).max()))
+        block[j + 1 :, j:] -= np.outer(block[j + 1 :, j] / block[j, j], block[j, j:])
+    return found

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
+from kane.dynamics.joint_reactions import Place, unsolved
 from kane.dynamics.values import evaluate_along
 from kane.errors import ValueMissingError
 from kane.expr.html import quietly
@@ -20,6 +21,7 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
 from kane.model.constraints import Constraint
 from kane.model.events import Event
+from kane.space.frame import Frame
 from kane.space.vector import Vector
 
 Array = npt.NDArray[np.float64]
@@ -109,13 +111,32 @@ class Solution:
             raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.")
         return known[name]
 
+    def reaction(self, place: Place, frame: Frame | None = None) -> tuple[Array | None, Array]:
+        """Force and torque (each n × 3, along `frame`, by default the inertial one) at a place, by name or as `eom.reaction` takes it.
+
+        They are what the near side exerts on the far side, the torque about the far side's point. Of a frame the force is None.
+        """
+        target = self.equations.system.inertial if frame is None else frame
+
+        def components(eom: Equations) -> list[Expr]:
+            found = unsolved(eom, place)
+            vectors = [v for v in (found.force, found.torque) if v is not None]
+            return [x for v in vectors for x in v.components(target)]
+
+        table = np.stack(self._by_segment(components), axis=-1)
+        return (table[:, :3] if table.shape[1] == 6 else None), table[:, -3:]
+
     def _values(self, exprs: Any) -> list[Array]:
+        return self._by_segment(lambda eom: exprs)
+
+    def _by_segment(self, exprs: Callable[[Equations], Any]) -> list[Array]:
         if len(self.segments) < 2:
-            return self._values_along(self.equations, exprs, slice(None))
+            stepped = self.segments[0].equations if self.segments else self.equations
+            return self._values_along(stepped, exprs(stepped), slice(None))
         starts = [int(np.searchsorted(self.t, s.start)) for s in self.segments[1:]]
         parts = [slice(a, b) for a, b in zip([0, *starts], [*starts, len(self.t)], strict=True)]
         found = [
-            self._values_along(s.equations, exprs, part)
+            self._values_along(s.equations, exprs(s.equations), part)
             for s, part in zip(self.segments, parts, strict=True)
             if part.start < part.stop
         ]

@@ -21,8 +21,8 @@ Array = npt.NDArray[np.float64]
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 """Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
-_DRIFT = 1e-10
-"""Change by projection at which the other solvers are started anew."""
+_DRIFT = 10.0
+"""Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
 
 
 def integrate(
@@ -124,6 +124,7 @@ def _continued(
         solver.y = y
         solver.f = motion.rate(solver.t, y)
         return solver, 1
-    if not changed and np.abs(y - solver.y).max() <= _DRIFT * max(1.0, np.abs(y).max()):
+    slack = _DRIFT * (tolerances["atol"] + tolerances["rtol"] * np.abs(y))
+    if not changed and np.all(np.abs(y - solver.y) <= slack):
         return solver, 0
     return _solver(method, motion, solver.t, y, t1, tolerances), int(solver.nfev)

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The equations of motion before they are solved, as one linear system for all that is unknown at a state.
+
+    M u̇ − Aᵀ λ − G R       = f                n rows
+    A u̇                    = −(Ȧ u + ḃ)       one for each constraint
+    M_a u̇ − A_aᵀ λ − G_a R = f_a              one for each reaction
+
+K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives are short, and hold wherever K is regular:
+
+    K δz = −∂(K z − k)/∂x δx,   z held while differentiating.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kane.dynamics.equations import Equations
+from kane.expr.build import add, neg, sub
+from kane.expr.diff import tangent
+from kane.expr.evaluate import free_symbols
+from kane.expr.matrix import dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import Coordinate, Reaction, Symbol, Time, rate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unsolved:
+    """z = (u̇, λ, R) as `unknowns`, K, k, and what a state must satisfy.
+
+    `configuration` is f(q, t), `motion` A u + b, `rates` q̇ in speeds, `spins` the angular velocity's measure numbers of each set of
+    Euler parameters.
+    """
+
+    unknowns: tuple[Symbol, ...]
+    matrix: tuple[tuple[Expr, ...], ...]
+    right: tuple[Expr, ...]
+    configuration: tuple[Expr, ...]
+    motion: tuple[Expr, ...]
+    rates: tuple[Expr, ...]
+    spins: tuple[Expr, ...]
+
+    @property
+    def residual(self) -> tuple[Expr, ...]:
+        """K z − k."""
+        return tuple(sub(dot(row, self.unknowns), k) for row, k in zip(self.matrix, self.right, strict=True))
+
+    @property
+    def places(self) -> tuple[Expr, ...]:
+        """f, A u + b, q̇ and spins: what is differentiated together with the residual."""
+        return (*self.configuration, *self.motion, *self.rates, *self.spins)
+
+
+def unsolved(eom: Equations) -> Unsolved:
+    """The unsolved equations of motion."""
+    blocks, rows = eom.blocks, eom.constraints
+    m, s = len(rows.constraints), len(eom.reactions)
+    upper = [
+        (*mass, *(neg(row[r]) for row in rows.a), *map(neg, coupling))
+        for r, (mass, coupling) in enumerate(zip(blocks.mass, blocks.coupling, strict=True))
+    ]
+    held = [(*row, *[ZERO] * (m + s)) for row in rows.a]
+    lower = [
+        (*mass, *(neg(row[r]) for row in rows.a_auxiliary), *map(neg, coupling))
+        for r, (mass, coupling) in enumerate(zip(blocks.mass_a, blocks.coupling_a, strict=True))
+    ]
+    kinematical = eom.kinematical
+    return Unsolved(
+        (
+            *map(rate, eom.speeds),
+            *(Reaction.declare(f"λ{k + 1}") for k in range(m)),
+            *eom.reactions,
+        ),
+        (*upper, *held, *lower),
+        (*blocks.forcing, *map(neg, rows.drift), *blocks.forcing_a),
+        tuple(c.expr for c in eom.system.holonomic),
+        tuple(add(dot(row, eom.speeds), b) for row, b in zip(rows.a, rows.b, strict=True)),
+        eom.rates,
+        tuple(
+            add(dot(list(kinematical.inverse[w].values()), list(kinematical.inverse[w])), kinematical.x[w])
+            for e in eom.system.euler_parameters
+            for w in e.quasi
+        ),
+    )
+
+
+def partial_columns(roots: tuple[Expr, ...], symbols: tuple[Expr, ...]) -> list[list[Expr]]:
+    """∂roots/∂symbol, a list for each symbol."""
+    columns = []
+    for s in symbols:
+        memo: dict[Expr, Expr] = {}
+        columns.append([tangent(r, {s: ONE}, memo) for r in roots])
+    return columns
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Perturbations:
+    """The free perturbations ξ of the coordinates, δq = T ξ: δq itself; for Euler parameters three small angles.
+
+    The angles are along the axes of the frame that the parameters turn. `coordinates` are those perturbed as
+    they are, `sets` the indices of the Euler parameters, whose angles come last. `timed` says whether the time enters the equations.
+    """
+
+    names: tuple[str, ...]
+    symbols: tuple[Coordinate | None, ...]
+    coordinates: tuple[int, ...]
+    sets: tuple[tuple[int, int, int, int], ...]
+    timed: bool
+
+
+def perturbations(eom: Equations) -> Perturbations:
+    """The perturbations of the coordinates of a system."""
+    made = unsolved(eom)
+    place = {q: i for i, q in enumerate(eom.coordinates)}
+    sets = [tuple(place[e] for e in s.coordinates) for s in eom.system.euler_parameters]
+    turned = {i for s in sets for i in s}
+    plain = [i for i in range(len(place)) if i not in turned]
+    angles = [f"theta{k}_{eom.coordinates[s[0]].name}" for s in sets for k in (1, 2, 3)]
+    return Perturbations(
+        (*(eom.coordinates[i].name for i in plain), *angles),
+        (*(eom.coordinates[i] for i in plain), *[None] * len(angles)),
+        tuple(plain),
+        tuple((s[0], s[1], s[2], s[3]) for s in sets),
+        any(isinstance(s, Time) for s in free_symbols([*made.places, *made.residual])),
+    )

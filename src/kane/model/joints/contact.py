@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contact of a wheel with a plane: where it touches, which particles meet there, and the constraints of contact and of rolling.
+
+A wheel is a ring of radius R about an axis w, thickened to a torus by a crown of radius r: a disk's edge has r = 0, a sphere
+R = 0. With the plane's unit normal n and d the direction in the wheel's plane that points down,
+
+    d = −(n − (n·w) w) / |n − (n·w) w|,        contact = centre + R d − r n,
+
+which is smooth but where the wheel lies flat (n ∥ w). The height h = (contact − Q)·n over a point Q of the plane has the rate of
+the relative velocity, along n, of the particles in contact: the multiplier of h = 0 is the normal force on the wheel's particle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kane.errors import ModelError
+from kane.expr.evaluate import sample
+from kane.expr.node import ZERO, Expr
+from kane.model.constraints import Constraint, rolling, touching
+from kane.model.directions import check_unit, home_of
+from kane.model.joints.joint import check_place, fixed
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.rotation import single
+from kane.space.vector import Vector
+
+_SEEDS = (20062, 20063)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contact:
+    """A wheel on a plane.
+
+    `point` is the geometric point of contact, `particle` the wheel's particle there and `ground` the plane's (None on a plane at
+    rest). `height` is the configuration constraint of contact, `rolling` the two motion constraints; where the coordinates keep
+    contact by themselves, list only the latter.
+    """
+
+    name: str
+    point: Point
+    particle: Point
+    ground: Point | None
+    normal: Vector
+    height: Constraint
+    rolling: tuple[Constraint, ...]
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """All three."""
+        return (self.height, *self.rolling)
+
+    def __repr__(self) -> str:
+        return f"Contact({self.name!r}: {self.particle.name} on {self.height.name})"
+
+
+def wheel_contact(
+    name: str,
+    wheel: Frame,
+    center: Point,
+    plane: Point,
+    normal: Vector,
+    ring: tuple[Expr, Vector] | None,
+    crown: Expr,
+    along: Vector | None,
+    down: Vector | None,
+) -> Contact:
+    """The contact of a ring (radius, axis) with a crown on the plane through `plane` across `normal`."""
+    check_place(name, center, wheel)
+    check_place(name, plane, wheel)
+    check_unit(normal, f"normal of {name!r}")
+    base = home_of(normal, f"normal of {name!r}")
+    reach = normal * -crown if crown is not ZERO else Vector()
+    if ring is not None:
+        radius, axis = ring
+        axis = _despun(fixed(axis, wheel, f"axis of {name!r}"), wheel)
+        reach = reach + _down(name, axis, normal, down) * radius
+    point = center.at(f"{name} point", reach)
+    particle = center.fixed_in(wheel, f"{name} particle", reach)
+    ground = None if base.parent is None else plane.fixed_in(base, f"{name} ground", point.position(plane))
+    height = touching(particle, plane, normal=normal, name=f"{name} normal")
+    slip = rolling(particle, ground, normal=normal, along=along, name=name)
+    return Contact(name, point, particle, ground, normal, height, slip)
+
+
+def _despun(axis: Vector, wheel: Frame) -> Vector:
+    """The axis along the frame that the wheel spins in, where it spins about one of its own axes: shorter without the spin."""
+    o = wheel.orientation
+    if o is None or o.axis is None or single(axis.components(wheel)) != o.axis:
+        return axis
+    return Vector(((o.base, axis.components(wheel)),))
+
+
+def _down(name: str, axis: Vector, normal: Vector, down: Vector | None) -> Vector:
+    if down is None:
+        steepest = normal - axis * normal.dot(axis)
+        if steepest.is_zero:
+            raise ModelError(f"Expected the wheel {name!r} not to lie flat, got its axis along the normal {normal}.")
+        return -steepest.gathered().normalized()
+    check_unit(down, f"down direction of {name!r}")
+    checks = [down.dot(axis), down.cross(axis).dot(normal), normal.dot(down)]
+    for seed in _SEEDS:
+        level, sideways, sense = sample(checks, seed)
+        if abs(level) > 1e-9 or abs(sideways) > 1e-9 or sense > 0:
+            raise ModelError(
+                f"Expected down= in the plane of the wheel {name!r}, across its axis and pointing to the ground, got {down}: its "
+                f"products with the axis, the horizontal and the normal are {level:.3g}, {sideways:.3g}, {sense:.3g} at a random "
+                "configuration (0, 0 and negative). Leave it out to have it found."
+            )
+    return down
+
+
+def positive(e: Expr, what: str) -> None:
+    """A length whose sign is known is positive."""
+    value = sample([e], _SEEDS[0])[0]
+    if not value > 0:
+        raise ModelError(f"Expected a positive {what}, got {e} = {value:.6g}.")

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A pair of gears, external or internal, on any carriers: teeth do not slip at the pitch point.
+
+The particles of both gears at the pitch point have one velocity along the common tangent. The multiplier is the tangential tooth
+force on the first gear, so that bearings feel the teeth too. With both gears on pins of one carrier it is a configuration constraint,
+
+    r_a θ_a + r_b θ_b = r_a φ  (external)        r_a θ_a − r_b θ_b = r_a φ  (internal, b the ring),
+
+otherwise a motion constraint. The pitch radii divide the distance of the centres as the numbers of teeth do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kane.errors import ModelError
+from kane.expr.build import add, mul, sub
+from kane.expr.kinds import is_constant_in_time
+from kane.expr.node import Expr, as_expr
+from kane.model.constraints import Constraint, no_slip
+from kane.model.joints.joint import Joint, fixed, numbers
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+Gear = Joint | tuple[Frame, Point]
+
+
+def gear_pair(
+    name: str,
+    a: Gear,
+    b: Gear,
+    *,
+    teeth: tuple[Any, Any],
+    internal: bool = False,
+    axis: Vector | None = None,
+    phase: Any = 0,
+) -> Constraint:
+    """Gears `a` and `b` mesh.
+
+    Parameters
+    ----------
+    name : of the constraint
+    a, b : pin joints, or (frame, centre) of gears on any carriers whose centres keep their distance
+    teeth : numbers of teeth, or pitch radii: only their ratio counts
+    internal : whether `b` is a ring with teeth inside
+    axis : common unit vector of the gears' axes; that of `a` where it is a pin
+    phase : the angle φ of `a` at θ_b = 0, for gears on pins of one carrier: list the constraint in holonomic=
+
+    Returns
+    -------
+    Constraint
+        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
+    """
+    (frame_a, at_a), (frame_b, at_b) = _gear(name, a), _gear(name, b)
+    n = axis if axis is not None else a.axis if isinstance(a, Joint) else None
+    if n is None:
+        raise ModelError(f"Expected axis=unit vector for the gears {name!r}, which are not given by pin joints.")
+    z_a, z_b = (as_expr(z) for z in teeth)
+    line = at_b.position(at_a)
+    size = line.magnitude()
+    _check_layout(name, line, n, size, z_a, z_b, internal)
+    whole = sub(z_b, z_a) if internal else add(z_a, z_b)
+    e = -line / size if internal else line / size
+    r_a, r_b = size * z_a / whole, size * z_b / whole
+    tangent = n.cross(e).gathered()
+    p = at_a.fixed_in(frame_a, f"{name} {frame_a.name}", (e * r_a).gathered())
+    q = at_b.fixed_in(frame_b, f"{name} {frame_b.name}", (e * (r_b if internal else -r_b)).gathered())
+    slip = no_slip(p, q, along=tangent, name=name)[0]
+    if not (isinstance(a, Joint) and isinstance(b, Joint) and a.parent is b.parent):
+        return slip
+    other = fixed(b.axis, a.parent, f"axis of {b.name!r}")
+    sense = numbers([other.dot(n)])[0] * numbers([a.axis.dot(n)])[0]
+    turn_b = b.coordinates[0] if (sense > 0) != internal else -b.coordinates[0]
+    way = add(mul(r_a, sub(a.coordinates[0], as_expr(phase))), mul(r_b, turn_b))
+    if numbers([a.axis.dot(n)])[0] < 0:
+        way = -way
+    return Constraint(name, "configuration", way, slip.forces, slip.torques, "N")
+
+
+def _gear(name: str, gear: Any) -> tuple[Frame, Point]:
+    if isinstance(gear, Joint):
+        if gear.kind != "pin":
+            raise ModelError(f"Expected gears on pins for {name!r}, got {gear.name!r}, a {gear.kind} joint.")
+        return gear.frame, gear.point
+    if isinstance(gear, tuple) and len(gear) == 2 and isinstance(gear[0], Frame) and isinstance(gear[1], Point):
+        return gear
+    raise ModelError(f"Expected a gear as a pin joint or (frame, centre) for {name!r}, got {gear!r:.60}.")
+
+
+def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b: Expr, internal: bool) -> None:
+    lift, ta, tb = numbers([line.dot(n), z_a, z_b])
+    if abs(lift) > 1e-9 or line.is_zero:
+        raise ModelError(
+            f"Expected centres of the gears {name!r} in one plane across the axis, got them {lift:.3g} m apart along {n}."
+        )
+    if not is_constant_in_time([size]):
+        raise ModelError(
+            f"Expected centres of the gears {name!r} at a constant distance, got {size!s:.60}. Carry both by one frame."
+        )
+    if not (ta > 0 and tb > (ta if internal else 0)):
+        raise ModelError(
+            f"Expected positive numbers of teeth{', more on the ring' if internal else ''} for {name!r}, got {ta:g} and {tb:g}."
+        )

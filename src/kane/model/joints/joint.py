@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the tree joints return: a child frame and point, with coordinates and speeds between them and the parent's.
+
+Every joint function takes the joint's name, the parent's point `at` which it sits and the parent frame, in this order; axes are
+unit vectors fixed in the parent frame. With all coordinates zero the child frame has the parent's orientation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from kane.errors import ModelError
+from kane.expr.evaluate import free_symbols, sample
+from kane.expr.kinds import is_constant_in_time
+from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Coordinate, Speed, rate
+from kane.model.directions import check_unit
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+Names = str | Coordinate | Sequence[str | Coordinate] | None
+SpeedNames = str | Speed | Sequence[str | Speed] | Mapping[Speed, Any] | None
+
+
+class Twist(NamedTuple):
+    """A relative motion of the child: a unit of `rotation` and of `translation` of its joint point, seen from the parent frame."""
+
+    rotation: Vector
+    translation: Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """A joint of the tree.
+
+    `frame` and `point` are the child's: build its body on them. `at` and `parent` are the parent's. `speeds` maps each of the
+    joint's generalized speeds to its definition: `speeds={**hinge.speeds, **slider.speeds}`. `free` are the motions that the
+    joint lets free; the force and torque that it transmits do no work on them.
+    """
+
+    name: str
+    kind: str
+    at: Point
+    parent: Frame
+    point: Point
+    frame: Frame
+    coordinates: tuple[Coordinate, ...]
+    speeds: Mapping[Speed, Expr]
+    axes: tuple[Vector, ...]
+    free: tuple[Twist, ...]
+
+    @property
+    def axis(self) -> Vector:
+        """The axis of a joint that has one, the first of several."""
+        if not self.axes:
+            raise ModelError(f"Expected a joint with an axis, got {self.name!r}, a {self.kind} joint, which has none.")
+        return self.axes[0]
+
+    @property
+    def angular_velocity(self) -> Vector:
+        """ω of the child frame in the parent frame, in rates."""
+        return self.frame.angular_velocity(self.parent)
+
+    @property
+    def velocity(self) -> Vector:
+        """Velocity of the child's joint point in the parent frame, in rates."""
+        return self.point.position(self.at).dt(self.parent)
+
+    def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
+        """Whether some of the definitions hold a rate of this joint."""
+        o = self.frame.orientation
+        own = {rate(q) for q in self.coordinates} | set(o.quasi if o is not None else ())
+        return any(s in own for s in free_symbols(definitions.values()))
+
+    def __repr__(self) -> str:
+        moves = ", ".join(map(str, self.coordinates)) or "none"
+        return f"Joint({self.name!r}: {self.kind}, {self.parent.name} to {self.frame.name}; coordinates {moves})"
+
+
+def made(
+    name: str,
+    kind: str,
+    place: tuple[Point, Frame],
+    reached: tuple[Point, Frame],
+    coordinates: Sequence[Coordinate],
+    speeds: SpeedNames,
+    definitions: Sequence[Expr],
+    axes: Sequence[Vector],
+    free: Sequence[Twist],
+    stems: Sequence[str] = ("u",),
+) -> Joint:
+    """The record; speeds by name, symbol, or with definitions of one's own."""
+    if isinstance(speeds, Mapping):
+        own = {u: as_expr(e) for u, e in speeds.items()}
+    else:
+        symbols = _symbols(Speed, "speeds", name, speeds, stems, len(definitions))
+        own = dict(zip(symbols, definitions, strict=True))
+    if len(own) != len(definitions) or not all(isinstance(u, Speed) for u in own):
+        raise ModelError(
+            f"Expected {len(definitions)} definitions of speeds, by Speed, for the {kind} joint {name!r}, got {len(own)}: "
+            f"{', '.join(map(str, own)) or 'none'}."
+        )
+    return Joint(name, kind, *place, *reached, tuple(coordinates), own, tuple(axes), tuple(free))
+
+
+def check_place(name: Any, at: Any, parent: Any) -> None:
+    """A joint has a name, sits at a geometric point and on a frame."""
+    if not isinstance(name, str) or not name:
+        raise ModelError(f"Expected a name for the joint, got {name!r:.60}.")
+    if not isinstance(at, Point) or at.body is not None:
+        raise ModelError(f"Expected at=geometric point of the parent for the joint {name!r}, got {at!r:.60}.")
+    if not isinstance(parent, Frame):
+        raise ModelError(f"Expected parent=frame for the joint {name!r}, got {parent!r:.60}.")
+
+
+def fixed(axis: Any, frame: Frame, what: str) -> Vector:
+    """`axis`, a unit vector fixed in `frame`, written along its axes."""
+    check_unit(axis, what)
+    v: Vector = axis.express(frame)
+    if not is_constant_in_time(v.scalars()):
+        raise ModelError(f"Expected the {what} fixed in {frame.name}, got {axis}, which turns in it.")
+    return v
+
+
+def coordinates_of(name: str, given: Names, stems: Sequence[str]) -> tuple[Coordinate, ...]:
+    """The joint's coordinates: as given, by name, or named after the joint."""
+    return _symbols(Coordinate, "coordinates", name, given, stems, len(stems))
+
+
+def _symbols(kind: type[Any], what: str, name: str, given: Any, stems: Sequence[str], count: int) -> tuple[Any, ...]:
+    label = "_".join(name.split())
+    if given is None:
+        if len(stems) == count:
+            wanted: list[Any] = [f"{stem}_{label}" for stem in stems]
+        else:
+            wanted = [f"{stems[0]}{k}_{label}" for k in range(1, count + 1)]
+    else:
+        wanted = [given] if isinstance(given, str | kind) else list(given)
+    if len(wanted) != count or len(set(wanted)) < count or not all(isinstance(x, str | kind) for x in wanted):
+        raise ModelError(
+            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {given!r:.80}. Left out, they are named after "
+            "the joint."
+        )
+    return tuple(kind.declare(x) if isinstance(x, str) else x for x in wanted)
+
+
+def reach(name: str, at: Point, offset: Vector | int = 0) -> Point:
+    """The child's joint point: a point of its own even where it coincides, so that the joint can be cut there."""
+    return at.at(f"{name} point", offset)
+
+
+def still(parent: Frame, child: str) -> Frame:
+    """A child frame that does not turn in its parent."""
+    return parent.rotate(child, 0, parent.x)
+
+
+def across(axis: Vector, frame: Frame) -> tuple[Vector, Vector]:
+    """Two unit vectors fixed in `frame` that make a right-handed set with `axis`, fixed there too: e₁ × e₂ = axis."""
+    basis = (frame.x, frame.y, frame.z)
+    for k, e in enumerate(basis):
+        after, last = basis[(k + 1) % 3], basis[(k + 2) % 3]
+        if axis.cross(e).is_zero:
+            return (after, last) if is_along(axis, e) else (last, after)
+    sizes = [abs(x) for x in numbers(axis.components(frame))]
+    start = basis[sizes.index(min(sizes))]
+    first = start.reject(axis).normalized().express(frame)
+    return first, axis.cross(first).express(frame)
+
+
+def is_along(v: Vector, w: Vector) -> bool:
+    """Whether v·w > 0 where parameters have their defaults."""
+    return numbers([v.dot(w)])[0] > 0
+
+
+def numbers(exprs: Sequence[Expr]) -> list[float]:
+    """Values at a random configuration, parameters at their defaults."""
+    return sample(exprs, 20061)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Constraints embedded: A B = 0, Kane's equations, multipliers and reactions; redundant, wrong and undetermined ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+G = 9.81
+LENGTHS = (0.4, 1.0, 0.8)
+
+
+class FourBar:
+    """Crank, coupler, rocker in the plane N.x N.y; a fixed link of 1.1."""
+
+    def __init__(self):
+        self.q = kn.coordinates("q1:4")
+        self.frames, self.bodies, point = [], [], O.at("pivot", 0)
+        self.pivot = point
+        for name, q, length in zip("ABC", self.q, LENGTHS, strict=True):
+            frame = N.rotate(name, q, N.z)
+            center = point.at(f"{name}*", length / 2 * frame.x)
+            inertia = kn.inertia(frame, 0.01, 0.1, 0.1)
+            self.bodies.append(kn.RigidBody(name, frame=frame, mass_center=center, mass=1, inertia=inertia))
+            self.frames.append(frame)
+            point = point.at(f"end {name}", length * frame.x)
+        self.tip, self.anchor = point, O.at("anchor", 1.1 * N.x)
+        self.close = kn.coincident(self.tip, self.anchor, along=(N.x, N.y), name="close")
+
+    def system(self, **more):
+        more = {"holonomic": self.close, "speeds": "rates", **more}
+        return kn.System(N, bodies=self.bodies, loads=[kn.gravity(-G * N.y)], **more)
+
+    def derive(self, **more):
+        return kn.derive(self.system(**more))
+
+
+BAR = FourBar()
+EOM = BAR.derive()
+
+
+def state(eom=EOM):
+    q1, q2, q3 = BAR.q
+    found = kn.assemble(eom, q={q1: 1.2, q2: kn.guess(-0.2), q3: kn.guess(-1.5)}, u={eom.speeds[0]: 3.0})
+    return {"q": found.q, "u": found.u}
+
+
+def numbers(eom, exprs, **more):
+    return np.array(eom.evaluate(list(exprs), **(state(eom) | more)), dtype=float)
+
+
+def matrix(eom, m, **more):
+    return np.asarray(eom.evaluate(m, **(state(eom) | more)), dtype=float).reshape(m.shape)
+
+
+def test_dependent_speeds_follow_from_independent_ones():
+    e = EOM.embedding
+    d, i = list(e.partition.dependent), list(e.independent)
+    A, A_n, b_n = matrix(EOM, EOM.A), matrix(EOM, EOM.A_n), numbers(EOM, EOM.b_n)
+    u = numbers(EOM, EOM.speeds)
+    np.testing.assert_allclose(A[:, d] @ A_n + A[:, i], 0, atol=1e-14)
+    np.testing.assert_allclose(A_n @ u[i] + b_n, u[d], atol=1e-13)
+    assert {*EOM.dependent_speeds, *EOM.independent_speeds} == set(EOM.speeds)
+
+
+def test_kane_s_equations_and_the_multipliers():
+    u_dot, f = numbers(EOM, EOM.accelerations), numbers(EOM, EOM.forcing)
+    A, M = matrix(EOM, EOM.A), matrix(EOM, EOM.mass_matrix)
+    multipliers = numbers(EOM, [EOM.multipliers[c] for c in BAR.close])
+    np.testing.assert_allclose(M @ u_dot, f + A.T @ multipliers, atol=1e-12)
+    np.testing.assert_allclose(A @ u_dot + numbers(EOM, EOM.constraints.drift), 0, atol=1e-12)
+    np.testing.assert_allclose(numbers(EOM, EOM.Fr_nh) + numbers(EOM, EOM.Fr_star_nh), 0, atol=1e-12)
+    assert len(EOM.Fr_nh) == 1
+
+
+def test_both_pivots_carry_the_weight_and_the_inertia():
+    """Σ m a = R_pivot + R_anchor + Σ m g, the multipliers being forces on the tip."""
+    pivot = [kn.reaction(f"P{k}", at=BAR.pivot, along=e) for k, e in enumerate((N.x, N.y))]
+    held = [kn.reaction(f"H{k}", constraint=c) for k, c in enumerate(BAR.close)]
+    eom = BAR.derive(reactions=[*pivot, *held])
+    p, h = numbers(eom, pivot), numbers(eom, held)
+    a = numbers(eom, [x for b in BAR.bodies for x in eom.point_accelerations[b.mass_center].components(N)]).reshape(
+        -1, 3
+    )
+    np.testing.assert_allclose(p + h, a[:, :2].sum(axis=0) + np.array([0, 3 * G]), atol=1e-12)
+    np.testing.assert_allclose(h, numbers(EOM, [EOM.multipliers[c] for c in BAR.close]), atol=1e-12)
+    np.testing.assert_allclose(numbers(eom, eom.accelerations), numbers(EOM, EOM.accelerations), atol=1e-12)
+
+
+@pytest.mark.parametrize("dependent", [(0, 1), (0, 2), (1, 2)])
+def test_the_dependent_speeds_can_be_named(dependent):
+    eom = BAR.derive(dependent_speeds=[EOM.speeds[k] for k in dependent])
+    assert {u.name for u in eom.dependent_speeds} == {EOM.speeds[k].name for k in dependent}
+    np.testing.assert_allclose(numbers(eom, eom.accelerations, **state()), numbers(EOM, EOM.accelerations), atol=1e-12)
+
+
+def test_the_power_of_a_rod_that_grows():
+    """dE/dt = P with what the rod's drive does, its rate and the rate of that included."""
+    x, y = kn.coordinates("x y")
+    p = O.at("p", x * N.x + y * N.y)
+    length = 1 + 0.3 * kn.sin(kn.time)
+    rod = kn.distance(p, O, length)
+    eom = kn.derive(
+        kn.System(N, bodies=[kn.Particle("p", p, 2)], speeds="rates", loads=[kn.gravity(-G * N.y)], holonomic=rod)
+    )
+    found = kn.assemble(eom, q={x: 0.4, y: kn.guess(-1)}, u={eom.speeds[0]: 0.9}, t=0.5)
+    derivative, power, thrust = eom.evaluate(
+        [eom.time_derivative(eom.energy), eom.power, eom.multipliers[rod]], q=found.q, u=found.u, t=0.5
+    )
+    assert derivative == pytest.approx(power, abs=1e-12)
+    radial = np.array([*found.q.values()]) / (1 + 0.3 * np.sin(0.5))
+    v = np.array([*found.u.values()])
+    assert v @ radial == pytest.approx(0.3 * np.cos(0.5), abs=1e-12)
+    across = v @ v - (v @ radial) ** 2
+    pull = 2 * (-0.3 * np.sin(0.5) - across / (1 + 0.3 * np.sin(0.5))) + 2 * G * radial[1]
+    assert thrust == pytest.approx(pull, abs=1e-12)
+
+
+class TestRedundant:
+    """Closed twice, or a plane loop in space."""
+
+    def test_is_named_and_changes_nothing(self):
+        again = kn.distance(BAR.tip, BAR.pivot, 1.1, name="same distance")
+        with pytest.warns(
+            kn.KaneWarning, match="The constraints 'close 1', .*'same distance' depend on each other: at least one"
+        ):
+            eom = BAR.derive(holonomic=[*BAR.close, again])
+        assert len(eom.redundant) == 1
+        np.testing.assert_allclose(
+            numbers(eom, eom.accelerations, **state()), numbers(EOM, EOM.accelerations), atol=1e-10
+        )
+
+    def test_what_is_not_determined_is_not_told(self):
+        space = kn.coincident(BAR.tip, BAR.anchor, along=(N.x, N.y, N.z), name="space")
+        told = r"the constraint 'space z' holds by itself.*Leave out redundant constraints, or model what gives way"
+        for r in (kn.reaction("Z", constraint=space[2]), kn.reaction("Z", at=BAR.pivot, along=N.z)):
+            with pytest.raises(kn.ReactionError, match=f"reactions that the motion determines, got Z.*{told}"):
+                BAR.derive(holonomic=space, reactions=[r])
+        with pytest.warns(kn.KaneWarning, match="'space z' holds by itself: it is redundant"):
+            eom = BAR.derive(holonomic=space, reactions=[kn.reaction("X", at=BAR.pivot, along=N.x)])
+        (x,) = numbers(eom, eom.reactions)
+        plain = BAR.derive(reactions=[kn.reaction("X", at=BAR.pivot, along=N.x)])
+        assert x == pytest.approx(numbers(plain, plain.reactions)[0], abs=1e-10)
+
+
+class TestRefused:
+    """Messages."""
+
+    def test_speeds_that_the_constraints_do_not_give(self):
+        x = kn.coordinate("x")
+        slider = kn.Particle("slider", O.at("slider", x * N.z), 1)
+        system = kn.System(
+            N, bodies=[*BAR.bodies, slider], speeds="rates", holonomic=BAR.close, dependent_speeds=[kn.speed("u_x")]
+        )
+        with pytest.raises(
+            kn.ModelError, match="Expected dependent_speeds= that the constraints give, got u_x, which they do not"
+        ):
+            kn.derive(system)
+
+    def test_bare_constraints_with_reactions_at_cuts(self):
+        bare = [kn.configuration_constraint(f"bare {k}", c.expr) for k, c in enumerate(BAR.close)]
+        with pytest.raises(
+            kn.ReactionError,
+            match="say where their forces act, as the reactions R feel them, got the bare expressions bare 0, bare 1",
+        ):
+            BAR.derive(holonomic=bare, reactions=[kn.reaction("R", at=BAR.pivot, along=N.x)])
+        eom = BAR.derive(holonomic=bare)
+        np.testing.assert_allclose(
+            numbers(eom, eom.accelerations, **state()), numbers(EOM, EOM.accelerations), atol=1e-11
+        )
+
+    def test_no_freedom_left(self):
+        """A structure: every speed is given, nothing moves, the multipliers carry the weight."""
+        stay = kn.distance(BAR.tip, O.at("above", 0.3 * N.x + 2 * N.y), 1.7, name="stay")
+        far = kn.distance(BAR.bodies[1].mass_center, O.at("left", -1 * N.x), 1.0, name="far")
+        with pytest.warns(kn.KaneWarning, match="redundant"):
+            eom = BAR.derive(holonomic=[*BAR.close, stay, far])
+        assert eom.independent_speeds == ()
+        assert len(eom.redundant) == 1

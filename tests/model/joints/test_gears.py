@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Gears and racks: reflected inertia, tooth forces, bearings and the planetary train."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from tests.model.joints.kinds import rigid
+from tests.model.joints.rates import power_and_rate
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+D = kn.parameter("d", 0.6, "m")
+G = 9.81
+
+
+def spinner(joint, mass, inertia):
+    return rigid(joint.name, joint.frame, joint.point, mass, kn.inertia(joint.frame, inertia, inertia, inertia))
+
+
+def numbers(eom, exprs, **state):
+    return np.array([float(x) for x in eom.evaluate(list(exprs), **state)])
+
+
+@pytest.mark.parametrize("internal", [False, True])
+@pytest.mark.parametrize("flipped", [False, True])
+def test_two_gears_on_the_ground(internal, flipped):
+    """(J_a + (r_a/r_b)² J_b) α = T; the tooth force turns b, and b's bearing carries it and b's weight."""
+    teeth = (20, 40)
+    r_a, r_b = (0.6, 1.2) if internal else (0.2, 0.4)
+    sense = (1 if internal else -1) * (-1 if flipped else 1)
+    a = kn.pin("a", O, N, axis=N.z)
+    b = kn.pin("b", O.at("P", D * N.x), N, axis=-N.z if flipped else N.z)
+    mesh = kn.gear_pair("mesh", a, b, teeth=teeth, internal=internal, phase=0.1)
+    loads = [kn.Torque(a.frame, 5 * N.z), kn.gravity(-G * N.y)]
+    bodies = [spinner(a, 1, 0.03), spinner(b, 2, 0.5)]
+    eom = kn.derive(kn.System(N, bodies=bodies, joints=[a, b], loads=loads, holonomic=mesh))
+    q = {a.coordinates[0]: 0.4, b.coordinates[0]: sense * 0.3 * r_a / r_b}
+    state = kn.assemble(eom, q=q, u={"u_a": 2.0})
+    at = {"q": state.q, "u": state.u}
+    assert state.q[b.coordinates[0]] == pytest.approx(q[b.coordinates[0]], abs=1e-13)
+    alpha = 5 / (0.03 + 0.5 * (r_a / r_b) ** 2)
+    np.testing.assert_allclose(numbers(eom, eom.accelerations, **at), [alpha, sense * alpha * r_a / r_b])
+    tooth = (0.03 * alpha - 5) / r_a  # on a, along the tangent, from a's moment of momentum
+    side = -1 if internal else 1  # the pitch point is on this side of a
+    force = np.array([0, side * tooth, 0])
+    np.testing.assert_allclose(numbers(eom, eom.reaction("mesh").force.components(N), **at), force, atol=1e-12)
+    bearing = eom.reaction("b")
+    np.testing.assert_allclose(
+        numbers(eom, bearing.force.components(N), **at), force + np.array([0, 2 * G, 0]), atol=1e-12
+    )
+    np.testing.assert_allclose(numbers(eom, bearing.torque.components(N), **at), 0, atol=1e-12)
+
+
+def planetary():
+    """Sun, carrier and planet about z; a ring that is held."""
+    sun, carrier = kn.pin("sun", O, N, axis=N.z), kn.pin("carrier", O, N, axis=N.z)
+    arm = carrier.point.at("arm", 0.3 * carrier.frame.x)
+    planet = kn.pin("planet", arm, carrier.frame, axis=carrier.frame.z)
+    mesh = [
+        kn.gear_pair("inner", (planet.frame, planet.point), (sun.frame, sun.point), teeth=(20, 40), axis=N.z),
+        kn.gear_pair("outer", (planet.frame, planet.point), (N, O), teeth=(20, 80), internal=True, axis=N.z),
+    ]
+    return sun, carrier, planet, mesh
+
+
+def test_willis():
+    """ω_sun − ω_c = −(z_ring/z_sun)(ω_ring − ω_c), the ring at rest."""
+    sun, carrier, planet, mesh = planetary()
+    bodies = [spinner(j, 1, 0.1) for j in (sun, carrier, planet)]
+    system = kn.System(
+        N, bodies=bodies, joints=[sun, carrier, planet], nonholonomic=mesh, loads=[kn.Torque(sun.frame, 3 * N.z)]
+    )
+    eom = kn.derive(system)
+    state = kn.assemble(eom, q=[0.1, 0.2, 0.3], u={"u_sun": 6.0})
+    assert state.u[next(iter(carrier.speeds))] == pytest.approx(2.0)
+    assert state.u[next(iter(planet.speeds))] == pytest.approx((6 - 2) * -40 / 20)
+    power, rate, drift, second = power_and_rate(system, 5)
+    np.testing.assert_allclose(power, rate, atol=1e-13)
+    np.testing.assert_allclose(drift, second, atol=1e-12)
+    at = {"q": state.q, "u": state.u}
+    teeth = eom.reaction("outer").torque, eom.reaction("outer").force
+    assert teeth[0].is_zero
+    # the whole: torque on the ground from the ring's teeth balances the torque on the sun and what accelerates
+    alphas = numbers(eom, eom.accelerations, **at)
+    momentum = 0.1 * alphas[0] + 0.1 * alphas[1] + 0.1 * (alphas[1] + alphas[2]) + 0.3**2 * alphas[1]
+    pitch = 0.3 + 0.1  # ring radius 0.4 = 0.3·80/60
+    tangent = eom.reaction("outer").force.dot(carrier.frame.y)
+    assert numbers(eom, [tangent], **at)[0] * pitch + 3 == pytest.approx(momentum)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_gears_on_a_carrier_that_moves_freely(seed):
+    """On pins of one carrier: the rate of the configuration constraint is the power of the tooth forces, whatever the carrier does."""
+    body = kn.free("carrier", O, N)
+    f = body.frame
+    a = kn.pin("a", body.point.at("A", 0.1 * f.y), f, axis=f.z)
+    b = kn.pin("b", body.point.at("B", 0.1 * f.y + 0.3 * f.x - 0.4 * f.y), f, axis=f.z)
+    rail = kn.slider("rail", body.point.at("R", 0.2 * f.z), f, axis=f.x)
+    meshes = [
+        kn.gear_pair("mesh", a, b, teeth=(1, 2)),
+        kn.gear_pair("ring", a, b, teeth=(1, 2), internal=True),
+        kn.rack_and_pinion("rack", a, rail, radius=0.25, phase=0.3),
+        kn.rack_and_pinion("back", a, rail, radius=0.25, along=-f.x, axis=-f.z),
+    ]
+    bodies = [spinner(j, 1, 0.1) for j in (body, a, b, rail)]
+    power, rate, drift, second = power_and_rate(
+        kn.System(N, bodies=bodies, joints=[body, a, b, rail], holonomic=meshes), seed
+    )
+    np.testing.assert_allclose(power, rate, atol=1e-13)
+    np.testing.assert_allclose(drift, second, atol=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_rack_and_pinion_on_the_ground(sign):
+    """(J + m r²) α = T; the tooth force accelerates the rack; turning about +z moves it along `along`."""
+    pinion = kn.pin("pinion", O, N, axis=N.z)
+    rack = kn.slider("rack", O.at("below", -sign * 0.2 * N.y), N, axis=N.x)
+    mesh = kn.rack_and_pinion("mesh", pinion, rack, radius=0.2, along=sign * N.x)
+    loads = [kn.Torque(pinion.frame, 3 * N.z)]
+    eom = kn.derive(
+        kn.System(
+            N,
+            bodies=[spinner(pinion, 1, 0.05), spinner(rack, 4, 1)],
+            joints=[pinion, rack],
+            loads=loads,
+            holonomic=mesh,
+        )
+    )
+    state = kn.assemble(eom, q={"q_pinion": 0.5}, u={"u_pinion": 1.0})
+    at = {"q": state.q, "u": state.u}
+    assert state.q[rack.coordinates[0]] == pytest.approx(sign * 0.1)
+    alpha = 3 / (0.05 + 4 * 0.04)
+    np.testing.assert_allclose(numbers(eom, eom.accelerations, **at), [alpha, sign * 0.2 * alpha])
+    push = numbers(eom, eom.reaction("mesh").force.components(N), **at)
+    np.testing.assert_allclose(push, [-sign * 4 * 0.2 * alpha, 0, 0], atol=1e-13)
+    np.testing.assert_allclose(numbers(eom, eom.reaction("rack").force.components(N), **at), 0, atol=1e-13)
+    np.testing.assert_allclose(numbers(eom, eom.reaction("pinion").force.components(N), **at), -push, atol=1e-13)
+
+
+a, b = kn.pin("a", O, N, axis=N.z), kn.pin("b", O.at("P", D * N.x), N, axis=N.z)
+high = kn.pin("high", O.at("Q", D * N.x + D * N.z), N, axis=N.z)
+rail = kn.slider("rail", O, N, axis=N.x)
+roving = kn.pin("roving", O.at("R", kn.coordinate("s") * N.x), N, axis=N.z)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: kn.gear_pair("g", rail, b, teeth=(1, 2)), "gears on pins for 'g', got 'rail', a slider"),
+        (lambda: kn.gear_pair("g", a, O, teeth=(1, 2)), r"a pin joint or \(frame, centre\) for 'g'"),
+        (lambda: kn.gear_pair("g", (a.frame, O), b, teeth=(1, 2)), "axis=unit vector for the gears 'g'"),
+        (lambda: kn.gear_pair("g", a, high, teeth=(1, 2)), "one plane across the axis, got them 0.6 m apart"),
+        (lambda: kn.gear_pair("g", a, roving, teeth=(1, 2)), "at a constant distance"),
+        (lambda: kn.gear_pair("g", a, b, teeth=(2, 1), internal=True), "more on the ring"),
+        (lambda: kn.rack_and_pinion("g", b, a, radius=1), "a slider joint for 'g', got 'a', a pin|axis= and along="),
+        (lambda: kn.rack_and_pinion("g", (a.frame, O), rail, radius=1), "axis= and along= for 'g'"),
+        (lambda: kn.rack_and_pinion("g", a, rail, radius=1, along=N.z), "across the pinion's axis"),
+    ],
+)
+def test_faults_are_named(make, message):
+    with pytest.raises(kn.ModelError, match=message):
+        make()

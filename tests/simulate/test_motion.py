@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions on constraints: residuals, energy, the dependent speeds changed under way, positions where rank is lost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from tests.dynamics.test_embed import BAR, EOM, G, N, O
+
+q1, q2, q3 = BAR.q
+
+
+def start(eom, crank=3.0, angle=1.2):
+    found = kn.assemble(eom, q={q1: angle, q2: kn.guess(-0.2), q3: kn.guess(-1.5)}, u={eom.speeds[0]: crank})
+    return {"q": found.q, "u": found.u}
+
+
+def residual(sol):
+    return max(np.abs(r).max() for r in sol.constraint_residuals.values())
+
+
+def run(eom, span=(0, 3), **given):
+    return kn.simulate(eom, span, rtol=1e-10, atol=1e-10, **{**start(eom), **given})
+
+
+def test_a_crank_that_turns_over():
+    sol = run(EOM, samples=61)
+    assert np.ptp(sol["q1"]) > 2 * np.pi
+    assert residual(sol) < 1e-12
+    assert sol.energy_check.relative < 1e-9
+
+
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau", "BDF", "LSODA"])
+def test_every_method_keeps_the_constraints(method):
+    sol = kn.simulate(EOM, (0, 0.5), method=method, rtol=1e-7, atol=1e-7, samples=11, **start(EOM))
+    assert sol.status == "finished"
+    assert residual(sol) < 1e-6
+    assert sol.energy_check.relative < 1e-4
+
+
+@pytest.mark.parametrize("dependent", [(0, 1), (0, 2), (1, 2)])
+def test_named_dependent_speeds_give_the_same_motion(dependent):
+    """Each of these pivots vanishes somewhere in a turn: others take its place."""
+    eom = BAR.derive(dependent_speeds=[EOM.speeds[k] for k in dependent])
+    sol, plain = run(eom, samples=31), run(EOM, samples=31)
+    np.testing.assert_allclose(sol.states, plain.states, atol=1e-6)
+    assert residual(sol) < 1e-12
+    assert sol.segments[0].start == 0
+    changes = [(e.name, t) for e, t in sol.events if e.name.startswith("dependent speeds")]
+    assert len(changes) == len(sol.segments) - 1 + (sol.segments[0].equations is not eom)
+    if dependent == (0, 1):
+        assert changes, "the crank's speed cannot be told where coupler and rocker are in line"
+
+
+def test_a_pivot_that_vanishes_at_the_start():
+    """x² + y² = 1 at (1, 0): the speed of y cannot follow from that of x; the other is taken, and the motion says so.
+
+    Position and tension are those of a pendulum by its angle.
+    """
+    x, y, theta = kn.coordinates("x y theta")
+    p = O.at("p", x * N.x + y * N.y)
+    rod = kn.distance(p, O, 1)
+    tension = kn.reaction("T", constraint=rod)
+    ux, uy = kn.speeds("u_x u_y")
+    gravity = kn.gravity(-G * N.y)
+    system = kn.System(
+        N, bodies=[kn.Particle("p", p, 2)], speeds="rates", loads=[gravity], holonomic=rod, reactions=[tension],
+        dependent_speeds=[uy],
+    )  # fmt: skip
+    sol = kn.simulate(kn.derive(system), (0, 2), q={x: 1, y: 0}, rates={x: 0, y: 0.5}, rtol=1e-10, atol=1e-10)
+    first, t = sol.events[0]
+    assert (first.name, t, first.terminal) == ("dependent speeds u_x", 0, False)
+    assert sol.segments[0].equations.dependent_speeds == (ux,)
+    assert sol.equations.dependent_speeds == (uy,)
+
+    free = kn.System(
+        N,
+        bodies=[kn.Particle("p", O.at("p", N.rotate("R", theta, N.z).x), 2)],
+        speeds="rates",
+        loads=[gravity],
+    )
+    plain = kn.simulate(kn.derive(free), (0, 2), q=[0], u=[0.5], rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(np.unwrap(np.arctan2(sol["y"], sol["x"])), plain["theta"], atol=1e-7)
+    pull = 2 * G * np.sin(plain["theta"]) - 2 * plain["u_theta"] ** 2
+    np.testing.assert_allclose(sol[tension], pull, atol=1e-5)
+    assert residual(sol) < 1e-12
+
+
+def test_a_linkage_that_cannot_turn_over_swings_back():
+    """The shortest and the longest link together are longer than the others: the crank comes to a stop in line and returns."""
+    eom = BAR.derive(holonomic=kn.coincident(BAR.tip, O.at("far", 1.9 * N.x), along=(N.x, N.y), name="far"))
+    found = kn.assemble(eom, q={q1: 0.3, q2: kn.guess(0.4), q3: kn.guess(-0.8)}, u={eom.speeds[0]: 4.0})
+    sol = kn.simulate(eom, (0, 3), q=found.q, u=found.u, rtol=1e-10, atol=1e-10)
+    assert sol.status == "finished"
+    # in line with the coupler: the angle at the ground of a triangle of sides 1.8 (coupler and rocker), 0.4 and 1.9
+    most = np.arccos((0.4**2 + 1.9**2 - 1.8**2) / (2 * 0.4 * 1.9))
+    turned = (sol["q1"] + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(turned).max() < most + 1e-9
+    assert np.abs(turned).max() > 0.9 * most
+    assert residual(sol) < 1e-12
+    assert sol.energy_check.relative < 1e-8
+
+
+def test_euler_parameters_stay_of_unit_length():
+    e = kn.coordinates("e0:4")
+    B = N.rotate_euler_parameters("B", e)
+    body = kn.RigidBody("b", frame=B, mass_center=O.at("b*", 0.5 * B.x), mass=1, inertia=kn.inertia(B, 0.1, 0.2, 0.3))
+    eom = kn.derive(
+        kn.System(N, bodies=[body], speeds="rates", loads=[kn.gravity(-G * N.z)], holonomic=kn.perpendicular(B.y, N.z))
+    )
+    half = np.sqrt(0.5)
+    found = kn.assemble(
+        eom,
+        q=dict(zip(e, (half, 0, half, 0), strict=True)),
+        u={eom.speeds[1]: 2.0, eom.speeds[0]: kn.guess(1), eom.speeds[2]: kn.guess(0)},
+    )
+    sol = kn.simulate(eom, (0, 3), q=found.q, u=found.u)
+    np.testing.assert_allclose((sol.q**2).sum(axis=1), 1, atol=1e-14)
+    assert residual(sol) < 1e-12
+
+
+def test_a_start_by_rates():
+    sol = kn.simulate(EOM, (0, 0.1), q=start(EOM)["q"], rates={q1: 3.0}, samples=3)
+    np.testing.assert_allclose(sol.u[0], list(start(EOM)["u"].values()), atol=1e-10)
+
+
+class TestRankDrops:
+    """A parallelogram laid flat may open either way: there the constraints lose a row."""
+
+    q = kn.coordinates("q1:4")
+
+    def derive(self, **more):
+        bodies, point = [], O.at("pivot", 0)
+        for name, q, length in zip("ABC", self.q, (1.0, 2.0, 1.0), strict=True):
+            frame = N.rotate(name, q, N.z)
+            center = point.at(f"{name}*", length / 2 * frame.x)
+            bodies.append(
+                kn.RigidBody(name, frame=frame, mass_center=center, mass=1, inertia=kn.inertia(frame, 0.1, 0.1, 0.1))
+            )
+            point = point.at(f"end {name}", length * frame.x)
+        close = kn.coincident(point, O.at("anchor", 2 * N.x), along=(N.x, N.y), name="close")
+        return kn.derive(kn.System(N, bodies=bodies, speeds="rates", holonomic=close, **more))
+
+    def test_it_swings_through(self):
+        """Without gravity crank and rocker turn on alike: the energy is that of the start, and so is the speed."""
+        eom = self.derive()
+        flat = {self.q[0]: -0.3, self.q[1]: 0.0, self.q[2]: np.pi - 0.3}
+        found = kn.assemble(eom, q=flat, u={eom.speeds[0]: 1.0})
+        sol = kn.simulate(eom, (0, 1), q=found.q, u=found.u, rtol=1e-10, atol=1e-10)
+        assert residual(sol) < 1e-9
+        np.testing.assert_allclose(sol["u1"], 1, atol=1e-6)
+        np.testing.assert_allclose(sol["q2"], 0, atol=1e-6)
+
+    def test_a_start_there_takes_the_least_accelerations_and_says_so(self):
+        eom = self.derive()
+        flat = {self.q[0]: 0.0, self.q[1]: 0.0, self.q[2]: np.pi}
+        sol = kn.simulate(eom, (0, 0.5), q=flat, u=[1, 0, 1], rtol=1e-10, atol=1e-10)
+        assert ("rank of the constraints drops", 0) in [(e.name, t) for e, t in sol.events]
+        np.testing.assert_allclose(sol["u1"], 1, atol=1e-6)
