@@ -24,6 +24,7 @@ from kane.errors import (
     SingularError,
     SpaceError,
     SpeedsError,
+    UnitError,
     ValueMissingError,
 )
 from kane.expr.affine import affine
@@ -76,6 +77,7 @@ from kane.expr.symbols import (
     time,
 )
 from kane.expr.text import to_text
+from kane.expr.units_rules import unit_of
 from kane.model.bodies import Particle, RigidBody
 from kane.model.events import Event
 from kane.model.inertia import (
@@ -117,6 +119,7 @@ from kane.space.vector import Dyadic, Vector
 if TYPE_CHECKING:
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.present.checks import Check
+    from kane.present.figure import plot
     from kane.present.report import report
     from kane.present.versions import show_versions
 
@@ -126,6 +129,7 @@ logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says no
 
 _LAZY = {
     "report": "kane.present.report",
+    "plot": "kane.present.figure",
     "Check": "kane.present.checks",
     "show_versions": "kane.present.versions",
     "to_sympy": "kane.interop.sympy",
@@ -157,11 +161,11 @@ __all__ = [
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "action_reaction", "torque_pair",
     "reaction", "auxiliary_speed", "Event",
-    "System", "derive", "Equations", "compile", "Compiled", "Handle", "simulate", "Solution", "report", "Check",
+    "System", "derive", "Equations", "compile", "Compiled", "Handle", "simulate", "Solution", "plot", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
-    "free_symbols", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
-    "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "SpeedsError", "ReactionError",
+    "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
+    "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
     "SingularError", "ValueMissingError", "SimulationError", "ProgramError", "ArgumentError", "NotFiniteError", "KaneWarning",
     "show_versions", "__version__",
 ]  # fmt: skip

@@ -17,15 +17,18 @@ from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Reac
 from kane.model.bodies import Body, RigidBody
 from kane.model.checks import (
     check_bodies,
+    check_geometry,
     check_inputs,
     check_names,
     check_no_accelerations,
     check_reactions,
     check_strays,
+    listed,
 )
 from kane.model.events import Event
 from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
+from kane.model.units import check_units
 from kane.model.variables import EulerParameters, euler_sets, ordered_coordinates, speed_definitions
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -76,16 +79,21 @@ class System:
         coordinates: Sequence[Coordinate] | None = None,
     ) -> None:
         if not isinstance(inertial, Frame) or inertial.parent is not None:
-            raise ModelError(f"Expected a root frame as the inertial frame, got {inertial!r:.60}.")
-        bodies, loads = tuple(bodies), tuple(loads)
+            raise ModelError(
+                f'Expected a root frame as the inertial frame, got {inertial!r:.60}. Make one with kn.Frame("N") and give it first.'
+            )
+        bodies, loads = listed("bodies", bodies), listed("loads", loads)
         check_bodies(bodies)
         own = tuple(x for x in loads if isinstance(x, Load))
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         if len(own) + len(gravities) != len(loads):
+            (odd, *_) = (x for x in loads if not isinstance(x, Load | Gravity))
             raise ModelError(
-                "Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …: got something else."
+                f"Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …, got {odd!r:.60}. Say where it acts: "
+                "kn.Force(point, vector), kn.Torque(frame, vector)."
             )
-        reactions, auxiliary = tuple(reactions), tuple(auxiliary_speeds)
+        reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
+        events = listed("events", events)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary))
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
@@ -97,6 +105,7 @@ class System:
         roots = [*shape, *definitions.values(), *matter, *watched]
         symbols = free_symbols(roots)
         check_inputs((*found, *free_symbols(definitions.values())))
+        check_geometry(found)
         check_no_accelerations(free_symbols(matter))
         check_strays(free_symbols([*matter, *watched]), ordered, definitions, euler)
         check_names((*symbols, *definitions, *reactions, *auxiliary))
@@ -119,6 +128,7 @@ class System:
         }
         for slot, value in values.items():
             object.__setattr__(self, slot, value)
+        check_units(self, symbols)
 
     @property
     def rigid_bodies(self) -> tuple[RigidBody, ...]:

@@ -15,13 +15,15 @@ from kane.dynamics.equations import Equations
 from kane.dynamics.values import parameter_values, without_unknowns
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.node import Expr
+from kane.expr.symbols import time
 from kane.model.events import Event
 from kane.program.equations import expressions, rate_names
 from kane.program.handle import Handle
 from kane.program.machine import Settings
 from kane.simulate.crossings import crossings
+from kane.simulate.singular import check_regular, nearly_singular
 from kane.simulate.solution import Solution
-from kane.simulate.start import check_span, check_tolerance, input_functions, start_state
+from kane.simulate.start import check_masses, check_span, check_tolerance, input_functions, start_state
 
 Array = npt.NDArray[np.float64]
 Rate = Callable[[float, Array], Array]
@@ -74,6 +76,7 @@ def simulate(
     if method not in _SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(_SOLVERS)}, got {method!r}.")
     constants = parameter_values(eom, parameters)
+    check_masses(eom, constants)
     drives = input_functions(eom, inputs)
     fixed = np.array([constants[p] for p in eom.parameters])
     forces = list(drives.values())
@@ -90,6 +93,7 @@ def simulate(
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
     speeds = u if rates is None else eom.speeds_from_rates(q, rates, parameters=parameters, t=t0)
     start = np.append(start_state(eom, q, speeds), 0.0)
+    check_regular(eom, _values(eom, constants, t0, start), t0)
     watch = at(events) if events else None
     watched = watch(t0, start) if watch else np.zeros(0)
     _check_events(eom, watched, t0)
@@ -112,6 +116,10 @@ def _compiled(eom: Equations) -> tuple[Handle, Handle | None]:
 
 def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Handle:
     return Handle(expressions(eom, name, without_unknowns(eom, roots), labels), name, Settings(), None, "ignore")
+
+
+def _values(eom: Equations, constants: Mapping[Expr, float], t: float, state: Array) -> dict[Expr, float]:
+    return {time: t, **constants, **dict(zip((*eom.coordinates, *eom.speeds), state, strict=False))}
 
 
 def _check_start(motion: Handle, rate: Rate, t0: float, start: Array, why: Callable[[], str]) -> None:
@@ -151,7 +159,7 @@ def _integrate(
         if steps >= max_steps:
             status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
             break
-        before, failure = solver.t, None
+        before, last, failure = solver.t, solver.y.copy(), None
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
@@ -164,6 +172,7 @@ def _integrate(
             status = "stopped"
             message = (
                 f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
+                f"{nearly_singular(eom, _values(eom, constants, before, last))}"
             )
             break
         dense, end = solver.dense_output(), solver.t
