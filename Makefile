@@ -8,10 +8,10 @@ JOBS   ?= 2
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full check format docs bench bench-rhs lock clean
+.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs lock clean
 
 help:  ## list the targets
-	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write out/rolling_disk/report.html
 	$(BIN)/kane demo --out out
@@ -21,6 +21,12 @@ test: $(VENV)/.dev-stamp  ## the quick tests (5 minutes at most)
 
 test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at most)
 	KANE_FULL=1 $(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=full -q
+
+test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at the lowest versions allowed
+	bash requirements/package.sh $(PYTHON)
+
+test-pythons: $(VENV)/.dev-stamp  ## the quick tests on other Pythons, where there are any
+	bash requirements/pythons.sh
 
 check: $(VENV)/.dev-stamp  ## style, format, types, layers
 	$(BIN)/ruff check .

@@ -2,7 +2,11 @@
 """Sphinx configuration. `make docs` builds with warnings as errors and needs no network."""
 
 import re
+import sys
 from importlib.metadata import version as installed
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "kane"
 author = "the kane developers"
@@ -10,10 +14,10 @@ copyright = "2026, the kane developers"  # the name that Sphinx expects
 release = version = installed("kane")
 
 extensions = [
+    "katex_math",
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
 ]
 exclude_patterns = ["_build"]
@@ -21,15 +25,19 @@ exclude_patterns = ["_build"]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
+default_role = "code"  # single backticks in docstrings
+toc_object_entries_show_parents = "hide"
 autosummary_generate = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_default_options = {"show-inheritance": True}
 napoleon_google_docstring = False
 napoleon_use_ivar = True  # fields of records are described once, under Attributes
 napoleon_use_rtype = False
 napoleon_custom_sections = ["Equation", "Equations", "Shape", "Unit", "Units", "Source", "Sources", "Errors"]
 
+html_math_renderer = "katex"
+html_static_path = ["_static", "../src/kane/present/assets"]
+html_css_files = ["pages.css"]
 html_theme = "pydata_sphinx_theme"
 html_title = "kane"
 html_theme_options = {
@@ -38,8 +46,9 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-html_sidebars = {"index": []}
+html_sidebars = {"index": [], "tutorial/disk": []}
 html_show_sourcelink = False
+html_copy_source = False
 
 _LITERAL = re.compile(r"(``.+?``|`[^`]+`_?|^\s*:[^:]+:)")  # code, roles and names of fields
 

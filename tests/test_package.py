@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What users install: the wheel and the source distribution, built by the back end that pyproject.toml names."""
 
+import ast
 import logging
 import subprocess
 import sys
@@ -78,3 +79,54 @@ def test_every_source_names_its_licence():
 
 def test_logging_is_silent_unless_asked():
     assert any(isinstance(h, logging.NullHandler) for h in logging.getLogger("kane").handlers)
+
+
+SOURCES = sorted((ROOT / "src" / "kane").rglob("*.py"))
+
+
+def calls(path):
+    """Each call in a file: the name of the function, as it is written, and the call."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Call):
+            yield ast.unparse(node.func), node
+
+
+def test_nothing_prints_but_the_command():
+    """`show_versions` is asked to."""
+    found = {
+        p.relative_to(ROOT / "src" / "kane").as_posix() for p in SOURCES for name, _ in calls(p) if name == "print"
+    }
+    assert {place for place in found if not place.startswith("cli/")} == {"present/versions.py"}
+
+
+def test_warnings_are_kane_s_and_point_at_the_caller():
+    warned = [(p, call) for p in SOURCES for name, call in calls(p) if name.split(".")[-1] in ("warn", "warn_explicit")]
+    assert warned
+    for path, call in warned:
+        assert ast.unparse(call.func) == "warnings.warn", path
+        assert ast.unparse(call.args[1]) == "KaneWarning", path
+        assert [k.arg for k in call.keywords] == ["stacklevel"], path
+
+
+def test_a_warning_names_the_line_that_called():
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x", "m")
+    P = O.at("P", x * N.x)
+    event = kn.Event("far", kn.log(x / kn.parameter("a", 1.0, "m")))
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", events=[event]))
+    with pytest.warns(kn.KaneWarning) as caught:
+        kn.simulate(eom, (0, 0.1), q=[0.0], u=[1.0])
+    assert {w.filename for w in caught} == {__file__}
+
+
+def test_loggers_are_kane_s():
+    """Every logger is below the one that is silent unless asked; nothing configures the root."""
+    names = [
+        ast.unparse(call.args[0]) if call.args else "root"
+        for p in SOURCES
+        for name, call in calls(p)
+        if name in ("logging.getLogger", "logging.basicConfig")
+    ]
+    assert names
+    assert set(names) <= {"'kane'", "__name__"}

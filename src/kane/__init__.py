@@ -26,6 +26,7 @@ from kane.errors import (
     SingularError,
     SpaceError,
     SpeedsError,
+    UnitError,
     ValueMissingError,
 )
 from kane.expr.affine import affine
@@ -78,6 +79,7 @@ from kane.expr.symbols import (
     time,
 )
 from kane.expr.text import to_text
+from kane.expr.units_rules import unit_of
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import (
     Constraint,
@@ -155,6 +157,7 @@ from kane.space.vector import Dyadic, Vector
 if TYPE_CHECKING:
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.present.checks import Check
+    from kane.present.figure import plot
     from kane.present.report import report
     from kane.present.root_locus import root_locus
     from kane.present.versions import show_versions
@@ -166,6 +169,7 @@ logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says no
 _LAZY = {
     "report": "kane.present.report",
     "root_locus": "kane.present.root_locus",
+    "plot": "kane.present.figure",
     "Check": "kane.present.checks",
     "show_versions": "kane.present.versions",
     "to_sympy": "kane.interop.sympy",
@@ -205,11 +209,11 @@ __all__ = [
     "System", "derive", "Equations", "compile", "Compiled", "Handle", "assemble", "Assembled", "guess", "Guess", "signal", "Signal",
     "simulate", "Solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
-    "equilibrium", "OperatingPoint", "continuation", "Branch", "root_locus", "inverse", "Inverse", "report", "Check",
+    "equilibrium", "OperatingPoint", "continuation", "Branch", "root_locus", "inverse", "Inverse", "plot", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
-    "free_symbols", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
-    "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "SpeedsError", "ReactionError",
+    "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
+    "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
     "SingularError", "ValueMissingError", "SimulationError", "ProgramError", "ArgumentError", "NotFiniteError", "KaneWarning",
     "show_versions", "__version__",
 ]  # fmt: skip

@@ -25,6 +25,10 @@ class ModelError(KaneError, ValueError):
     """A declaration of the model is wrong in itself or contradicts another one."""
 
 
+class UnitError(ModelError):
+    """A unit that is none, or units that do not fit together."""
+
+
 class SpeedsError(ModelError):
     """The generalized speeds do not determine the rates: too many, too few, dependent, nonlinear."""
 

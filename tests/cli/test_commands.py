@@ -7,6 +7,7 @@ import csv
 import re
 import runpy
 from itertools import pairwise
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -109,6 +110,17 @@ def test_simulate_gives_the_library_s_motion(tmp_path):
     assert "pass  energy less the work of the loads" in said
 
 
+def test_simulate_draws_the_motion(tmp_path):
+    told = kane("simulate", "pendulum", "--t1", 1, "--plot", "out/run.svg").stderr
+    assert "Written: out/run.svg" in told
+    text = (tmp_path / "out" / "run.svg").read_text(encoding="utf-8")
+    svg = ElementTree.fromstring(text)
+    assert svg.tag.endswith("svg")
+    assert all(f"<!-- {label} -->" in text for label in ("t [s]", r"$\theta$ [rad]", "energy [J]"))
+    kane("simulate", "pendulum", "--t1", 1, "--plot", "run.png")
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_simulate_from_the_file_s_start(tmp_path):
     text = (
         SPRING + "START = {'q': {'x': 1, 'y': 0}, 'u': {'u_x': 0, 'u_y': 0}, 'parameters': {'k': 8}}\nSPAN = (1, 3)\n"
@@ -142,6 +154,8 @@ def test_simulate_with_an_input(tmp_path):
         (("--input", "F=1"), "the name of an input (there is none) in --input, got 'F'"),
         (("--t1", "-1"), "to end after its start at 0 s, got --t1 -1"),
         (("--csv", "."), "Expected a file to write, got the folder ."),
+        (("--plot", "."), "Expected --plot FILE that ends in .png, .svg, .pdf, got ."),
+        (("--plot", "a.jpg"), "Expected --plot FILE that ends in .png, .svg, .pdf, got a.jpg"),
     ],
 )
 def test_wrong_options(words, message):
@@ -149,7 +163,7 @@ def test_wrong_options(words, message):
 
 
 def test_simulation_that_breaks_off_is_the_exit_code(tmp_path):
-    text = SPRING.replace("kn.linear_spring(P, O, k)", "kn.Force(P, k * x**3 * N.x)")
+    text = SPRING.replace("kn.linear_spring(P, O, k)", 'kn.Force(P, k * x**3 / kn.parameter("a", 1, "m") ** 2 * N.x)')
     text += "START = {'q': {'x': 1, 'y': 0}, 'u': {'u_x': 1, 'u_y': 0}, 'parameters': {'k': 9}}\n"  # x escapes
     found = from_json("simulate", written(tmp_path, text), code=1)
     assert (found["ok"], found["status"]) == (False, "stopped")

@@ -46,7 +46,8 @@ def test_new_then_report(tmp_path):
 
 
 def test_interrupt(tmp_path):
-    written(tmp_path, "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(30)\n")
+    heeding = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # a shell's background jobs do not
+    written(tmp_path, f"import os, signal, time\n{heeding}\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(30)\n")
     done = process("check", "model.py", cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "Interrupted.\n")
 

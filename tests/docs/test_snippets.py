@@ -1,30 +1,35 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Python blocks of a page run, from top to bottom, as one script."""
-
-import re
-import subprocess
-import sys
-from pathlib import Path
+"""The Python blocks of every page run, and print what the page shows."""
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/tutorial/disk.md", "docs/howto/joints.md", "docs/howto/machine_code.md", "docs/howto/linearize.md")
+from tests.docs.snippets import PAGES, ROOT, Block, agrees, blocks, printed
+
+WITH_CODE = [page for page in PAGES if blocks((ROOT / page).read_text(encoding="utf-8"))]
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_snippets_run(page, tmp_path):
-    text = (ROOT / page).read_text(encoding="utf-8")
-    blocks = re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
-    assert blocks, f"{page} has no Python block"
-    script = tmp_path / "page.py"
-    script.write_text("\n".join(blocks), encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-W", "error", str(script)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
+@pytest.mark.parametrize("page", WITH_CODE)
+def test_snippets_run_and_print_what_is_shown(page, tmp_path):
+    found = blocks((ROOT / page).read_text(encoding="utf-8"))
+    for block, output in zip(found, printed(found, tmp_path), strict=True):
+        if block.shown is not None:
+            assert agrees(block.shown, output), f"{block.code}\nprints\n{output}"
+        else:
+            assert not output.strip(), f"{block.code}\nprints what the page does not show:\n{output}"
+
+
+def test_pages_are_found():
+    assert {"README.md", "docs/tutorial/disk.md", "docs/howto/machine_code.md", "docs/theory/energy.md"} <= set(
+        WITH_CODE
     )
-    assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_a_page_that_is_wrong_is_noticed(tmp_path):
+    text = "```python\nprint(1)\n```\n```text\n2\n```\n\n<!-- fragment -->\n```python\nfail()\n```\n\n```python\nx = 1\n```\n"
+    found = blocks(text)
+    assert found == [Block("print(1)\n", "2\n"), Block("x = 1\n", None)]
+    assert printed(found, tmp_path) == ["1\n", ""]
+    assert agrees("a …\nc\n", "a b\nc\n")
+    assert not agrees("2\n", "1\n")
+    with pytest.raises(AssertionError, match="ZeroDivisionError"):
+        printed([Block("1 / 0\n", None)], tmp_path)

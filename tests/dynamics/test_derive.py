@@ -40,7 +40,7 @@ def mechanism(choice="rates"):
     bodies = [
         kn.Particle("cart", cart, kn.parameter("m0", 2.0)),
         kn.RigidBody("table", frame=A, mass_center=arm, mass=1.1, inertia=kn.inertia(A, 0.3, 0.3, 0.5)),
-        kn.RigidBody("rod", frame=B, mass_center=rod, mass=0.7, inertia=kn.inertia(B, 0.2, 0.1, 0.3, 0.05, 0, 0.02)),
+        kn.RigidBody("rod", frame=B, mass_center=rod, mass=0.7, inertia=kn.inertia(B, 0.2, 0.15, 0.3, 0.05, 0, 0.02)),
     ]
     normal = kn.reaction("N_z", at=cart, along=N.z)
     v = cart.velocity(N)

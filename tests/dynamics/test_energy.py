@@ -24,7 +24,9 @@ def model(drive):
     slider = hub.at("slider", q[2] * B.y + q[3] * B.z)
     bodies = [
         kn.RigidBody("table", frame=A, mass_center=hub, mass=2, inertia=kn.inertia(A, 1, 1, 2)),
-        kn.RigidBody("link", frame=B, mass_center=link, mass=1, inertia=kn.inertia(B, 0.2, 0.1, 0.2, 0.03, 0.02, 0.01)),
+        kn.RigidBody(
+            "link", frame=B, mass_center=link, mass=1, inertia=kn.inertia(B, 0.2, 0.15, 0.2, 0.03, 0.02, 0.01)
+        ),
         kn.Particle("slider", slider, 0.5),
     ]
     return A, B, hub, slider, bodies

@@ -42,7 +42,7 @@ class Arm:
         self.far = far
         bodies = [
             kn.RigidBody("a", frame=self.A, mass_center=O, mass=1, inertia=kn.inertia(self.A, 1, 1, 2)),
-            kn.RigidBody("m", frame=cut, mass_center=O, mass=1, inertia=kn.inertia(cut, 1, 1, 3)),
+            kn.RigidBody("m", frame=cut, mass_center=O, mass=1, inertia=kn.inertia(cut, 1, 2, 3)),
             kn.RigidBody("b", frame=far, mass_center=self.G, mass=2, inertia=kn.inertia(far, 1, 2, 3)),
             kn.RigidBody("c", frame=self.C, mass_center=self.T, mass=1, inertia=kn.inertia(self.C, 0.1, 0.2, 0.3)),
             kn.Particle("p", self.P, 0.5),

@@ -16,11 +16,13 @@ l = kn.parameter("l", 0.6, "m", "length")
 I = kn.parameter("I", 0.07, "kg*m^2", "central moment of inertia")
 g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
 a = kn.parameter("a", 0.2, "m", "amplitude")
+b = kn.parameter("b", 0.2, "rad", "amplitude of the turning")
 w = kn.parameter("w", 3.0, "rad/s", "angular frequency")
 c = kn.parameter("c", 0.15, "N*m*s/rad", "damping")
 theta = kn.coordinate("theta", "rad", "angle from the downward vertical")
+r = kn.coordinate("r", "m", "distance along the tube")
 u = kn.speed("u1")
-VALUES = {"m": 1.3, "l": 0.6, "I": 0.07, "g": 9.81, "a": 0.2, "w": 3.0, "c": 0.15}
+VALUES = {"m": 1.3, "l": 0.6, "I": 0.07, "g": 9.81, "a": 0.2, "b": 0.2, "w": 3.0, "c": 0.15}
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +35,14 @@ class Driven:
     t: Any
 
     def evaluate(self, *exprs: kn.Expr) -> Any:
-        values = {theta: self.q, theta.dt: self.rate, kn.time: self.t}
+        (q,) = self.eom.coordinates
+        values = {q: self.q, q.dt: self.rate, kn.time: self.t}
         speed = kn.evaluate(self.eom.system.speeds[self.eom.speeds[0]], values)
         return self.eom.evaluate(exprs, q=[self.q], u=[speed], t=self.t)
 
     @property
     def acceleration(self) -> Any:
-        """θ̈ found."""
+        """q̈ found."""
         return self.evaluate(self.eom.time_derivative(self.eom.rates[0]))[0]
 
 
@@ -60,7 +63,7 @@ def pendulum_on_shaken_pivot(direction: str, speeds: str) -> kn.System:
     choices: dict[str, Any] = {
         "rates": "rates",
         "center": {u: Bs.velocity(N).dot(B.x)},
-        "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + kn.sin(w * kn.time)},
+        "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + w * kn.sin(w * kn.time)},
     }
     return kn.System(
         N,
@@ -128,7 +131,7 @@ def bead_on_turning_hoop(turns: kn.Expr, speeds: str) -> kn.System:
     choices: dict[str, Any] = {
         "rates": "rates",
         "velocity": {u: P.velocity(N).dot(B.x)},
-        "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + kn.sin(w * kn.time)},
+        "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + w * kn.sin(w * kn.time)},
     }
     return kn.System(N, bodies=[kn.Particle("bead", P, m)], speeds=choices[speeds], loads=[kn.gravity(-g * N.z)])
 
@@ -137,11 +140,11 @@ def bead_on_turning_hoop(turns: kn.Expr, speeds: str) -> kn.System:
 @pytest.mark.parametrize("steady", [True, False])
 def test_bead_on_a_turning_hoop(steady: bool, speeds: str) -> None:
     """θ̈ = sin θ (Ω² cos θ − g/l)  (Goldstein, Classical Mechanics); the hoop's torque is d/dt(m l² sin²θ Ω)."""
-    turns = w * kn.time if steady else a * kn.sin(w * kn.time)
+    turns = w * kn.time if steady else b * kn.sin(w * kn.time)
     driven = at_random_states(bead_on_turning_hoop(turns, speeds))
     p, q, t = VALUES, driven.q, driven.t
-    spin = np.full_like(t, p["w"]) if steady else p["a"] * p["w"] * np.cos(p["w"] * t)
-    spin_rate = np.zeros_like(t) if steady else -p["a"] * p["w"] ** 2 * np.sin(p["w"] * t)
+    spin = np.full_like(t, p["w"]) if steady else p["b"] * p["w"] * np.cos(p["w"] * t)
+    spin_rate = np.zeros_like(t) if steady else -p["b"] * p["w"] ** 2 * np.sin(p["w"] * t)
     expected = np.sin(q) * (spin**2 * np.cos(q) - p["g"] / p["l"])
     np.testing.assert_allclose(driven.acceleration, expected, rtol=1e-11, atol=1e-12)
 
@@ -155,27 +158,27 @@ def test_bead_on_a_turning_hoop(steady: bool, speeds: str) -> None:
 
 @pytest.mark.parametrize("speeds", ["rates", "velocity", "scrambled"])
 def test_bead_in_a_turning_tube(speeds: str) -> None:
-    """r̈ = Ω² r in a horizontal plane; the torque on the tube is m (2 r ṙ Ω + r² Ω̇), with the angle a sin wt."""
+    """r̈ = Ω² r in a horizontal plane; the torque on the tube is m (2 r ṙ Ω + r² Ω̇), with the angle b sin wt."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    A = N.rotate("A", a * kn.sin(w * kn.time), N.z)
-    P = O.at("P", theta * A.x)  # the coordinate is the distance here
+    A = N.rotate("A", b * kn.sin(w * kn.time), N.z)
+    P = O.at("P", r * A.x)
     v = P.velocity(N)
     choices: dict[str, Any] = {
         "rates": "rates",
         "velocity": {u: v.dot(N.x)},
-        "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + kn.sin(w * kn.time)},
+        "scrambled": {u: (2 + kn.cos(r / l)) * r.dt + a * w * kn.sin(w * kn.time)},
     }
     driven = at_random_states(kn.System(N, bodies=[kn.Particle("bead", P, m)], speeds=choices[speeds]))
-    p, r, rate, t = VALUES, driven.q, driven.rate, driven.t
-    spin = p["a"] * p["w"] * np.cos(p["w"] * t)
-    spin_rate = -p["a"] * p["w"] ** 2 * np.sin(p["w"] * t)
-    np.testing.assert_allclose(driven.acceleration, spin**2 * r, rtol=1e-10, atol=1e-11)
-    across = 2 * rate * spin + r * spin_rate
+    p, q, rate, t = VALUES, driven.q, driven.rate, driven.t
+    spin = p["b"] * p["w"] * np.cos(p["w"] * t)
+    spin_rate = -p["b"] * p["w"] ** 2 * np.sin(p["w"] * t)
+    np.testing.assert_allclose(driven.acceleration, spin**2 * q, rtol=1e-10, atol=1e-11)
+    across = 2 * rate * spin + q * spin_rate
     eom = driven.eom
     found, power, derivative = driven.evaluate(
         eom.point_accelerations[P].dot(A.y), eom.power, eom.time_derivative(eom.energy)
     )
     np.testing.assert_allclose(found, across, rtol=1e-10, atol=1e-11)
-    np.testing.assert_allclose(power, p["m"] * r * across * spin, rtol=1e-10, atol=1e-11)
+    np.testing.assert_allclose(power, p["m"] * q * across * spin, rtol=1e-10, atol=1e-11)
     np.testing.assert_allclose(derivative, power, rtol=1e-10, atol=1e-11)

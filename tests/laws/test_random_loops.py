@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.dynamics.derive import repartition
-from kane.dynamics.partition import balanced
+from kane.dynamics.partition import balanced, choose
 from tests.oracles.compare import error, tolerance
 from tests.oracles.loops.equations import Solution, solve
 from tests.oracles.mechanism import Loops, Mechanism, admissible_rates, to_oracle
@@ -50,7 +50,7 @@ class State:
         e = self.eom.embedding
         assert e is not None
         if np.linalg.cond(balanced(a)[np.ix_(e.partition.rows, e.partition.dependent)]) > 50:
-            self.eom = repartition(self.eom, a)  # as a simulation does
+            self.eom = repartition(self.eom, choose(a))  # as a simulation does
 
     def values(self, exprs: Any) -> Array:
         """Numbers of a list of expressions."""

@@ -86,7 +86,7 @@ def test_double_pendulum_of_particles(speeds: str) -> None:
     values = {"m1": m1, "m2": m2, "l1": l1, "l2": l2, "g": g}
     x1, x2 = eom.coordinates
     leaves: dict[Any, Any] = {x1: q1, x2: q2, x1.dt: v1, x2.dt: v2}
-    leaves |= {p: values[p.name] for p in eom.parameters}
+    leaves |= {p: values.get(p.name, p.default) for p in eom.parameters}
     u = kn.evaluate(list(eom.system.speeds.values()), leaves)
     found = eom.evaluate([eom.time_derivative(r) for r in eom.rates], q=[q1, q2], u=u, parameters=values)
     a1, a2 = found

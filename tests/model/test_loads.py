@@ -127,13 +127,15 @@ def test_names():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: kn.Force(A, N.x), r"force as \(Point, Vector\)"),
-        (lambda: kn.Force(P, 3), r"force as \(Point, Vector\)"),
-        (lambda: kn.Torque(P, N.x), r"torque as \(Frame, Vector\)"),
-        (lambda: kn.Torque(A, k), r"torque as \(Frame, Vector\)"),
-        (lambda: kn.gravity(9.81), "such as -g\\*N.z"),
-        (lambda: kn.action_reaction(P, A, N.x), "Point, Vector"),
-        (lambda: kn.torque_pair(A, P, N.x), "Frame, Vector"),
+        (lambda: kn.Force(A, N.x), r"force on a Point, got Frame\('A'.*kn.Torque"),
+        (lambda: kn.Force("P", N.x), "force on a Point, got 'P'. Make one with at"),
+        (lambda: kn.Force(P, 3), "force as a Vector, got 3. Say along which axes"),
+        (lambda: kn.Torque(P, N.x), r"torque on a Frame, got Point\('P'.*kn.Force"),
+        (lambda: kn.Torque("A", N.x), "torque on a Frame, got 'A'. Name the frame of a rigid body"),
+        (lambda: kn.Torque(A, k), "torque as a Vector, got k"),
+        (lambda: kn.gravity(9.81), "got 9.81. Give it a direction, downwards: -g\\*N.z"),
+        (lambda: kn.action_reaction(P, A, N.x), "force on a Point, got Frame"),
+        (lambda: kn.torque_pair(A, P, N.x), "torque on a Frame, got Point"),
     ],
 )
 def test_errors(make, message):

@@ -108,7 +108,7 @@ N_reaction = kn.reaction("F", at=P, along=N.y)
         ({"inertial": "N"}, kn.ModelError, "root frame"),
         ({"inertial": M}, kn.ModelError, "whose root is N|whose root O"),
         ({"bodies": []}, kn.ModelError, "at least one body"),
-        ({"bodies": [G]}, kn.ModelError, "RigidBody or Particle"),
+        ({"bodies": [G]}, kn.ModelError, "kn.RigidBody or kn.Particle, got Point"),
         ({"bodies": [bob, kn.Particle("bob", E, 1)]}, kn.ModelError, "different names, got bob more than once"),
         ({"bodies": [bob, kn.Particle("far", PM, 1)]}, kn.ModelError, "reached from one fixed in N, got PM"),
         ({"bodies": [bob, kn.Particle("far", kn.Point("O2", fixed_in=N), 1)]}, kn.ModelError, "one fixed point, got O, O2"),

@@ -85,11 +85,11 @@ def hostile() -> tuple[kn.System, kn.Equations]:
     """A particle on a spring, all of whose names and descriptions are hostile."""
     frame = kn.Frame(HOSTILE)
     origin = kn.Point(HOSTILE, fixed_in=frame)
-    q = kn.coordinate("q$<script>", HOSTILE, HOSTILE)
-    u = kn.speed("u\\end", HOSTILE, HOSTILE)
-    m = kn.parameter("m<i>", 1.0, HOSTILE, HOSTILE)
-    k = kn.parameter("k}{", 2.0, HOSTILE, HOSTILE)
-    pull = kn.input("F%#", HOSTILE, HOSTILE)
+    q = kn.coordinate("q$<script>", "m", HOSTILE)
+    u = kn.speed("u\\end", "m/s", HOSTILE)
+    m = kn.parameter("m<i>", 1.0, "kg", HOSTILE)
+    k = kn.parameter("k}{", 2.0, "N/m", HOSTILE)
+    pull = kn.input("F%#", "N", HOSTILE)
     point = origin.at("P<", q * frame.x)
     event = kn.Event(HOSTILE, q, 0.5, message=HOSTILE)
     system = kn.System(
@@ -163,7 +163,7 @@ def test_hostile_text_is_shown_as_text() -> None:
     page = shown()["hostile system"]
     assert not {"x", "y"} & {f for name in EVERY if name.startswith("hostile") for f in shown()[name].formulas}
     assert page.row(HOSTILE)[0] == HOSTILE
-    assert page.row(r"$\mathrm{q\$\lt script\gt }$")[1:] == [HOSTILE, HOSTILE]
+    assert page.row(r"$\mathrm{q\$\lt script\gt }$")[1:] == ["m", HOSTILE]
     assert shown()["hostile solution"].row(HOSTILE)[2] == HOSTILE
 
 

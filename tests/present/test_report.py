@@ -10,6 +10,8 @@ import pytest
 
 import kane as kn
 from kane.gallery.pendulums import chain
+from kane.present.along import motion_checks
+from kane.present.chapters import chapters
 from kane.present.checks import Check
 from tests.present.disk import derived, moved
 from tests.present.page import Page
@@ -92,8 +94,12 @@ def test_checks_and_operations_show_their_figures(page: Page) -> None:
     _, eom = derived()
     assert ["first <of> two", "1.2e-15", "1e-10", "passed"] in page.rows
     assert ["second", "3.0e-02", "1e-06", "failed"] in page.rows
-    assert ["total", str(eom.operations.total)] in page.rows
-    assert ["×", str(dict(eom.operations.by_operation)["mul"])] in page.rows
+    o = eom.operations
+    assert ["total", str(o.parameter), str(o.state), str(o.total)] in page.rows
+    assert ["×", "5", "116", str(dict(o.by_operation)["mul"])] in page.rows
+    at = page.rows.index(["result", "on its own", "added to those above"])
+    assert sum(int(row[2]) for row in page.rows[at + 1 : at + 6]) == o.total
+    assert page.rows[at + 6] == ["total", "", str(o.total)]
 
 
 def test_parameters_show_default_and_value_used(page: Page) -> None:
@@ -136,3 +142,44 @@ def test_a_motion_of_other_equations_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="Expected a solution of the equations reported"):
         kn.report(kn.derive(chain(1)), tmp_path / "x.html", solution=moved())
     assert not (tmp_path / "x.html").exists()
+
+
+def test_terms_stand_with_load_place_and_partial_velocity(page: Page) -> None:
+    labels = ("load", "on", "force or torque", "partial velocity", "term")
+    cells = (
+        "gravity",
+        "C^{*}",
+        r"-m g\,\hat{n}_{z}",
+        r"{}^{N}\mathbf{v}^{C^{*}}_{u_{1}} = R\,\hat{b}_{z}",
+        r"-m g R \sin q_{2}",
+    )
+    assert [" ".join(pair) for pair in zip(labels, cells, strict=True)] in page.rows
+    entry = (r"entry M_{u_{1}\,u_{1}}", "body disk", "m R^{2}", r"\frac{m R^{2}}{4}")
+    (found,) = [row for row in page.rows if row[:2] == list(entry[:2])]
+    assert all(cell.endswith(end) for cell, end in zip(found[2:], entry[2:], strict=True))
+
+
+def test_loads_without_a_share_are_named(text: str) -> None:
+    assert "1 load contributes nothing: friction." in text
+    assert "1 load contributes nothing: gravity." in text
+
+
+def test_noncontributing_loads_are_named(tmp_path: Path) -> None:
+    N = kn.Frame("N")
+    x, u, m = kn.coordinate("x"), kn.speed("u"), kn.parameter("m", 1.0)
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    loads = [kn.gravity(-9.81 * N.y), kn.Force(P, m * N.z, "side push"), kn.Force(P, m * N.x, "push")]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("bead", P, m)], speeds={u: x.dt}, loads=loads))
+    text = kn.report(eom, tmp_path / "bead.html").read_text(encoding="utf-8")
+    assert "gravity, side push enter no generalized active force: noncontributing." in text
+
+
+def test_a_motion_is_checked_without_being_asked(page: Page, text: str) -> None:
+    names = [row[0] for row in page.rows if row[-1] in ("passed", "failed")]
+    assert names[:2] == ["first <of> two", "second"]
+    assert names[2:] == [c.name for c in motion_checks(moved())]
+    assert "6 of 7 checks passed" in text
+
+
+def test_provenance_is_left_out_where_there_are_too_many_speeds() -> None:
+    assert [c.provenance for c in chapters(kn.derive(chain(11)))] == [None] * 7

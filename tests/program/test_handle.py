@@ -414,7 +414,7 @@ class TestCompiled:
         (q,), (u,) = kn.coordinates("q"), kn.speeds("u")
         n = kn.Frame("N")
         o = kn.Point("O", fixed_in=n)
-        t = kn.parameter("t", 2.0, "m", "thickness")
+        t = kn.parameter("t", 2.0, "kg", "the mass")
         system = kn.System(n, bodies=[kn.Particle("P", o.at("P", q * n.x), t)], speeds={u: q.dt})
         eom = kn.derive(system)
         assert np.array_equal(eom.compile().rhs(0.0, np.array([1.0, 3.0])), [3, 0])

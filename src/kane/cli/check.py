@@ -12,13 +12,18 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.faults import Misuse, UserError, message_of, own_code, shown
+from kane.cli.doubts import doubts
+from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, shown
 from kane.cli.models import Model, model
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
+from kane.dynamics.values import finite_number, parameter_values
 from kane.errors import KaneError, KaneWarning, ModelError
+from kane.kinematics.rank import null_direction
 from kane.model.bodies import Body, RigidBody
 from kane.program.equations import rate_names
+from kane.simulate.singular import check_regular
+from kane.simulate.start import check_masses, start_state
 
 _LONG = 70
 
@@ -30,7 +35,8 @@ def check(name: Name, as_json: AsJson = False) -> None:
             warnings.simplefilter("always", KaneWarning)
             found, eom, took = _derived(name)
             begin = start(found, eom, {})
-            _check_start(found, eom, begin)
+            with own_code(found.path, "START"):
+                _check_start(found, eom, begin)
     except (KaneError, UserError) as error:
         if not as_json or isinstance(error, Misuse):
             raise
@@ -38,28 +44,39 @@ def check(name: Name, as_json: AsJson = False) -> None:
         screen.as_json({"model": name, "ok": False, "error": {"type": type(error).__name__, "message": text}})
         raise typer.Exit(1) from None
     else:
-        told = [str(w.message) for w in caught] + doubts(eom, begin)
+        told, doubtful = [str(w.message) for w in caught], doubts(eom, begin)
+        what = summary(found, eom, [*told, *doubtful], took)
         if as_json:
-            screen.as_json(summary(found, eom, told, took))
+            screen.as_json(what)
         else:
-            _show(summary(found, eom, told, took))
+            _show(
+                what,
+                [*("\n  ".join(filter(None, (str(w.message), place_of(w, found.path)))) for w in caught), *doubtful],
+            )
 
 
 def _derived(name: str) -> tuple[Model, kn.Equations, float]:
     found = model(name)
     began = time.perf_counter()
-    with screen.working("Deriving"), own_code(found.path):
+    with screen.working("Deriving"), own_code(found.path, "System"):
         eom = kn.derive(found.system)
     return found, eom, time.perf_counter() - began
 
 
 def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
-    """The equations must have finite values where the motion starts."""
+    """The values must be admissible, and the equations have finite values where the motion starts."""
+    for what, given in (("start value", {**begin.q, **begin.u}), ("value", {**begin.parameters, **begin.inputs})):
+        for name, value in given.items():
+            if not callable(value):
+                finite_number(what, name, value)
     if begin.missing:
         return
     t = found.span[0]
-    with own_code(found.path):
-        inputs = {n: f(t) if callable(f) else f for n, f in begin.inputs.items()}
+    constants = parameter_values(eom, begin.parameters)
+    check_masses(eom, constants)
+    state = start_state(eom, begin.q, begin.u)
+    check_regular(eom, {kn.time: t, **constants, **dict(zip((*eom.coordinates, *eom.speeds), state, strict=True))}, t)
+    inputs = {n: f(t) if callable(f) else f for n, f in begin.inputs.items()}
     with np.errstate(all="ignore"):
         values = eom.evaluate(
             list(eom.right_hand_side), q=begin.q, u=begin.u, parameters=begin.parameters, inputs=inputs, t=t
@@ -67,23 +84,22 @@ def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
     bad = [n for n, v in zip(rate_names(eom), values, strict=True) if not np.all(np.isfinite(v))]
     if bad:
         raise ModelError(
-            f"Expected finite rates at START, got none for {', '.join(bad)}: the equations are singular there. Start elsewhere, or "
-            "choose coordinates and speeds that are regular there."
+            f"Expected finite rates at START, got none for {', '.join(bad)}: {_why(eom, begin, t)}. Start elsewhere, or choose "
+            "coordinates and speeds that are regular there."
         )
 
 
-def doubts(eom: kn.Equations, begin: Start) -> list[str]:
-    """What can be computed but is perhaps not meant."""
-    found = []
-    bare = [p.name for p in eom.parameters if p.default is None and p.name not in begin.parameters]
-    if bare:
-        found.append(f"No default for {', '.join(bare)}: every simulation needs --parameter NAME=VALUE for them.")
-    state = [option for option in begin.missing if not option.startswith("--parameter")]
-    if state:
-        found.append(f"START does not say everything: a simulation needs {' '.join(state)}.")
-    if not eom.loads:
-        found.append("No loads: nothing but inertia acts.")
-    return found
+def _why(eom: kn.Equations, begin: Start, t: float) -> str:
+    """What is singular: the mass matrix, or something in a load."""
+    with np.errstate(all="ignore"):
+        mass = np.asarray(
+            eom.evaluate(eom.mass_matrix, q=begin.q, u=begin.u, parameters=begin.parameters, t=t), dtype=float
+        )
+    free = null_direction(mass, 1e-12)
+    if free is None:
+        return "the equations are singular there, or a load is not defined"
+    still = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > 1e-6)
+    return f"the mass matrix is singular there, where {still} moves no mass"
 
 
 def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
@@ -95,6 +111,10 @@ def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> di
         "bodies": [_body(b) for b in eom.system.bodies],
         "coordinates": [_symbol(q) for q in eom.coordinates],
         "speeds": [{**_symbol(u), "definition": kn.to_text(d)} for u, d in eom.system.speeds.items()],
+        "constraints": [
+            {"name": c.name, "kind": c.kind, "expression": kn.to_text(c.expr)} for c in eom.system.constraints
+        ],
+        "dependent_speeds": [u.name for u in eom.dependent_speeds],
         "reactions": [_symbol(r) for r in eom.reactions],
         "loads": [{"name": load.name, "potential": load.potential is not None} for load in eom.loads],
         "inputs": [_symbol(r) for r in eom.inputs],
@@ -114,12 +134,13 @@ def _symbol(s: Any) -> dict[str, str]:
     return {"name": s.name, "unit": s.unit, "description": s.description}
 
 
-def _show(what: dict[str, Any]) -> None:
+def _show(what: dict[str, Any], told: list[str]) -> None:
     typer.echo(typer.style(f"{what['model']}: {what['title']}", bold=True))
     parts: list[tuple[str, list[tuple[str, ...]]]] = [
         ("Bodies", [(b["name"], b["kind"], f"mass {_brief(b['mass'])} at {b['mass_center']}") for b in what["bodies"]]),
         ("Coordinates", [_words(q) for q in what["coordinates"]]),
         ("Speeds", [(u["name"], f"= {_brief(u['definition'])}", *_words(u)[1:]) for u in what["speeds"]]),
+        ("Constraints", [(c["name"], c["kind"], f"{_brief(c['expression'])} = 0") for c in what["constraints"]]),
         ("Reactions", [_words(r) for r in what["reactions"]]),
         ("Loads", [(x["name"], "with a potential" if x["potential"] else "does work") for x in what["loads"]]),
         ("Inputs", [_words(r) for r in what["inputs"]]),
@@ -132,9 +153,9 @@ def _show(what: dict[str, Any]) -> None:
     cost = what["operations"]
     screen.heading("One evaluation")
     typer.echo(f"  {cost['total']} operations: {cost['state']} with the state, {cost['parameter']} of parameters")
-    if what["warnings"]:
+    if told:
         screen.heading("Warnings")
-        for text in what["warnings"]:
+        for text in told:
             typer.echo(shown(f"  {text}"))
     typer.echo(f"\nNo error found; derived in {what['derived_s'] * 1e3:.0f} ms.")
 

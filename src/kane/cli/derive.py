@@ -38,7 +38,7 @@ def derive(
 
 def derived(found: Model) -> kn.Equations:
     """The model's equations; says so where they take long."""
-    with screen.working("Deriving"), own_code(found.path):
+    with screen.working("Deriving"), own_code(found.path, "System"):
         return kn.derive(found.system)
 
 

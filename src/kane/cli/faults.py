@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+import ast
+import linecache
 import sysconfig
+import textwrap
 import traceback
 import warnings
 from collections.abc import Iterator
@@ -15,7 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from kane.errors import ArgumentError, KaneError, KaneWarning
-from kane.present.wrap import wrapped
+from kane.present.wrap import WIDTH
 
 LINES = 15
 """At most as many lines of a message are shown."""
@@ -73,17 +76,27 @@ def message_of(error: Exception) -> str:
 
 def shown(message: str, most: int = LINES) -> str:
     """The message in lines that fit a terminal, `most` at most; the last line, which says where, is kept."""
-    lines = [line for part in message.splitlines() for line in wrapped(part, hang=2)]
+    lines = [line for part in message.splitlines() for line in _prose(part)]
     if len(lines) <= most:
         return "\n".join(lines)
     return "\n".join([*lines[: most - 2], f"  … ({len(lines) - most + 1} more lines)", lines[-1]])
 
 
+def _prose(text: str) -> list[str]:
+    """Lines of at most WIDTH columns, broken at spaces; the first keeps its indent."""
+    indent = text[: len(text) - len(text.lstrip())]
+    return textwrap.wrap(
+        text.strip(), WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ", break_long_words=False,
+        break_on_hyphens=False,
+    ) or [""]  # fmt: skip
+
+
 @contextmanager
-def own_code(path: Path | None) -> Iterator[None]:
+def own_code(path: Path | None, about: str = "") -> Iterator[None]:
     """Run code that may be the user's, of the model file `path`.
 
-    A KaneError gets a note of the line it arose in; any other error becomes a UserError, unless it is none of that code's.
+    A KaneError gets a note of the line it arose in, or, where that is none of the user's, of the line that calls or sets `about`; any
+    other error becomes a UserError, unless it is none of that code's.
 
     Raises
     ------
@@ -98,7 +111,9 @@ def own_code(path: Path | None) -> Iterator[None]:
     except KaneError as error:
         frames = _theirs(traceback.extract_tb(error.__traceback__), path)
         if frames:
-            error.add_note(f"in {short(frames[-1].filename)}, line {frames[-1].lineno}: {frames[-1].line}")
+            error.add_note(_place(frames[-1].filename, frames[-1].lineno, frames[-1].line))
+        elif about and not hasattr(error, "__notes__") and (found := _line_of(about, path)) is not None:
+            error.add_note(_place(path, *found))
         raise
     except SystemExit as error:
         text = (
@@ -110,6 +125,37 @@ def own_code(path: Path | None) -> Iterator[None]:
         if isinstance(error, SyntaxError) or _theirs(traceback.extract_tb(error.__traceback__), path):
             raise UserError(_trimmed(traceback.TracebackException.from_exception(error), path)) from error
         raise
+
+
+def place_of(warning: warnings.WarningMessage, path: Path | None) -> str:
+    """Where in the user's code a warning arose; empty where it did elsewhere."""
+    if path is None or not _is_theirs(warning.filename, path):
+        return ""
+    return _place(warning.filename, warning.lineno, linecache.getline(warning.filename, warning.lineno))
+
+
+def _place(file: str | Path, line: int | None, text: str | None) -> str:
+    where = f"in {short(file)}, line {line}: "
+    room = max(WIDTH - len(where) - 4, 20)
+    code = (text or "").strip()
+    return where + (code if len(code) <= room else f"{code[: room - 1]}…")
+
+
+def _line_of(name: str, path: Path) -> tuple[int, str] | None:
+    """Number and text of the last line of the file that calls or sets `name`."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        lines = [
+            n.lineno for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Call | ast.Assign) and _names(n, name)
+        ]
+    except (OSError, ValueError, SyntaxError):
+        return None
+    return (max(lines), text.splitlines()[max(lines) - 1]) if lines else None
+
+
+def _names(node: ast.Call | ast.Assign, name: str) -> bool:
+    parts = [node.func] if isinstance(node, ast.Call) else node.targets
+    return any(name in (getattr(p, "attr", ""), getattr(p, "id", "")) for p in parts)
 
 
 def short(path: str | Path) -> str:

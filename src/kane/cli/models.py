@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import math
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -128,14 +129,18 @@ def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str,
         raise ModelError(
             f"Expected system() in {where} to return a kn.System, got {_kind(system)}: {cure}.",
         )
+    with own_code(path, "START"):
+        begin = _start(getattr(module, "START", start), where)
+    with own_code(path, "SPAN"):
+        span = _span(getattr(module, "SPAN", (0.0, 5.0)), where)
     return Model(
         name,
         str(getattr(module, "TITLE", name.replace("_", " "))),
         tuple(getattr(module, "SOURCES", ())),
         path,
         system,
-        _start(getattr(module, "START", start), where),
-        _span(getattr(module, "SPAN", (0.0, 5.0)), where),
+        begin,
+        span,
         declared,
     )
 
@@ -174,7 +179,10 @@ def _start(given: Any, where: str) -> dict[str, dict[str, Any]]:
         if kind not in KINDS:
             raise ModelError(f"Expected START in {where} to have keys among {', '.join(KINDS)}, got {kind!r}.")
         if not isinstance(values, Mapping):
-            raise ModelError(f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {values!r:.60}.")
+            raise ModelError(
+                f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {values!r:.60}. Say which value is "
+                "whose, whatever their order."
+            )
     return {kind: {getattr(k, "name", k): v for k, v in values.items()} for kind, values in given.items()}
 
 
@@ -183,4 +191,8 @@ def _span(given: Any, where: str) -> tuple[float, float]:
         first, last = (float(t) for t in given)
     except (TypeError, ValueError) as error:
         raise ModelError(f"Expected SPAN in {where} to be two times (t0, t1) in s, got {given!r:.60}.") from error
+    if not (math.isfinite(first) and math.isfinite(last) and last > first):
+        raise ModelError(
+            f"Expected SPAN in {where} to end after it begins, got {given!r:.60}. Swap its times, or end later."
+        )
     return first, last

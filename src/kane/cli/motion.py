@@ -41,6 +41,11 @@ def start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | N
     ModelError
         if START does
     """
+    with own_code(model.path, "START"):
+        return _start(model, eom, given)
+
+
+def _start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | None]) -> Start:
     known: dict[str, list[Any]] = {
         "q": list(eom.coordinates),
         "u": list(eom.speeds),
@@ -104,7 +109,7 @@ def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> 
     span = (model.span[0], model.span[1] if end is None else end)
     if not span[1] > span[0]:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
-    with working("Simulating"), own_code(model.path):
+    with working("Simulating"), own_code(model.path, "START"):
         return kn.simulate(eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs)
 
 

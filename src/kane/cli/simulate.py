@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane simulate`: a motion in figures, or as a table of values."""
+"""`kane simulate`: a motion in figures, as a table of values, or drawn."""
 
 from __future__ import annotations
 
@@ -13,9 +13,13 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.derive import derived
+from kane.cli.faults import Misuse
 from kane.cli.models import model
 from kane.cli.motion import energy_check, motion, start
 from kane.cli.options import AsJson, End, Inputs, Name, Parameters, Q, U
+from kane.dynamics.events import SINGULAR
+
+ENDINGS = (".png", ".svg", ".pdf")
 
 
 def simulate(
@@ -28,6 +32,10 @@ def simulate(
     table: Annotated[
         Path | None, typer.Option("--csv", help="File for time, coordinates, speeds, reactions and energy.")
     ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option("--plot", help="File for coordinates, speeds, reactions and energy: .png, .svg or .pdf."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Simulate MODEL from START; leave with 1 if the motion breaks off or its energy does not hold."""
@@ -35,9 +43,13 @@ def simulate(
     eom = derived(found)
     begin = start(found, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
     place = screen.target(table, found.path) if table else None
+    drawing = screen.target(_drawable(figure), found.path) if figure else None
     sol = motion(found, eom, begin, t1)
     if place:
         _write(place, sol)
+    if drawing:
+        kn.plot(sol, path=drawing)
+        typer.echo(f"Written: {drawing}", err=True)
     what = summary(sol)
     if as_json:
         screen.as_json({"model": found.name, "title": found.title, **what})
@@ -46,13 +58,19 @@ def simulate(
     raise typer.Exit(0 if what["ok"] else 1)
 
 
+def _drawable(path: Path) -> Path:
+    if path.suffix.lower() not in ENDINGS:
+        raise Misuse(f"Expected --plot FILE that ends in {', '.join(ENDINGS)}, got {path}.")
+    return path
+
+
 def summary(sol: kn.Solution) -> dict[str, Any]:
     """A motion in figures, ready for JSON."""
     eom, check = sol.equations, energy_check(sol)
     found = sol.energy_check
     rows = {s.name: np.asarray(sol[s]) for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
     return {
-        "ok": check.passed and sol.status != "stopped",
+        "ok": check.passed and sol.status != "stopped" and not _is_singular(sol),
         "status": sol.status,
         "message": sol.message,
         "t0": sol.t[0],
@@ -73,6 +91,11 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
         },
         "events": [{"name": event.name, "t": t} for event, t in sol.events],
     }
+
+
+def _is_singular(sol: kn.Solution) -> bool:
+    """Whether the motion ended because its coordinates do not describe it any further, not because the model does."""
+    return sol.event is not None and sol.event.name.startswith(SINGULAR)
 
 
 def _show(sol: kn.Solution, what: dict[str, Any]) -> None:

@@ -4,18 +4,20 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.partition import indeterminate, within
-from kane.errors import KaneWarning, ModelError, ReactionError
+from kane.errors import KaneWarning, ModelError, NotAffineError, ReactionError
+from kane.expr.affine import affine_forms
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import sample
+from kane.expr.evaluate import free_symbols, sample
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.constraints import ConstraintRows, unplaced
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.rank import null_direction
@@ -27,22 +29,27 @@ from kane.space.vector import Vector
 _SEED = 20042
 
 
-def check_mass(speeds: Sequence[Expr], mass: list[list[Expr]]) -> None:
+def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -> None:
     """Every speed must move some mass."""
-    still = [str(u) for u, row in zip(speeds, mass, strict=True) if all(x is ZERO for x in row)]
+    still = [u for u, row in zip(speeds, mass, strict=True) if all(x is ZERO for x in row)]
     if still:
         raise ModelError(
-            f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {', '.join(still)}. Give the "
-            "massless part a mass or inertia, or leave out its coordinate."
+            f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {_defined(system, still)}. "
+            "Give the massless part a mass or inertia (a rod has none about its axis), or leave out its coordinate."
         )
     free = _null_vector(Matrix(mass, (len(mass), len(mass))))
     if free is not None:
-        culprits = ", ".join(str(u) for u, c in zip(speeds, free, strict=True) if abs(c) > 1e-6)
+        culprits = [u for u, c in zip(speeds, free, strict=True) if abs(c) > 1e-6]
         raise ModelError(
-            f"Expected every motion to move some mass, got a combination of {culprits} that moves none: the mass matrix is singular "
-            "at every configuration. Give the massless part a mass or inertia (a rod has none about its axis), or leave out "
-            "a coordinate."
+            f"Expected every motion to move some mass, got a combination of {', '.join(map(str, culprits))} that moves none: the mass "
+            f"matrix is singular at every configuration. Here {_defined(system, culprits)}. Give the massless part a mass or inertia "
+            "(a rod has none about its axis), or leave out a coordinate."
         )
+
+
+def _defined(system: System, speeds: Iterable[Expr]) -> str:
+    """Speeds with their definitions, in which the coordinates can be read."""
+    return ", ".join(f"{u} = {system.speeds[u]!s:.80}" for u in speeds if isinstance(u, Speed))
 
 
 def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> None:
@@ -107,7 +114,8 @@ def check_determinate(
 
 
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:
-    """A reaction's direction must not be one in which the far side moves freely already."""
+    """Loads are linear in reactions, and none of these is along a direction in which the far side moves freely already."""
+    _check_loads_linear(system)
     for symbol in (*system.reactions, *system.auxiliary_speeds):
         cut = cut_of(symbol)
         if cut is None:
@@ -118,6 +126,22 @@ def check_reaction_places(system: System, kinematics: Kinematics) -> None:
                 f"Expected the reaction {symbol} along a direction in which the far side is held, got {cut.along} at "
                 f"{cut.at.name}, along which it moves freely with {free}. Choose a direction across the motion."
             )
+
+
+def _check_loads_linear(system: System) -> None:
+    """A load may be proportional to reactions, as friction is, since they are solved for together with u̇."""
+    for load in system.loads if system.reactions else ():
+        numbers = [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
+        if not any(isinstance(s, Reaction) for s in free_symbols(numbers)):
+            continue
+        try:
+            affine_forms(numbers, system.reactions)
+        except NotAffineError as error:
+            came = str(error).rpartition("got ")[2].rstrip(".")
+            raise ReactionError(
+                f"Expected loads linear in the reactions, so that they can be solved for together with u', got {came} in "
+                f"{load.name!r}. Write it as a reaction times a factor that is free of reactions, such as -mu*N_z."
+            ) from error
 
 
 def _free_rate(cut: Cut, kinematics: Kinematics) -> Expr:

@@ -6,16 +6,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-import numpy.typing as npt
-
 from kane.dynamics.assemble import forcing_terms, generalized, homes, mass_matrix, moving_bodies
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.equations import Equations
 from kane.dynamics.events import painleve_events, singular_events, slip_events
 from kane.dynamics.loads import loads_in_speeds
+from kane.dynamics.partition import Partition
 from kane.dynamics.reduce import Blocks, Solved
-from kane.dynamics.solution import first_partition, partition_at, solve
+from kane.dynamics.solution import first_partition, solve
 from kane.errors import NotAffineError, ReactionError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
@@ -89,12 +87,10 @@ def derive(system: System) -> Equations:
     )
 
 
-def repartition(eom: Equations, a: npt.NDArray[np.float64]) -> Equations:
-    """The same equations with other dependent speeds: those that the numbers `a` of the matrix A make best (m × n)."""
+def repartition(eom: Equations, partition: Partition) -> Equations:
+    """The same equations with other dependent speeds."""
     rows, speeds = eom.constraints, eom.kinematical
-    embedding, solved = solve(
-        eom.system, speeds.speeds, eom.blocks, rows, partition_at(eom.system, eom.speeds, rows, a, free=True)
-    )
+    embedding, solved = solve(eom.system, speeds.speeds, eom.blocks, rows, partition)
     return replace(eom, embedding=embedding, solved=solved, events=_events(eom.system, speeds, solved))
 
 

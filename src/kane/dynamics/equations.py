@@ -12,6 +12,7 @@ import numpy as np
 
 from kane.dynamics import energy, forces
 from kane.dynamics.assemble import Moving
+from kane.dynamics.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.embed import Embedding, multipliers
 from kane.dynamics.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.loads import loads_in_speeds
@@ -33,6 +34,7 @@ from kane.model.constraints import Constraint
 from kane.model.events import Event
 from kane.model.loads import Load
 from kane.model.system import System
+from kane.model.units import unit_in
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -257,6 +259,14 @@ class Equations:
             forces.sum_of([self.Fr_star_contributions[s, b.body] for b in self.bodies]) for s in self.all_speeds
         )
 
+    def contributions(self, speed: Expr) -> Contributions:
+        """The terms of F_r and F*_r for one speed: each force and body with the partial velocity it meets."""
+        return contributions(self, speed)
+
+    def mass_contributions(self, r: Expr, s: Expr) -> tuple[MassContribution, ...]:
+        """What each body adds to M_rs; bodies that add nothing are left out."""
+        return mass_contributions(self, r, s)
+
     @cached_property
     def steps(self) -> tuple[Step, ...]:
         """The seven steps of the method, each with its results."""
@@ -414,6 +424,10 @@ class Equations:
         from kane.dynamics.values import without_rates
 
         return without_rates(self, as_expr(e))
+
+    def unit(self, e: Any) -> str:
+        """The unit of an expression, such as "m/s^2", "" where it is unknown; a speed that declares none has its definition's."""
+        return unit_in(self.system, as_expr(e))
 
     def evaluate(
         self,

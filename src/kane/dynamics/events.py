@@ -23,6 +23,9 @@ SLIP_THRESHOLD = 1e-4
 PAINLEVE_THRESHOLD = 1e-3
 """Share of its frictionless value below which the reactions' determinant counts as lost: they grow without bound towards 0."""
 
+SINGULAR = "singular kinematics"
+"""How the name of the event begins that ends a motion where W does not exist."""
+
 _LARGEST_WATCHED = 3
 
 
@@ -72,7 +75,7 @@ def singular_events(speeds: Speeds) -> tuple[Event, ...]:
     """Each pivot of W through zero: there the coordinates' rates are not determined by the speeds."""
     return tuple(
         Event(
-            f"singular kinematics ({pivot} = 0)",
+            f"{SINGULAR} ({pivot} = 0)",
             pivot,
             0.0,
             0,

@@ -36,17 +36,28 @@ class Partition:
         return tuple(i for i in range(count) if i not in given)
 
 
-def balanced(a: Array) -> Array:
-    """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first."""
+def balanced(a: Array, reach: Array | None = None) -> Array:
+    """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first.
+
+    `reach` holds the sizes that the entries have had along a motion: measured by them, what is small now shows.
+    """
     a = np.where(np.abs(a) > _ROUNDING * np.abs(a).max(initial=0), a, 0.0)
+    sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
     for _ in range(2):
         for axis in (0, 1):
-            size = np.abs(a).max(axis=axis, keepdims=True, initial=0)
-            a = a / np.where(size > 0, size, 1.0)
+            size = sizes.max(axis=axis, keepdims=True, initial=0)
+            size = np.where(size > 0, size, 1.0)
+            a, sizes = a / size, sizes / size
     return a
 
 
-def choose(a: Array, preferred: Sequence[int] = (), *, easy: npt.NDArray[np.bool_] | None = None) -> Partition:
+def choose(
+    a: Array,
+    preferred: Sequence[int] = (),
+    *,
+    easy: npt.NDArray[np.bool_] | None = None,
+    reach: Array | None = None,
+) -> Partition:
     """Partition of A u + b = 0 by elimination at the numbers `a` (m × n).
 
     Parameters
@@ -54,8 +65,9 @@ def choose(a: Array, preferred: Sequence[int] = (), *, easy: npt.NDArray[np.bool
     a : the matrix at a configuration that satisfies the constraints
     preferred : speeds to be made dependent first
     easy : where entries are numbers, which are the cheapest pivots
+    reach : sizes that the entries have had, if they are known
     """
-    work = balanced(np.array(a, dtype=float))
+    work = balanced(np.array(a, dtype=float), reach)
     m, n = work.shape
     cheap = np.zeros((m, n), dtype=bool) if easy is None else easy
     full = np.abs(work) > RANK

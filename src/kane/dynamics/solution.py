@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.dynamics.checks import check_determinate, check_mass, check_reactions_independent
 from kane.dynamics.closure import matrix_at, sample_configuration, table_at
@@ -26,12 +25,12 @@ def solve(
     e = None
     try:
         if partition is None:
-            check_mass(speeds, blocks.mass)
+            check_mass(system, speeds, blocks.mass)
             solved = solve_motion(blocks)
         else:
             e = embedding(rows, partition, len(speeds), len(blocks.mass_a))
             inner = reduced(e, blocks)
-            check_mass([speeds[i] for i in e.independent], inner.mass)
+            check_mass(system, [speeds[i] for i in e.independent], inner.mass)
             solved = solve_embedded(e, inner, len(speeds))
     except SingularError as error:
         raise ReactionError(f"Expected reactions that can be told apart: {error}") from error
@@ -40,7 +39,10 @@ def solve(
 
 
 def first_partition(system: System, speeds: Sequence[Expr], rows: ConstraintRows) -> Partition | None:
-    """The partition at a configuration that satisfies the constraints, parameters at their defaults; None without constraints."""
+    """The partition at a configuration that satisfies the constraints, parameters at their defaults; None without constraints.
+
+    What the user made dependent is taken first.
+    """
     if not rows.constraints:
         return None
     values = sample_configuration(system, [x for row in (*rows.a, *rows.a_auxiliary) for x in row])
@@ -50,19 +52,8 @@ def first_partition(system: System, speeds: Sequence[Expr], rows: ConstraintRows
             "Expected constraints that are finite where their configuration constraints hold, got infinity or NaN: coordinates or "
             "parameters' defaults are singular there."
         )
-    found = partition_at(system, speeds, rows, a)
-    check_determinate(system, rows, a, table_at(rows.a_auxiliary, values))
-    return found
-
-
-def partition_at(
-    system: System, speeds: Sequence[Expr], rows: ConstraintRows, a: npt.NDArray[np.float64], *, free: bool = False
-) -> Partition:
-    """The partition at the numbers `a`; what the user made dependent is taken first, unless the choice is `free`."""
     place = {u: i for i, u in enumerate(speeds)}
     easy = np.array([[constant_value(x) is not None for x in row] for row in rows.a]).reshape(a.shape)
-    if free:
-        return choose(a, easy=easy)
     found = choose(a, [place[u] for u in system.dependent_speeds], easy=easy)
     strangers = [str(u) for u in system.dependent_speeds if place[u] not in found.dependent]
     if strangers:
@@ -70,4 +61,5 @@ def partition_at(
             f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
             "with the others listed. Choose others, or leave them out to have them chosen."
         )
+    check_determinate(system, rows, a, table_at(rows.a_auxiliary, values))
     return found

@@ -55,7 +55,8 @@ def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr,
         values = list(given)
         if len(values) != len(symbols):
             raise ValueMissingError(
-                f"Expected {len(symbols)} {what} ({', '.join(s.name for s in symbols)}), got {len(values)} values."
+                f"Expected {len(symbols)} {what} ({', '.join(s.name for s in symbols)}), got {len(values)} values. Give one for each "
+                "in that order, or a dict {name: value}."
             )
         return dict(zip(symbols, values, strict=True))
     by_name = {s.name: s for s in symbols}
@@ -135,7 +136,11 @@ def finite_number(what: str, name: str, value: Any) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected a number as the {what} for {name}, got {value!r:.60}.") from error
+        raise SimulationError(
+            f"Expected a number as the {what} for {name}, got {value!r:.60}. Give a plain number in the unit of {name}."
+        ) from error
     if not np.isfinite(number):
-        raise SimulationError(f"Expected a finite {what} for {name}, got {number}.")
+        raise SimulationError(
+            f"Expected a finite {what} for {name}, got {number}. Give a number that motion can go on from."
+        )
     return number

@@ -91,13 +91,17 @@ def sample(roots: Iterable[Expr], seed: int) -> list[float]:
     For questions about structure (is this zero everywhere?), asked while deriving: one pass over the graph.
     """
     wanted = list(roots)
-    generator = np.random.default_rng(seed)
+    generator: np.random.Generator | None = None  # making one takes longer than a small graph does
     values: dict[Expr, Any] = {}
     with np.errstate(all="ignore"):
         for node in postorder(wanted):
             if node.op is SYMBOL:
                 known = node.default if isinstance(node, Parameter) else None
-                values[node] = generator.uniform(0.3, 1.2) if known is None else np.float64(known)
+                if known is None:
+                    generator = generator or np.random.default_rng(seed)
+                    values[node] = generator.uniform(0.3, 1.2)
+                else:
+                    values[node] = np.float64(known)
             elif node.op is CONST:
                 values[node] = float(constant_value(node) or 0)
             elif node.op is PI:

@@ -85,7 +85,8 @@ class Expr:
         value = constant_value(self)
         if value is None:
             raise ExpressionError(
-                f"Expected a number, got the expression {self!s:.80}. Give its symbols values with kn.evaluate(...)."
+                f"Expected a number, got the expression {self!s:.80}. In equations take functions that know expressions, kn.sin for "
+                "math.sin; for numbers give its symbols values with kn.evaluate(...)."
             )
         return float(value)
 
@@ -292,12 +293,18 @@ def _exact(value: Any) -> Number:
     if isinstance(value, (float, np.floating)):
         real = float(value)
         if real != real or real in (float("inf"), float("-inf")):
-            raise ExpressionError(f"Expected a finite number in an expression, got {real}.")
+            raise ExpressionError(
+                f"Expected a finite number in an expression, got {real}. Nothing can be computed with it: leave the term out, or give "
+                "a large number."
+            )
         ratio = Fraction(real)
         if ratio.denominator <= _SHORT and abs(ratio.numerator) <= _WIDE:
             return ratio.numerator if ratio.denominator == 1 else ratio
         return real
-    raise ExpressionError(f"Expected a real number or an expression, got {type(value).__name__}: {value!r:.80}.")
+    cure = ""
+    if isinstance(value, tuple) and any(isinstance(x, Expr) for x in value):
+        cure = " The plurals give tuples: unpack it, as in q1, q2 = kn.coordinates('q1 q2'), or declare one with kn.coordinate(…)."
+    raise ExpressionError(f"Expected a real number or an expression, got {type(value).__name__}: {value!r:.80}.{cure}")
 
 
 def as_expr(value: Any) -> Expr:

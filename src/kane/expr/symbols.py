@@ -25,6 +25,7 @@ from kane.expr.node import (
     enter,
 )
 from kane.expr.ops import SYMBOL
+from kane.expr.units import per_second
 
 
 def _place_key(place: Hashable) -> object:
@@ -150,8 +151,7 @@ time = Time.declare("t", None, "s", "time")
 def rate(symbol: Symbol) -> Rate:
     """The leaf for the time derivative of a coordinate, speed or input."""
     if isinstance(symbol, (Coordinate, Speed, AuxiliarySpeed, Input, Rate, QuasiRate)):
-        unit = f"{symbol.unit}/s" if symbol.unit else ""
-        return Rate.declare(f"{symbol.name}'", None, unit, "", symbol)
+        return Rate.declare(f"{symbol.name}'", None, per_second(symbol.unit), "", symbol)
     raise ExpressionError(
         f"Expected a coordinate, speed or input, got {symbol!r} ({type(symbol).__name__}): it has no rate."
     )

@@ -34,11 +34,12 @@ def system(*, speeds: str = "rates") -> kn.System:
     body = kn.RigidBody("pendulum", frame=B, mass_center=Bs, mass=m, inertia=kn.inertia(B, I, 0, I))
 
     u = kn.speed("u1")
+    w = kn.parameter("w", 0.2, "rad/s", "offset of the speed, scrambled")
     choices: dict[str, Definitions] = {
         "rates": "rates",
         "center": {u: Bs.velocity(N).dot(B.x)},
         "momentum": {u: (I + m * l**2) * theta.dt},
-        "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + kn.sin(theta) / 5},
+        "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + w * kn.sin(theta)},
     }
     return kn.System(
         N,

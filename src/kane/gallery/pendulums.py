@@ -84,9 +84,10 @@ def _definitions(
     spins = [B.angular_velocity(N).dot(N.z) for B in frames]
     own = [spins[i] if i % 2 == 0 else spins[i] - spins[i - 1] for i in range(n)]
     across = [P.velocity(N).dot(B.x) for P, B in zip(ends, frames, strict=True)]
-    scrambled = [(2 + kn.sin(q)) * q.dt - kn.sin(q) / 5 for q in coordinates[-n:]]
-    for k, (before, q) in enumerate(pairwise(coordinates), 1):
-        scrambled[k - len(coordinates)] += kn.cos(q) * before.dt
+    w = kn.parameter("w", 0.2, "rad/s", "offset of the speeds, scrambled")
+    scrambled = [(2 + kn.sin(q)) * q.dt - w * kn.sin(q) for q in coordinates[-n:]]
+    for k, (before, q) in enumerate(pairwise(coordinates[-n:]), 1):
+        scrambled[k] += kn.cos(q) * before.dt
     cart = {kn.speed("u_x"): coordinates[0].dt} if len(coordinates) > n else {}
     u = kn.speeds(f"u1:{n + 1}")
     choices: dict[str, Definitions] = {

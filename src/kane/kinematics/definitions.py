@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kane.errors import NotAffineError, SingularError, SpeedsError
+from kane.errors import SingularError, SpeedsError
 from kane.expr.affine import affine_forms
 from kane.expr.build import mul, neg, sub
 from kane.expr.diff import euler_parameter_rates
@@ -81,22 +81,13 @@ def _definitions(
     for u, definition in system.speeds.items():
         e = substitute(definition, euler_rates) if euler_rates else definition
         for s in free_symbols([e]):
-            if isinstance(s, Speed):
-                raise SpeedsError(
-                    f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition}."
-                )
             if isinstance(s, Rate | QuasiRate) and s not in known and input_of(s) is None:
                 raise SpeedsError(
-                    f"The definition of {u} uses {s}, but no frame or point of the system depends on that coordinate."
+                    f"Expected the definition of {u} in rates of the system's coordinates, got {s}, but no frame or point of the "
+                    "system depends on that coordinate. Is a body missing from bodies=? Only what bodies and loads need is part of a "
+                    "System."
                 )
-        try:
-            ((row, rest),) = affine_forms([e], rates)
-        except NotAffineError as error:
-            raise SpeedsError(
-                f"Expected the definition of {u} to be linear in the rates (u = Y q' + z), got {definition}. {error}"
-            ) from error
-        if not row:
-            raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {definition}.")
+        ((row, rest),) = affine_forms([e], rates)  # the system has seen that it is affine
         rows.append(row)
         z.append(rest)
     return rows, z
@@ -112,9 +103,11 @@ def _check_cover(system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr
         )
     if len(speeds) != len(rates):
         extra = "" if not system.euler_parameters else " (each set of Euler parameters needs three)"
+        short = len(rates) - len(speeds)
+        cure = f"Define {short} more" if short > 0 else f"Leave {-short} of them out: they follow from the others"
         raise SpeedsError(
             f"Expected as many generalized speeds as independent rates, {len(rates)}{extra}: {', '.join(map(str, rates))}; "
-            f"got {len(speeds)}: {', '.join(map(str, speeds))}."
+            f"got {len(speeds)}: {', '.join(map(str, speeds))}. {cure}."
         )
 
 
@@ -125,7 +118,7 @@ def _check_rank(
     if structural < len(rates):
         raise SpeedsError(
             f"Expected independent definitions of {', '.join(map(str, speeds))}, got structural rank {structural} of "
-            f"{len(rates)}: some of them share too few rates."
+            f"{len(rates)}: some of them share too few rates. Define one of them differently."
         )
     generator = np.random.default_rng(20041)
     numbers = {
@@ -136,10 +129,11 @@ def _check_rank(
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
     vanishing = null_direction(y.T, 1e-10)
     if vanishing is not None:
-        culprits = [str(u) for u, c in zip(speeds, vanishing, strict=True) if abs(c) > 1e-6]
+        culprits = [u for u, c in zip(speeds, vanishing, strict=True) if abs(c) > 1e-6]
+        said = ", ".join(f"{u} = {system.speeds[u]!s:.80}" for u in culprits)
         raise SpeedsError(
-            f"Expected independent definitions of the generalized speeds, got a combination of {', '.join(culprits)} that "
-            "vanishes at every configuration: W does not exist. Define one of them differently."
+            f"Expected independent definitions of the generalized speeds, got a combination of {', '.join(map(str, culprits))} that "
+            f"vanishes at every configuration, so that W does not exist: {said}. Define one of them differently."
         )
 
 

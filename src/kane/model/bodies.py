@@ -7,16 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.errors import ModelError
-from kane.expr.node import Expr, as_expr, constant_value
+from kane.expr.node import Expr, as_expr
+from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic
-
-
-def _check_mass(name: str, mass: Expr) -> None:
-    value = constant_value(mass)
-    if value is not None and value < 0:
-        raise ModelError(f"Expected a mass ≥ 0 for {name}, got {value}.")
 
 
 def _check_center(name: str, point: Any) -> None:
@@ -39,7 +34,7 @@ class Particle:
 
     def __init__(self, name: str, point: Point, mass: Any) -> None:
         m = as_expr(mass)
-        _check_mass(name, m)
+        check_mass(name, m)
         _check_center(name, point)
         for slot, value in (("name", name), ("point", point), ("mass", m)):
             object.__setattr__(self, slot, value)
@@ -65,15 +60,16 @@ class RigidBody:
 
     def __init__(self, name: str, *, frame: Frame, mass_center: Point, mass: Any, inertia: Dyadic) -> None:
         m = as_expr(mass)
-        _check_mass(name, m)
+        check_mass(name, m)
         _check_center(name, mass_center)
         if not isinstance(frame, Frame):
             raise ModelError(f"Expected a Frame for the body {name}, got {frame!r:.60}.")
         if not isinstance(inertia, Dyadic):
             raise ModelError(
                 f"Expected an inertia dyadic for {name}, such as kn.inertia({frame.name}, Ixx, Iyy, Izz), got "
-                f"{type(inertia).__name__}."
+                f"{type(inertia).__name__} ({inertia!s:.60}). kn.rod, kn.thin_disk, kn.box, … make those of solids."
             )
+        check_inertia(name, inertia)
         mass_center.frame._check(frame)
         values = (("name", name), ("frame", frame), ("mass_center", mass_center), ("mass", m), ("inertia", inertia))
         for slot, value in values:

@@ -15,17 +15,29 @@ from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters
 
 
+def listed(what: str, given: Any) -> tuple[Any, ...]:
+    """What stands in a list."""
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise ModelError(f"Expected {what}= to be a list, got {given!r:.60}. Write {what}=[…] around it.")
+    return tuple(given)
+
+
 def check_bodies(bodies: tuple[Body, ...]) -> None:
     """At least one body, no two of one name."""
     if not bodies:
         raise ModelError("Expected at least one body, got none: nothing has mass.")
     for b in bodies:
         if not isinstance(b, Particle | RigidBody):
-            raise ModelError(f"Expected a RigidBody or Particle, got {b!r:.60}.")
+            raise ModelError(
+                f"Expected bodies from kn.RigidBody or kn.Particle, got {b!r:.60}. A point or frame has no mass: make a body of it."
+            )
     if len({b.name for b in bodies}) < len(bodies):
         names = [b.name for b in bodies]
         twice = sorted({n for n in names if names.count(n) > 1})
-        raise ModelError(f"Expected bodies of different names, got {', '.join(twice)} more than once.")
+        raise ModelError(
+            f"Expected bodies of different names, got {', '.join(twice)} more than once. Results are read by name: rename one, or "
+            "list it once."
+        )
 
 
 def check_names(symbols: Iterable[Symbol]) -> None:
@@ -37,9 +49,25 @@ def check_names(symbols: Iterable[Symbol]) -> None:
         other = first.setdefault(s.name, s)
         if other is not s:
             raise ModelError(
-                f"Expected one symbol of the name {s.name!r}, got two with different declarations: "
-                f"{type(other).__name__}{other.declaration()[:4]} and {type(s).__name__}{s.declaration()[:4]}. Declare it once and "
-                "use it in both places, or rename one."
+                f"Expected one symbol of the name {s.name!r}, got two with different declarations: {_declared(other)} and "
+                f"{_declared(s)}. Declare it once and use it in both places, or rename one."
+            )
+
+
+def _declared(s: Symbol) -> str:
+    """The call that declares a symbol, as the user wrote it."""
+    words = [repr(x) for x in s.declaration()[:4] if x not in (None, "")]
+    kind = "auxiliary_speed" if isinstance(s, AuxiliarySpeed) else type(s).__name__.lower()
+    return f"kn.{kind}({', '.join(words)})"
+
+
+def check_geometry(symbols: Iterable[Symbol]) -> None:
+    """Positions and orientations are functions of coordinates, parameters and time."""
+    for s in symbols:
+        if isinstance(s, Speed | AuxiliarySpeed | Reaction | Rate | QuasiRate) and input_of(s) is None:
+            raise ModelError(
+                f"Expected positions and orientations in coordinates, parameters, inputs and kn.time, got {s} ({type(s).__name__}): "
+                "a motion is described by coordinates, whose rates the speeds= define. Declare a kn.coordinate for it."
             )
 
 
@@ -68,7 +96,7 @@ def check_strays(
         if isinstance(origin, Coordinate | Speed | QuasiRate) and origin not in known:
             raise ModelError(
                 f"Expected loads, masses and events in symbols of the system, got {s}: no frame or point depends on it and it is not "
-                "among the keys of speeds=."
+                "among the keys of speeds=. Use the system's own symbol, or a kn.parameter or kn.input for what is given."
             )
 
 

@@ -12,6 +12,7 @@ from kane.expr.latex import latex_name
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody
+from kane.model.constraints import Constraint
 from kane.model.loads import Load
 from kane.model.reactions import cut_of
 from kane.space.latex import dyadic_formula, place_latex, vector_formula
@@ -25,11 +26,11 @@ _PLACES = 4
 
 
 def system_html(system: System) -> str:
-    """Bodies, coordinates, speeds, loads, reactions, inputs and events; parameters folded away."""
+    """Bodies, coordinates, speeds, loads, constraints, reactions, inputs and events; parameters folded away."""
     names = listed([b.name for b in system.bodies])
     parts = [
         paragraph(f"<b>System</b>: {names}; inertial frame {math(place_latex(system.inertial.name))}"),
-        *(either(make, system) for make in (_bodies, _coordinates, _speeds, _loads, _reactions, _inputs, _events)),
+        *(either(make, system) for make in _PARTS),
         folded(f"{len(system.parameters)} parameters", either(_parameters, system) if system.parameters else ""),
     ]
     return "".join(parts)
@@ -65,7 +66,12 @@ def _loads(system: System) -> str:
     return table(("load", "acts"), [*rows, *((escaped(load.name), _acting(load)) for load in system.loads)])
 
 
-def _acting(load: Load) -> str:
+def _constraints(system: System) -> str:
+    rows = [(escaped(c.name), c.kind, _cell(c.expr), _acting(c) if c.placed else "") for c in system.constraints]
+    return table(("constraint", "kind", "vanishes", "held by"), rows)
+
+
+def _acting(load: Load | Constraint) -> str:
     pairs: list[tuple[str, str, Vector]] = [("force", p.name, v) for p, v in load.forces]
     pairs += [("torque", f.name, v) for f, v in load.torques]
     shown = [f"{what} on {math(place_latex(name))}: {vector_formula(v).cell}" for what, name, v in pairs[:_PLACES]]
@@ -110,6 +116,9 @@ def _parameters(system: System) -> str:
         name, *rest = symbol_cells(p)
         rows.append((name, "–" if p.default is None else f"{p.default:g}", *rest))
     return table(("parameter", "default", "unit", "meaning"), rows)
+
+
+_PARTS = (_bodies, _coordinates, _speeds, _loads, _constraints, _reactions, _inputs, _events)
 
 
 def _cell(e: Expr) -> str:

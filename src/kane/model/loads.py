@@ -13,6 +13,7 @@ from typing import Any
 from kane.errors import ModelError
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import Expr, as_expr
+from kane.model.bodies import Particle, RigidBody
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -40,15 +41,39 @@ class Gravity:
 
 
 def _force(point: Any, vector: Any) -> tuple[Point, Vector]:
-    if not isinstance(point, Point) or not isinstance(vector, Vector):
-        raise ModelError(f"Expected a force as (Point, Vector), got ({point!r:.60}, {vector!r:.60}).")
-    return point, vector
+    if not isinstance(point, Point):
+        raise ModelError(f"Expected a force on a Point, got {point!r:.60}. {_point_instead(point)}")
+    return point, _vector("force", vector)
 
 
 def _torque(frame: Any, vector: Any) -> tuple[Frame, Vector]:
-    if not isinstance(frame, Frame) or not isinstance(vector, Vector):
-        raise ModelError(f"Expected a torque as (Frame, Vector), got ({frame!r:.60}, {vector!r:.60}).")
-    return frame, vector
+    if not isinstance(frame, Frame):
+        raise ModelError(f"Expected a torque on a Frame, got {frame!r:.60}. {_frame_instead(frame)}")
+    return frame, _vector("torque", vector)
+
+
+def _vector(what: str, vector: Any) -> Vector:
+    if not isinstance(vector, Vector):
+        raise ModelError(
+            f"Expected a {what} as a Vector, got {vector!r:.60}. Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
+        )
+    return vector
+
+
+def _point_instead(given: Any) -> str:
+    if isinstance(given, RigidBody | Particle):
+        return f"Name the point of the body it acts on, such as its mass centre: kn.Force({given.mass_center.name}, …)."
+    if isinstance(given, Frame):
+        return "Name a point of the body, such as its mass centre; what turns a frame is a kn.Torque."
+    return "Make one with at(…), or with fixed_in(…) for a particle of a body."
+
+
+def _frame_instead(given: Any) -> str:
+    if isinstance(given, RigidBody):
+        return f"Name the body's frame: kn.Torque({given.frame.name}, …)."
+    if isinstance(given, Point):
+        return "What pulls at a point is a kn.Force; a torque needs the frame of a rigid body."
+    return "Name the frame of a rigid body."
 
 
 def Force(point: Point, vector: Vector, name: str = "") -> Load:
@@ -67,7 +92,8 @@ def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
     """Uniform gravity on every body: `gravity(-g*N.z)`."""
     if not isinstance(acceleration, Vector):
         raise ModelError(
-            f"Expected the acceleration of free fall as a Vector, such as -g*N.z, got {acceleration!r:.60}."
+            f"Expected the acceleration of free fall as a Vector, got {acceleration!r:.60}. Give it a direction, downwards: -g*N.z "
+            "where N.z points up."
         )
     return Gravity(acceleration, name)
 

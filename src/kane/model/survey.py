@@ -36,7 +36,8 @@ def places(
             at = at.parent
         if line[-1] is not inertial:
             raise ModelError(
-                f"Expected frames that descend from {inertial.name}, got {frame.name}, whose root is {line[-1].name}."
+                f"Expected frames that descend from {inertial.name}, got {frame.name}, whose root is {line[-1].name}. Make every "
+                f"frame of this system from {inertial.name} with rotate(…)."
             )
         frames.update(dict.fromkeys(reversed(line)))
 
@@ -44,8 +45,8 @@ def places(
         line = point.ancestry()
         if line[-1].frame is not inertial:
             raise ModelError(
-                f"Expected points reached from one fixed in {inertial.name}, got {point.name}, whose root "
-                f"{line[-1].name} is fixed in {line[-1].frame.name}."
+                f"Expected points reached from one fixed in {inertial.name}, got {point.name}, whose root {line[-1].name} is fixed in "
+                f"{line[-1].frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
             )
         for p in reversed(line):
             for frame, _ in p.offset.parts:

@@ -19,10 +19,12 @@ from kane.model.checks import (
     check_bodies,
     check_constraints,
     check_dependent,
+    check_geometry,
     check_names,
     check_no_accelerations,
     check_reactions,
     check_strays,
+    listed,
 )
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.events import Event
@@ -30,6 +32,7 @@ from kane.model.joints.joint import Joint
 from kane.model.joints.listed import with_joints
 from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
+from kane.model.units import check_units
 from kane.model.variables import (
     EulerParameters,
     euler_sets,
@@ -100,16 +103,21 @@ class System:
         joints: Sequence[Joint] = (),
     ) -> None:
         if not isinstance(inertial, Frame) or inertial.parent is not None:
-            raise ModelError(f"Expected a root frame as the inertial frame, got {inertial!r:.60}.")
-        bodies, loads = tuple(bodies), tuple(loads)
+            raise ModelError(
+                f'Expected a root frame as the inertial frame, got {inertial!r:.60}. Make one with kn.Frame("N") and give it first.'
+            )
+        bodies, loads = listed("bodies", bodies), listed("loads", loads)
         check_bodies(bodies)
         own = tuple(x for x in loads if isinstance(x, Load))
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         if len(own) + len(gravities) != len(loads):
+            (odd, *_) = (x for x in loads if not isinstance(x, Load | Gravity))
             raise ModelError(
-                "Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …: got something else."
+                f"Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …, got {odd!r:.60}. Say where it acts: "
+                "kn.Force(point, vector), kn.Torque(frame, vector)."
             )
-        reactions, auxiliary, joints = tuple(reactions), tuple(auxiliary_speeds), tuple(joints)
+        reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
+        events, joints = listed("events", events), tuple(joints)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
@@ -123,6 +131,7 @@ class System:
         held = [c.expr for c in constraints]
         roots = [*shape, *definitions.values(), *matter, *watched, *held]
         symbols = free_symbols(roots)
+        check_geometry(found)
         check_no_accelerations(free_symbols(matter))
         check_strays(free_symbols([*matter, *watched, *held]), ordered, definitions, euler)
         check_names((*symbols, *definitions, *reactions, *auxiliary))
@@ -153,6 +162,7 @@ class System:
         }
         for slot, value in values.items():
             object.__setattr__(self, slot, value)
+        check_units(self, symbols)
 
     @property
     def rigid_bodies(self) -> tuple[RigidBody, ...]:

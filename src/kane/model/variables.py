@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-from kane.errors import ModelError, SpeedsError
+from kane.errors import ModelError, NotAffineError, SpeedsError
+from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, input_of, rate
@@ -46,11 +47,29 @@ def ordered_coordinates(found: tuple[Symbol, ...], order: Sequence[Coordinate] |
         for q in seen:
             groups.setdefault(q.name.rstrip("0123456789"), []).append(q)
         return tuple(q for stem, group in groups.items() for q in sorted(group, key=lambda q: _number(q, stem)))
-    if set(order) != set(seen) or len(order) != len(seen):
+    given = _coordinates(order)
+    unused = [q for q in given if q not in seen]
+    if unused:
         raise ModelError(
-            f"Expected coordinates= to list each of {', '.join(map(str, seen))} once, got {', '.join(map(str, order))}."
+            f"Expected coordinates= to list those that frames and points depend on ({_names(seen)}), got {_names(unused)}, which "
+            "nothing uses. Leave it out, or write it into a position or orientation; is a body missing from bodies=?"
         )
+    absent = [q for q in seen if q not in set(given)]
+    if absent or len(given) != len(seen):
+        cure = f"Add {_names(absent)}" if absent else "List none twice"
+        raise ModelError(f"Expected coordinates= to list each of {_names(seen)} once, got {_names(given)}. {cure}.")
+    return given
+
+
+def _coordinates(order: Any) -> tuple[Any, ...]:
+    """Coordinates as a tuple; a single one, or something else, is refused."""
+    if isinstance(order, Expr) or not isinstance(order, Iterable) or not all(isinstance(q, Coordinate) for q in order):
+        raise ModelError(f"Expected coordinates= to be a list of coordinates, such as (q1, q2), got {order!r:.60}.")
     return tuple(order)
+
+
+def _names(symbols: Iterable[Any]) -> str:
+    return ", ".join(map(str, symbols))
 
 
 def _number(q: Coordinate, stem: str) -> int:
@@ -65,15 +84,24 @@ def speed_definitions(
         if speeds != "rates":
             raise SpeedsError(f'Expected speeds={{u1: definition, …}} or "rates", got {speeds!r}.')
         return _rates_as_speeds(coordinates, euler)
+    if not isinstance(speeds, Mapping):
+        raise SpeedsError(
+            f'Expected speeds= to be a dict {{u1: definition, …}} or "rates", got {speeds!r:.60}. Each definition needs its speed: '
+            "{u1: q1.dt, u2: q2.dt}."
+        )
     made: dict[Speed, Expr] = {}
     for u, definition in speeds.items():
         if not isinstance(u, Speed):
-            raise SpeedsError(f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}).")
+            raise SpeedsError(
+                f"Expected generalized speeds as keys of speeds=, got {u!r} ({type(u).__name__}), which has that role already. "
+                "Declare a kn.speed for it, as in {u1: q1.dt}."
+            )
         if isinstance(definition, Vector):
             raise SpeedsError(
                 f"Expected a scalar definition of {u}, got the vector {definition}. Use .dot(unit vector)."
             )
         made[u] = as_expr(definition)
+        _check_definition(u, made[u])
     return made
 
 
@@ -106,6 +134,32 @@ def inputs_with_rates(
             at = rate(at)
             found.append(at)
     return tuple(found)
+
+
+def _check_definition(u: Speed, definition: Expr) -> None:
+    """A definition is affine in rates, contains one, and no speed."""
+    symbols = free_symbols([definition])
+    for s in symbols:
+        if isinstance(s, Speed):
+            raise SpeedsError(
+                f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition!s:.120}. Write what {s} "
+                "stands for, in rates such as q.dt."
+            )
+    try:
+        ((row, _),) = affine_forms(
+            [definition], [s for s in symbols if isinstance(s, Rate | QuasiRate) and input_of(s) is None]
+        )
+    except NotAffineError as error:
+        culprit, whole = str(error).rpartition("got ")[2].rstrip("."), f"{definition!s:.120}"
+        said = whole if culprit == whole else f"{culprit} in {whole}"
+        raise SpeedsError(
+            f"Expected the definition of {u} to be linear in the rates (u = Y q' + z), got {said}. Take a rate such as q.dt, or a "
+            "component of a velocity or angular velocity, v.dot(N.x)."
+        ) from error
+    if not row:
+        q = next((s for s in symbols if isinstance(s, Coordinate)), None)
+        cure = f"Write {q}.dt for the rate of {q}" if q is not None else "Define it by a rate, such as q.dt"
+        raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {definition!s:.120}. {cure}.")
 
 
 def _rates_as_speeds(coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]) -> dict[Speed, Expr]:

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from kane.dynamics.contributions import Contributions
 from kane.dynamics.equations import Equations
 from kane.dynamics.steps import Step
 from kane.expr.html import unit_text
@@ -13,6 +15,13 @@ from kane.expr.node import ZERO
 from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas
 from kane.present.names import item_names, quantity_latex
+from kane.present.provenance import (
+    Provenance,
+    active_provenance,
+    inertia_provenance,
+    mass_provenance,
+    noncontributing,
+)
 
 LONG = 300
 """Formulas longer than this, as text, are folded away."""
@@ -28,7 +37,7 @@ _MOST = 400
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """A step: its intermediates, formulas, and what is better laid out as a table or one matrix equation."""
+    """A step: its intermediates, formulas, what is better laid out as a table or one matrix equation, where terms come from."""
 
     number: int
     title: str
@@ -39,6 +48,7 @@ class Chapter:
     displays: tuple[str, ...] = ()
     solution: tuple[Formula, ...] = ()
     note: str = ""
+    provenance: Provenance | None = None
     unfolded: bool = True
 
     @property
@@ -50,10 +60,11 @@ class Chapter:
 def chapters(eom: Equations) -> list[Chapter]:
     """One chapter for each of `eom.steps`."""
     names = item_names(eom)
-    return [_chapter(eom, step, names) for step in eom.steps]
+    terms = [eom.contributions(s) for s in eom.all_speeds] if len(eom.all_speeds) <= _WIDE else []
+    return [_chapter(eom, step, names, terms) for step in eom.steps]
 
 
-def _chapter(eom: Equations, step: Step, names: dict[str, str]) -> Chapter:
+def _chapter(eom: Equations, step: Step, names: dict[str, str], terms: list[Contributions]) -> Chapter:
     if all(isinstance(value, str) for _, value in step.items):
         return Chapter(step.number, step.title, _prose(step.number, step.text), tables=(_coordinates(eom),))
     between, shown = formulas(step.items, names)
@@ -71,16 +82,23 @@ def _chapter(eom: Equations, step: Step, names: dict[str, str]) -> Chapter:
     return Chapter(
         step.number,
         step.title,
-        _prose(step.number, step.text),
+        _prose(step.number, step.text) + (_embedded(eom) if step.number == 7 else ""),
         tuple(between),
         tuple(shown),
         tables,
         displays,
         solution,
-        note,
+        noncontributing(eom, terms) if step.number == 5 and terms else note,
+        _PROVENANCE[step.number](eom, terms) if step.number in _PROVENANCE and terms else None,
         unfolded=len(between) <= _FEW and all(len(z.text) <= LONG for z in between),
     )
 
+
+_PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | None]] = {
+    5: active_provenance,
+    6: inertia_provenance,
+    7: lambda eom, _: mass_provenance(eom),
+}
 
 _PROSE = {
     3: r"$u = Y\dot{q} + z$, chosen so that these velocities become short; solved, $\dot{q} = W u + X$.",
@@ -93,6 +111,18 @@ _PROSE = {
 
 def _prose(number: int, text: str) -> str:
     return _PROSE.get(number, text)
+
+
+def _embedded(eom: Equations) -> str:
+    """What constraints change in the equations of motion."""
+    if eom.embedding is None:
+        return ""
+    given = ", ".join(f"${latex_name(u.name)}$" for u in eom.dependent_speeds)
+    return (
+        rf" The constraints $A u + b = 0$ give {given} and are embedded, $u_D = A_n u_I + b_n$: "
+        r"$\tilde F_r + \tilde F^{*}_r = 0$ with $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$. The forces that hold them are "
+        r"$\lambda$ in $M\dot{u} = f + A^{T} \lambda$."
+    )
 
 
 def _coordinates(eom: Equations) -> Table:

@@ -12,9 +12,10 @@ from kane.expr.latex import latex_name, to_latex
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody
+from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
 from kane.model.loads import Load
-from kane.model.reactions import cut_of
+from kane.model.reactions import constraint_of, cut_of
 from kane.present.formulas import formulas
 from kane.space.frame import Frame
 from kane.space.latex import place_latex, unit_vector_latex
@@ -52,6 +53,9 @@ def declared(eom: Equations, values: Any = None) -> list[Table]:
             tuple((load.name, _acting(load), _potential(load)) for load in eom.loads),
         ),
         Table("Joints", ("joint", "kind", "from", "to", "coordinates"), tuple(map(_joint, system.joints))),
+        Table(
+            "Constraints", ("constraint", "kind", "vanishes", "held by"), tuple(map(_constraint, system.constraints))
+        ),
         Table("Reactions brought into evidence", ("reaction", "at", "along", "auxiliary speed"), _reactions(eom)),
         Table(*_parameters(eom, values)),
         Table("Inputs", ("input", "unit", "meaning"), tuple(_symbol(s) for s in eom.inputs)),
@@ -97,11 +101,18 @@ def _joint(joint: Joint) -> tuple[str | Tex, ...]:
     return (joint.name, joint.kind, parent, child, moves)
 
 
+def _constraint(c: Constraint) -> tuple[str | Tex, ...]:
+    between, (shown,) = formulas([(c.name, c.expr)], {})
+    where = ",\\; ".join(z.latex for z in between)
+    vanishes = Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
+    return (c.name, c.kind, vanishes, _acting(c) if c.placed else "not told")
+
+
 def _factor(text: str) -> str:
     return rf"\left({text}\right)" if " + " in text or " - " in text else text
 
 
-def _acting(load: Load) -> Tex:
+def _acting(load: Load | Constraint) -> Tex:
     places = [rf"\text{{force on }} {place_latex(p.name)}" for p, _ in load.forces]
     places += [rf"\text{{torque on }} {place_latex(f.name)}" for f, _ in load.torques]
     return Tex(r",\; ".join(places[:_FEW]) + (r",\; \dots" if len(places) > _FEW else ""))
@@ -114,8 +125,8 @@ def _potential(load: Load) -> str | Tex:
 def _reactions(eom: Equations) -> tuple[tuple[str | Tex, ...], ...]:
     rows: list[tuple[str | Tex, ...]] = []
     for r, s in zip(eom.reactions, eom.auxiliary_speeds, strict=True):
-        cut = cut_of(r) or cut_of(s)
-        at = Tex(place_latex(cut.at.name)) if cut else ""
+        cut, held = cut_of(r) or cut_of(s), constraint_of(r)
+        at = Tex(place_latex(cut.at.name)) if cut else held.name if held else ""
         rows.append((Tex(latex_name(r.name)), at, vector_tex(cut.along) if cut else "", Tex(latex_name(s.name))))
     return tuple(rows)
 

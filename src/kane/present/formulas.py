@@ -21,12 +21,13 @@ Item = tuple[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Formula:
-    """left = right, as plain text and as LaTeX."""
+    """left = right, as plain text and as LaTeX; `shared` says that it is an intermediate."""
 
     name: str
     text: str
     left: str
     right: str
+    shared: bool = False
 
     @property
     def latex(self) -> str:
@@ -38,7 +39,10 @@ def formulas(items: Sequence[Item], names: Mapping[str, str]) -> tuple[list[Form
     """The shared intermediates, and a formula for each item; `names` gives the LaTeX of the names that have one."""
     z_text, texts = _written(items, text_lines, lambda frame, axis: f" {frame.name}.{axis}", "({})")
     z_latex, latex = _written(items, latex_lines, _latex_axis, r"\left({}\right)")
-    between = [Formula(name, text, left, right) for (name, text), (left, right) in zip(z_text, z_latex, strict=True)]
+    between = [
+        Formula(name, text, left, right, shared=True)
+        for (name, text), (left, right) in zip(z_text, z_latex, strict=True)
+    ]
     shown = [
         Formula(name, text, names.get(name) or latex_name(name), right)
         for (name, _), text, right in zip(items, texts, latex, strict=True)

@@ -51,21 +51,22 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     if not symbols:
         return None
     groups: list[list[int]] = [[i] for i in range(len(symbols))]
+    units = [solution.equations.unit(s) for s in symbols]
     if len(symbols) > _PANELS:
-        units = list(dict.fromkeys(s.unit for s in symbols))
-        groups = [[i for i, s in enumerate(symbols) if s.unit == unit] for unit in units]
+        groups = [[i for i, own in enumerate(units) if own == unit] for unit in dict.fromkeys(units)]
     alone = len(groups) == len(symbols)
     figure, axes = panels(len(groups), 2.6 if len(groups) == 1 else 1.05 if alone else 2.2, sharex=True)
     for a, group in zip(axes, groups, strict=True):
         for k, i in enumerate(group):
             a.plot(solution.t, values[i], color=SERIES[k % len(SERIES)], label=f"${latex_name(symbols[i].name)}$")
-        unit = unit_text(symbols[group[0]].unit)
-        left = f"${latex_name(symbols[group[0]].name)}$" if alone else ""
-        a.set_ylabel(f"{left} [{unit}]" if unit else left)
+        left = f"${latex_name(symbols[group[0]].name)}$ " if alone else ""
+        a.set_ylabel(f"{left}[{unit_text(units[group[0]]) or '–'}]")
         if not alone and len(group) <= _LABELS:
             legend(a, ncols=4, loc="best")
     axes[-1].set_xlabel("t [s]")
     meanings = [f"{s.name}: {s.description}" for s in symbols if s.description]
+    if not all(units):
+        meanings.append("[–]: no unit declared")
     return Plot(name, title, "; ".join(meanings), to_svg(figure, name))
 
 
@@ -78,11 +79,14 @@ def balance(solution: Solution) -> Plot:
     for k, (y, label) in enumerate([(kinetic, "K"), (potential, "V"), (total, "E = K + V")]):
         axes[0].plot(t, y, color=SERIES[k], label=label)
     axes[0].plot(t, total - solution.work, color=INK, linewidth=1, linestyle="--", label="E − ∫P dt")
-    axes[0].set_ylabel("[J]")
+    axes[0].set_ylabel("energy [J]")
     legend(axes[0], ncols=2, loc="best")
     axes[1].plot(t, power, color=SERIES[3], label="P")
     axes[1].plot(t, rate, color=INK, linewidth=1, linestyle="--", label="dE/dt")
-    axes[1].set_ylabel("[W]")
+    axes[1].set_ylabel("power [W]")
+    least = 1e-6 * solution.energy_check.scale / np.ptp(t)
+    if max(np.abs(power).max(), np.abs(rate).max()) < least:  # rounding errors are not to fill the panel
+        axes[1].set_ylim(-least, least)
     legend(axes[1], ncols=2, loc="best")
     axes[2].plot(t, total - total[0] - solution.work, color=SERIES[4])
     axes[2].set_ylabel("E − E(0) − ∫P dt [J]", fontsize=8)

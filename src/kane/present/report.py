@@ -15,10 +15,12 @@ from markupsafe import Markup
 from kane.dynamics.equations import Equations
 from kane.expr.html import unit_text
 from kane.expr.latex import latex_name
+from kane.present.along import motion_checks
 from kane.present.assets import asset
 from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check
 from kane.present.declared import Table, Tex, declared
+from kane.present.receipt import receipt
 from kane.simulate.solution import Solution
 
 
@@ -33,8 +35,9 @@ def report(
 ) -> Path:
     """Write the report of a derivation to `path` and return it.
 
-    One self-contained HTML file: what was declared, a chapter for each of the seven steps with its formulas, the operations
-    that one evaluation costs, checks with their figures and, with a solution, plots of the motion.
+    One self-contained HTML file: what was declared, a chapter for each of the seven steps with its formulas and where their terms
+    come from, the operations that one evaluation costs, checks with their figures and, with a solution, checks and plots of
+    the motion.
 
     Parameters
     ----------
@@ -60,9 +63,6 @@ def report(
     return target
 
 
-_SIGNS = {"add": "+", "sub": "−", "mul": "×", "div": "÷", "sqrt": "√"}
-
-
 def page(
     eom: Equations, solution: Solution | None, title: str | None, sources: Sequence[str], checks: Sequence[Check]
 ) -> str:
@@ -77,17 +77,18 @@ def page(
         undefined=StrictUndefined,
     )
     environment.filters["segments"] = segments
+    environment.filters["figure"] = lambda x: f"{x:.3g}" if 0.1 <= x < 1e4 else f"{x:.1e}"
     environment.tests["tex"] = lambda cell: isinstance(cell, Tex)
     names = ", ".join(b.body.name for b in eom.bodies)
     return environment.get_template("report.html").render(
         title=title or f"Equations of motion: {names}",
         eom=eom,
         summary=_summary(eom),
-        receipt=[(_SIGNS.get(kind, kind), n) for kind, n in eom.operations.by_operation],
+        receipt=receipt(eom),
         declared=declared(eom, solution.parameters if solution is not None else None),
         chapters=chapters(eom),
         long=LONG,
-        checks=checks,
+        checks=(*checks, *(motion_checks(solution, checks) if solution is not None else ())),
         solution=solution,
         start=_start(solution) if solution is not None else None,
         plots=[(p, Markup(p.svg)) for p in plots(solution)] if solution is not None else [],
@@ -118,7 +119,7 @@ def _start(solution: Solution) -> Table:
     eom = solution.equations
     symbols = (*eom.coordinates, *eom.speeds)
     rows = tuple(
-        (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(s.unit))
+        (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s)))
         for s, a, b in zip(symbols, solution.states[0], solution.states[-1], strict=True)
     )
     return Table("Start and end", ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit"), rows, False)

@@ -49,15 +49,17 @@ class Numbers:
 class Manifold:
     """The constraints of equations of motion as one compiled routine."""
 
-    eom: Equations
     handle: Handle
+    coordinates: int
+    speeds: int
+    configuration: int
+    rows: int
     euler: tuple[tuple[int, ...], ...]
 
     def numbers(self, t: float, x: Array, p: Array, r: Array) -> Numbers:
         """Residuals and matrices at a state x = (q, u)."""
         flat = self.handle(t, x, p, r)
-        n, nq, m = len(self.eom.speeds), len(self.eom.coordinates), len(self.eom.b)
-        c = len(self.eom.system.holonomic)
+        n, nq, m, c = self.speeds, self.coordinates, self.rows, self.configuration
         at = np.cumsum([c, m * n, m, n * n])
         return Numbers(
             flat[: at[0]],
@@ -70,7 +72,7 @@ class Manifold:
     def project(self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0) -> tuple[Array, Numbers]:
         """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had."""
         x = x.copy()
-        nq = len(self.eom.coordinates)
+        nq = self.coordinates
         for places in self.euler:
             e = x[list(places)]
             x[list(places)] = e / np.linalg.norm(e)
@@ -140,6 +142,5 @@ def manifold(eom: Equations) -> Manifold | None:
     roots += [x for row in eom.mass_matrix.rows for x in row]
     roots += [x for row in eom.W.rows for x in row]
     labels = [f"constraints[{k}]" for k in range(len(roots))]
-    return Manifold(
-        eom, Handle(expressions(eom, "constraints", roots, labels), "constraints", Settings(), None, "ignore"), euler
-    )
+    handle = Handle(expressions(eom, "constraints", roots, labels), "constraints", Settings(), None, "ignore")
+    return Manifold(handle, len(eom.coordinates), len(eom.speeds), len(eom.system.holonomic), len(eom.b), euler)

@@ -20,6 +20,7 @@ from kane.dynamics.partition import Partition, balanced, choose
 from kane.dynamics.values import without_unknowns
 from kane.errors import SimulationError
 from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import time
 from kane.model.events import Event
 from kane.program.equations import expressions, rate_names
 from kane.program.handle import Handle
@@ -102,6 +103,12 @@ class Motion:
             return np.zeros(0)
         return self.events(t, y[: self.width], self.fixed, self.inputs(t) if self.forces else None)
 
+    def values(self, t: float, y: Array) -> dict[Expr, Any]:
+        """A number for every symbol of the equations."""
+        eom = self.eom
+        symbols = (time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs)
+        return dict(zip(symbols, [t, *y[: self.width], *self.fixed, *self.inputs(t)], strict=True))
+
     def explain(self, t: float, y: Array) -> str:
         """What is not finite first."""
         return self.handle.explain(t, y[: self.width], self.fixed, self.inputs(t))
@@ -122,12 +129,14 @@ class Motion:
         if e is None or numbers is None or not np.all(np.isfinite(numbers.a)):
             return False
         before = (self.eom, self.lost)
-        now = _quality(numbers.a, e.partition)
+        now = _quality(numbers.a, self.reach, e.partition)
         if now < _POOR:
-            found = choose(numbers.a)
+            found = choose(numbers.a, reach=self.reach)
             more = len(found.rows) - len(e.partition.rows)
-            if (more == 0 or (more > 0 and not self.segments)) and _quality(numbers.a, found) > _BETTER * now:
-                eom = _made(self.first, f"partition {found}", lambda: repartition(self.first, numbers.a))
+            if (more == 0 or (more > 0 and not self.segments)) and _quality(
+                numbers.a, self.reach, found
+            ) > _BETTER * now:
+                eom = _made(self.first, f"partition {found}", lambda: repartition(self.first, found))
                 self._take(eom)
                 given = ", ".join(u.name for u in eom.dependent_speeds)
                 self._note(t, f"dependent speeds {given}", "the dependent speeds were changed")
@@ -163,9 +172,9 @@ class Motion:
         return np.concatenate([loose[:nq], u_dot, found[-1:]])
 
 
-def _quality(a: Array, partition: Partition) -> float:
+def _quality(a: Array, reach: Array, partition: Partition) -> float:
     """Reciprocal condition number of the dependent block, A balanced, or the least share that a pivot of its elimination has."""
-    block = balanced(a)[np.ix_(partition.rows, partition.dependent)]
+    block = balanced(a, reach)[np.ix_(partition.rows, partition.dependent)]
     if not block.size:
         return 1.0
     found = float(1.0 / np.linalg.cond(block))

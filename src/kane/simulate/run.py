@@ -16,8 +16,9 @@ from kane.errors import KaneWarning, SimulationError
 from kane.simulate.assemble import assemble
 from kane.simulate.drives import check_prescribed, input_functions
 from kane.simulate.motion import Motion
+from kane.simulate.singular import check_regular
 from kane.simulate.solution import Solution
-from kane.simulate.start import check_span, check_tolerance, start_state
+from kane.simulate.start import check_masses, check_span, check_tolerance, start_state
 from kane.simulate.stepping import SOLVERS, integrate
 
 Array = npt.NDArray[np.float64]
@@ -68,6 +69,7 @@ def simulate(
     if method not in SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
     constants = parameter_values(eom, parameters)
+    check_masses(eom, constants)
     drives = input_functions(eom, inputs, (t0, t1))
     check_prescribed(eom, constants, (t0, t1))
     fixed = np.array([constants[p] for p in eom.parameters])
@@ -77,6 +79,7 @@ def simulate(
     motion = Motion(eom, fixed, forces)
     begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
     start = np.append(_start(eom, q, u, rates, begin, t0), 0.0)
+    check_regular(eom, motion.values(t0, start), t0)
     start, numbers = motion.keep(t0, start)
     motion.settle(t0, numbers)
     watched = motion.watch(t0, start)

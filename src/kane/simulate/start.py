@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ import numpy.typing as npt
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import finite_number, named_values
 from kane.errors import SimulationError, ValueMissingError
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 
 Array = npt.NDArray[np.float64]
@@ -24,7 +26,9 @@ def start_values(eom: Equations, what: str, symbols: Sequence[Symbol], given: An
     values = named_values(what, symbols, given)
     missing = [s.name for s in symbols if s not in values]
     if missing:
-        raise ValueMissingError(f"Expected a start value for all {what}, got none for {', '.join(missing)}.")
+        raise ValueMissingError(
+            f"Expected a start value for all {what}, got none for {', '.join(missing)}. Give one for each, by symbol or name."
+        )
     numbers = []
     for s in symbols:
         numbers.append(finite_number("start value", s.name, values[s]))
@@ -45,14 +49,29 @@ def start_state(eom: Equations, q: Any, u: Any) -> Array:
     return np.array(state)
 
 
+def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
+    """No mass below zero with the parameters' values."""
+    for body in eom.system.bodies:
+        if all(s in constants for s in free_symbols([body.mass])):
+            value = float(evaluate(body.mass, constants))
+            if value < 0:
+                raise SimulationError(
+                    f"Expected a mass ≥ 0 for {body.name}, got {body.mass!s:.60} = {value:g} at the values of the parameters. "
+                    "Correct them."
+                )
+
+
 def check_span(span: Any) -> tuple[float, float]:
     """(t0, t1) with t1 > t0."""
     try:
         t0, t1 = (float(x) for x in span)
     except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected a time span (t0, t1), got {span!r}.") from error
+        raise SimulationError(f"Expected a time span (t0, t1), got {span!r:.60}. Give two times in s.") from error
     if not (np.isfinite(t0) and np.isfinite(t1) and t1 > t0):
-        raise SimulationError(f"Expected a time span (t0, t1) with t1 > t0, got ({t0:g}, {t1:g}).")
+        raise SimulationError(
+            f"Expected a time span (t0, t1) with t1 > t0, got ({t0:g}, {t1:g}). Motions run forwards: "
+            "swap the two, or end later."
+        )
     return t0, t1
 
 
@@ -60,5 +79,5 @@ def check_tolerance(name: str, value: float) -> float:
     """A tolerance above zero."""
     number = finite_number("tolerance", name, value)
     if not number > 0:
-        raise SimulationError(f"Expected {name} > 0, got {value!r}.")
+        raise SimulationError(f"Expected {name} > 0, got {value!r}. Usual tolerances are 1e-6 to 1e-12.")
     return number

@@ -14,6 +14,7 @@ from kane.expr.node import Expr
 from kane.model.events import Event
 from kane.simulate.crossings import crossings
 from kane.simulate.motion import Motion
+from kane.simulate.singular import nearly_singular
 from kane.simulate.solution import Segment, Solution
 
 Array = npt.NDArray[np.float64]
@@ -48,13 +49,14 @@ def integrate(
         if steps >= max_steps:
             status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
             break
-        before = solver.t
+        before, last = solver.t, solver.y.copy()
         failure = _advance(solver)
         steps += 1
         if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
             status = "stopped"
             message = (
                 f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
+                f"{nearly_singular(motion.eom, motion.values(before, last))}"
             )
             break
         dense, end = solver.dense_output(), solver.t

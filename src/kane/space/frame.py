@@ -11,7 +11,7 @@ import numpy as np
 from kane.errors import SpaceError
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluate import evaluate, free_symbols, sample
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
@@ -19,6 +19,8 @@ from kane.space.rotation import UNITS, Cosines, Orientation, Triple, connected, 
 from kane.space.vector import Vector
 
 _SLACK = 1e-12
+_AGREE = 1e-9
+_SEED = 20048
 _AXES = "xyz"
 
 
@@ -65,11 +67,23 @@ class Frame:
 
     # Birth ----------------------------------------------------------------------------------------------------------
 
-    def rotate(self, name: str, angle: Any, axis: Vector) -> Frame:
+    def rotate(self, name: str, angle: Any, axis: Vector, *, angular_velocity: Vector | None = None) -> Frame:
         """A frame turned from this one by `angle` (rad) about `axis`, a unit vector fixed in this frame.
 
-        Successive rotations about one basis axis are one rotation by the sum of the angles.
+        Successive rotations about one basis axis are one rotation by the sum of the angles. The angular velocity follows from the
+        angle; one that is given is compared with it.
+
+        Raises
+        ------
+        SpaceError
+            if the axis is no unit vector fixed in this frame, or `angular_velocity` is another one than the angle's
         """
+        made = self._rotated(name, angle, axis)
+        if angular_velocity is not None:
+            check_angular_velocity(made, self, angular_velocity)
+        return made
+
+    def _rotated(self, name: str, angle: Any, axis: Vector) -> Frame:
         theta = as_expr(angle)
         direction = self._direction(axis)
         for i in range(3):
@@ -106,7 +120,10 @@ class Frame:
         square = _number(dot3(direction, direction))
         if square is not None:
             if square == 0:
-                raise SpaceError("Expected a unit vector as axis, got the zero vector.")
+                raise SpaceError(
+                    f"Expected a unit vector as axis, got the zero vector. Take an axis of the frame, such as {self.name}.z; a cross "
+                    "product of parallel vectors is zero."
+                )
             if abs(square - 1) > _SLACK:
                 raise SpaceError(
                     f"Expected a unit vector as axis, got {axis} of length {square**0.5:.6g}. Use axis.normalized()."
@@ -216,6 +233,25 @@ class Frame:
             raise SpaceError(
                 f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root."
             )
+
+
+def check_angular_velocity(frame: Frame, base: Frame, given: Vector) -> None:
+    """An angular velocity given by the user must be the one that follows from the orientation, at a random state.
+
+    Raises
+    ------
+    SpaceError
+        if it is not
+    """
+    if not isinstance(given, Vector):
+        raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {given!r:.60}.")
+    found = frame.angular_velocity(base)
+    numbers = sample([*found.components(base), *given.components(base)], _SEED)  # at once: both at one state
+    if not np.allclose(numbers[:3], numbers[3:], rtol=_AGREE, atol=_AGREE * max(map(abs, numbers)), equal_nan=True):
+        raise SpaceError(
+            f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {found!s:.60}, got "
+            f"{given!s:.60}. Correct its sign or the angle, or leave it out: it follows from the angle."
+        )
 
 
 def _sequence(sequence: str, angles: Sequence[Any]) -> tuple[int, ...]:

@@ -68,7 +68,7 @@ class Point:
             offset = Vector()
         if not isinstance(offset, Vector):
             raise SpaceError(
-                f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {offset!r:.60}."
+                f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {offset!r:.60}. Give it a direction: x*N.x."
             )
         for frame, _ in offset.parts:
             self.frame._check(frame)

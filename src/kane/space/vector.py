@@ -61,15 +61,24 @@ class Vector:
         if isinstance(other, int) and other == 0:  # sum() starts with the integer 0
             return self
         if not isinstance(other, Vector):
+            self._refuse_scalar("add to", other)
             return NotImplemented
         return self._joined(other, add)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Vector) -> Vector:
+    def __sub__(self, other: Vector | int) -> Vector:
         if not isinstance(other, Vector):
+            self._refuse_scalar("subtract from", other)
             return NotImplemented
         return self._joined(other, sub)
+
+    def _refuse_scalar(self, verb: str, other: object) -> None:
+        if isinstance(other, Expr | int | float):
+            raise SpaceError(
+                f"Expected a vector to {verb} {self!s:.60}, got the scalar {other!s:.60}. Give it a direction, such as "
+                f"{other!s:.20}*{self.parts[0][0].name if self.parts else 'N'}.x."
+            )
 
     def _joined(self, other: Vector, join: Callable[[Expr, Expr], Expr]) -> Vector:
         if not other.parts:

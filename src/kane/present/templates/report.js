@@ -1,10 +1,147 @@
-for (const place of document.querySelectorAll(".math")) {
-  const display = place.classList.contains("display");
-  const source = place.textContent;
-  const long = place.parentElement.classList.contains("formula");
-  katex.render(long && !display ? "\\displaystyle " + source : source, place, { displayMode: display, fleqn: true, throwOnError: false });
+"use strict";
+
+// Formulas. Their LaTeX is the text of .math; a definition "Z_{1} = …" stands in a .formula with data-z="Z_{1}", and holds
+// within the nearest .group. A Z in a formula of that group is a button that shows its definition below the formula.
+const sources = new Map();
+const definitions = new Map();
+for (const place of document.querySelectorAll(".math")) sources.set(place, place.textContent);
+for (const line of document.querySelectorAll("[data-z]")) {
+  const group = line.closest(".group");
+  if (!definitions.has(group)) definitions.set(group, new Map());
+  definitions.get(group).set(line.dataset.z, sources.get(line.querySelector(".math")));
 }
-const folded = () => [...document.querySelectorAll("details:not([open])")];
+const Z = /(?<![A-Za-z\\])Z_\{(\d+)\}/g;
+
+function marked(place, source) {
+  const known = place.closest(".formula, td") && definitions.get(place.closest(".group"));
+  if (!known) return source;
+  const own = place.parentElement.dataset.z || place.parentElement.dataset.own;
+  return source.replace(Z, (z, n) => (z !== own && known.has(z) ? `\\htmlData{of=${n}}{${z}}` : z));
+}
+
+function typeset(place, source) {
+  const display = place.classList.contains("display");
+  const lead = place.parentElement.classList.contains("formula") && !display ? "\\displaystyle " : "";
+  katex.render(lead + marked(place, source), place, {
+    displayMode: display, fleqn: true, throwOnError: false, strict: "ignore", trust: (c) => c.command === "\\htmlData",
+  });
+  const shown = place.querySelectorAll("[data-of]");
+  if (!shown.length) return;
+  // KaTeX hides its visual half from screen readers, who read its MathML; of that half only the buttons are shown to them.
+  place.querySelector(".katex-html").removeAttribute("aria-hidden");
+  const first = new Set();
+  for (const z of shown) {
+    if (first.has(z.dataset.of)) continue;
+    first.add(z.dataset.of);
+    z.tabIndex = 0;
+    z.setAttribute("role", "button");
+    z.setAttribute("aria-expanded", "false");
+    z.setAttribute("aria-label", `definition of Z${z.dataset.of}`);
+  }
+  hideRest(place.querySelector(".katex-html"));
+}
+
+function hideRest(node) {
+  for (const child of node.children) {
+    if (child.getAttribute("role") === "button") continue;
+    if (child.querySelector("[role=button]")) hideRest(child);
+    else child.setAttribute("aria-hidden", "true");
+  }
+}
+
+for (const [place, source] of sources) typeset(place, source);
+for (const font of document.fonts) font.load(); // printing opens what is folded and does not wait for its fonts
+
+// Definitions on demand
+
+let count = 0;
+function toggle(z) {
+  const host = z.closest(".formula, .scroll");
+  const n = z.dataset.of;
+  let box = host.nextElementSibling;
+  if (!box || !box.classList.contains("meanings")) {
+    box = document.createElement("div");
+    box.className = "meanings";
+    host.after(box);
+  }
+  const old = [...box.children].find((m) => m.dataset.meaning === n);
+  const open = !old;
+  if (old) old.remove();
+  else box.append(meaning(n, z));
+  if (!box.children.length) box.remove();
+  for (const same of host.querySelectorAll(`[data-of="${n}"]`)) {
+    same.classList.toggle("open", open);
+    if (!same.hasAttribute("aria-expanded")) continue;
+    same.setAttribute("aria-expanded", String(open));
+    if (open) same.setAttribute("aria-controls", box.lastElementChild.id);
+    else same.removeAttribute("aria-controls");
+  }
+}
+
+function meaning(n, z) {
+  const source = definitions.get(z.closest(".group")).get(`Z_{${n}}`);
+  const found = document.createElement("div");
+  found.className = "meaning";
+  found.id = `meaning-${++count}`;
+  found.dataset.meaning = n;
+  found.innerHTML = '<div class="formula"><span class="math"></span></div>';
+  found.firstChild.dataset.own = `Z_{${n}}`;
+  queueMicrotask(() => typeset(found.querySelector(".math"), source)); // once it stands in its group
+  return found;
+}
+
+addEventListener("click", (event) => {
+  const z = event.target.closest("[data-of]");
+  if (z) toggle(z);
+});
+addEventListener("keydown", (event) => {
+  const z = event.target.closest && event.target.closest("[data-of]");
+  if (!z || (event.key !== "Enter" && event.key !== " ")) return;
+  event.preventDefault();
+  toggle(z);
+});
+
+// Copying
+
+async function copied(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    const area = document.createElement("textarea");
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    document.execCommand("copy");
+    area.remove();
+  }
+}
+
+for (const button of document.querySelectorAll("button.copy")) {
+  const group = button.closest(".group");
+  button.hidden = false;
+  button.addEventListener("click", async () => {
+    const lines = [...sources].filter(([m]) => m.parentElement.matches(".formula") && m.closest(".group") === group);
+    const text = lines.map(([, source]) => "  " + source.replace(" = ", " &= ")).join(" \\\\\n");
+    await copied(`\\begin{align*}\n${text}\n\\end{align*}\n`);
+    button.textContent = "Copied";
+    setTimeout(() => (button.textContent = "Copy LaTeX"), 2000);
+  });
+}
+
+// Printing: what is folded opens unless it is very long, and what is wider than the paper shrinks.
+
+const LINES = 80;
 let opened = [];
-addEventListener("beforeprint", () => { opened = folded(); for (const d of opened) d.open = true; });
-addEventListener("afterprint", () => { for (const d of opened) d.open = false; });
+addEventListener("beforeprint", () => {
+  opened = [...document.querySelectorAll("details:not([open])")].filter((d) => !(d.dataset.lines > LINES));
+  for (const d of opened) d.open = true;
+  document.documentElement.classList.add("printing");
+  const boxes = [...document.querySelectorAll(".formula, .scroll")];
+  const sizes = boxes.map((box) => (0.99 * box.clientWidth) / box.scrollWidth); // all are measured before any is changed
+  boxes.forEach((box, i) => { if (sizes[i] < 0.99) box.style.zoom = sizes[i]; });
+});
+addEventListener("afterprint", () => {
+  for (const d of opened) d.open = false;
+  for (const box of document.querySelectorAll(".formula, .scroll")) box.style.zoom = "";
+  document.documentElement.classList.remove("printing");
+});

@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# The quick tests on every other Python that is at hand, on PATH or under pyenv, at the versions of dev.txt.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+export UV_PYTHON_DOWNLOADS=never
+[ -z "${PIP_INDEX_URL:-}" ] || export UV_DEFAULT_INDEX=$PIP_INDEX_URL
+
+# A shim on PATH may stand for nothing: what counts is that it runs.
+at_hand() {
+  local python
+  for python in "python$1" "$(pyenv prefix "$1" 2> /dev/null || true)/bin/python"; do
+    if "$python" -c 'import venv' 2> /dev/null; then
+      "$python" -c 'import sys; print(sys.executable)'
+      return
+    fi
+  done
+}
+
+own=$(.venv/bin/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+ran=() absent=()
+for version in 3.11 3.12 3.13; do
+  [ "$version" != "$own" ] || continue
+  python=$(at_hand "$version")
+  if [ -z "$python" ]; then
+    absent+=("$version")
+    continue
+  fi
+  echo "-- Python $version"
+  env=$work/$version
+  "$python" -m venv "$env"
+  .venv/bin/uv pip install --quiet --python "$env/bin/python" --requirement requirements/dev.txt
+  .venv/bin/uv pip install --quiet --python "$env/bin/python" --no-deps --no-build-isolation .
+  "$env/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --hypothesis-profile=quick -q
+  ran+=("$version")
+done
+echo "Tested on Python $own and: ${ran[*]:-no other}. Not at hand: ${absent[*]:-none}."

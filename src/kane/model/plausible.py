@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Masses and inertias that no body can have, where the defaults of the parameters tell.
+
+A central inertia is symmetric, its principal moments are not negative, and none is larger than the sum of the other two
+(∫ (y² + z²) dm ≤ ∫ (x² + z²) dm + ∫ (x² + y²) dm; equal for what is flat).
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+
+from kane.errors import KaneWarning, ModelError
+from kane.expr.evaluate import evaluate, free_symbols, sample
+from kane.expr.node import Expr, constant_value
+from kane.expr.symbols import Parameter
+from kane.space.frame import Frame
+from kane.space.vector import Dyadic
+
+SLACK = 1e-9
+"""Relative slack of the inequalities: a thin disk meets the triangle inequality with equality."""
+
+_AXES = "xyz"
+_PAIRS = ((0, 1), (1, 2), (2, 0))
+_SEED = 20047
+
+
+def check_mass(name: str, mass: Expr) -> None:
+    """No mass below zero.
+
+    Raises
+    ------
+    ModelError
+        if it is, at the defaults of its parameters
+    """
+    number = mass.default if isinstance(mass, Parameter) else constant_value(mass)
+    if number is None:
+        if isinstance(mass, Parameter) or any(s.default is None for s in free_symbols([mass])):
+            return
+        number = evaluate(mass, {})
+    value = float(number)
+    if value < 0:
+        what = "" if constant_value(mass) is not None else f"{mass!s:.60} = "
+        raise ModelError(f"Expected a mass ≥ 0 for {name}, got {what}{value:g}. Check its sign, or the default.")
+
+
+def check_inertia(name: str, inertia: Dyadic) -> None:
+    """A central inertia that a body can have; warns where only the triangle inequality is broken.
+
+    Raises
+    ------
+    ModelError
+        if it is not symmetric, or a principal moment is negative
+    """
+    frames = inertia.frames()
+    if not frames:
+        return
+    frame = frames[0]
+    n = _numbers(inertia, frame, one=len(frames) == 1)
+    if n is None:
+        return
+    size = max(abs(x) for row in n for x in row)
+    for i, j in _PAIRS:
+        if abs(n[i][j] - n[j][i]) > SLACK * size:
+            a, b = _AXES[i], _AXES[j]
+            raise ModelError(
+                f"Expected a symmetric inertia for {name}, got I{a}{b} = {n[i][j]:g} and I{b}{a} = {n[j][i]:g} along the "
+                f"axes of {frame.name}. Write kn.inertia({frame.name}, Ixx, Iyy, Izz, Ixy, Iyz, Izx), which sets both."
+            )
+    tilted = any(n[i][j] for i, j in _PAIRS)
+    low, middle, high = np.linalg.eigvalsh(n) if tilted else sorted(n[i][i] for i in range(3))
+    said = f"{low:g}, {middle:g}, {high:g}"
+    if low < -SLACK * size:
+        raise ModelError(
+            f"Expected central principal moments of inertia ≥ 0 for {name}, got {said}. Check the signs; an inertia about another "
+            "point than the mass centre is larger by m r², not smaller."
+        )
+    if high > (low + middle) * (1 + SLACK):
+        warnings.warn(
+            f"Expected principal moments of inertia for {name} of which none is larger than the sum of the other two, got "
+            f"{said}: no body has them. Check them and the signs of the products Ixy, Iyz, Izx (−∫ x y dm, …). In a plane, where Izz "
+            "alone counts, give any Ixx and Iyy with Ixx + Iyy ≥ Izz.",
+            KaneWarning,
+            stacklevel=3,
+        )
+
+
+def _numbers(inertia: Dyadic, frame: Frame, one: bool) -> list[list[float]] | None:
+    """The matrix at the parameters' defaults; None where one has none, or the matrix is not constant in its one frame.
+
+    Along several frames the turns between them are drawn at random: neither symmetry nor principal moments depend on them.
+    """
+    if one:
+        entries = [x for a, b in inertia.dyads for v in (a, b) for x in v.parts[0][1]]
+    else:
+        entries = [x for row in inertia.components(frame).rows for x in row]
+    loose = [s for s in free_symbols(entries) if s.default is None]
+    if any(isinstance(s, Parameter) for s in loose) or (loose and one):
+        return None
+    found = sample(entries, _SEED)
+    if not all(map(math.isfinite, found)):
+        return None
+    if not one:
+        return [found[0:3], found[3:6], found[6:9]]
+    dyads = [(found[k : k + 3], found[k + 3 : k + 6]) for k in range(0, len(found), 6)]
+    return [[sum(a[i] * b[j] for a, b in dyads) for j in range(3)] for i in range(3)]

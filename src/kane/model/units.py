@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Units of a system: lengths are lengths, forces are forces, sums are sums of one unit, and no factors are left over.
+
+Only where all symbols below carry units. A quantity made of numbers and the time alone is not checked; in a sum a number is of
+dimension one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from kane.errors import UnitError
+from kane.expr.build import mul
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import Expr
+from kane.expr.ops import CONST
+from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, rate
+from kane.expr.units import (
+    ANY,
+    ENERGY,
+    FORCE,
+    LENGTH,
+    MASS,
+    NUMBER,
+    ONE,
+    TIME,
+    Unit,
+    parse,
+    per_second,
+    power,
+    product,
+    quotient,
+)
+from kane.expr.units_rules import Known, infer, unit_of
+from kane.expr.units_scales import conflict
+from kane.expr.units_text import spelled
+from kane.model.bodies import RigidBody
+from kane.model.reactions import cut_of
+from kane.space.point import Point
+from kane.space.vector import Dyadic
+
+if TYPE_CHECKING:
+    from kane.model.system import System
+
+INERTIA = product(MASS, power(LENGTH, 2))
+ACCELERATION = quotient(LENGTH, power(TIME, 2))
+
+_NOUNS = {
+    LENGTH: "a length (m)",
+    ONE: "an angle (rad) or a ratio",
+    MASS: "a mass (kg)",
+    INERTIA: "a moment of inertia (kg*m^2)",
+    FORCE: "a force (N)",
+    ENERGY: "a torque (N*m) or energy (J)",
+    ACCELERATION: "an acceleration (m/s^2)",
+}
+_GIVEN = (AuxiliarySpeed, QuasiRate, Reaction, Time)
+"""Symbols that carry units without being asked."""
+
+_FOLLOWING = (Rate, QuasiRate, AuxiliarySpeed)
+"""Symbols whose units follow from others, or that are zero in any unit."""
+
+Quantity = tuple[str, Unit | None, Iterable[Expr]]
+"""What it is, the unit that it must have up to a scale (None: any), its measure numbers."""
+
+
+def check_units(system: System, symbols: Iterable[Symbol]) -> None:
+    """Refuse units that contradict each other; a system whose symbols carry none costs nothing."""
+    everything = dict.fromkeys((*symbols, *system.coordinates, *system.speeds, *system.reactions))
+    carriers = [s for s in everything if s.unit]
+    if all(isinstance(s, _GIVEN) for s in carriers):
+        return
+    _check_scales(carriers)
+    known: Known = {}
+    for what, wanted, exprs in _quantities(system):
+        for e in exprs:
+            if e.op is not CONST:
+                _check(e, what, wanted, known)
+    for r in system.reactions:
+        _check_reaction(r)
+
+
+def _check_scales(carriers: Iterable[Symbol]) -> None:
+    users: dict[Unit, Symbol] = {}
+    for s in carriers:
+        if not isinstance(s, _FOLLOWING):
+            users.setdefault(_read(s), s)
+    if all(u.scale == 1 for u in users):
+        return
+    found = conflict(sorted({TIME: None, **users}, key=_trust))
+    if found is None:
+        return
+    odd = found.units[0]
+    names = [f"{users[u].unit} ({users[u]})" if u in users else "s (the time)" for u in found.units]
+    if odd.is_bare:
+        raise UnitError(
+            f"Expected angles in rad and ratios in 1, got {names[0]}: functions take radians. Convert the values: "
+            f"1 {users[odd].unit} = {odd.scale:.6g}."
+        )
+    raise UnitError(
+        f"Expected units that go together without factors, got {', '.join(names)}: a factor {found.factor:.6g} is left "
+        "over. Give all in one choice of base units, such as kg, m, s, N or t, mm, s, N."
+    )
+
+
+def _trust(u: Unit) -> tuple[bool, bool, float]:
+    """The time's unit first, then those of SI, then those with few factors."""
+    return u is not TIME, u.scale != 1, sum(abs(float(e)) for e in u.exponents)
+
+
+def _read(s: Symbol) -> Unit:
+    try:
+        return parse(s.unit)
+    except UnitError as error:
+        raise UnitError(f"{error} This is the unit of {s}.") from None
+
+
+def _quantities(system: System) -> Iterator[Quantity]:
+    for p in system.points:
+        if p.parent is not None:
+            yield f"the position of {p.name} from {p.parent.name}", LENGTH, p.offset.scalars()
+    for f in system.frames:
+        o = f.orientation
+        if o is not None:
+            yield f"the orientation of {f.name}", ONE, _orientation(o.angle, o.parameters, o.cosines)
+    for b in system.bodies:
+        yield f"the mass of {b.name}", MASS, (b.mass,)
+        if isinstance(b, RigidBody):
+            yield f"the inertia of {b.name}", INERTIA, _measures(b.inertia)
+    for load in system.loads:
+        for point, v in load.forces:
+            yield f"the force of {load.name!r} on {point.name}", FORCE, v.scalars()
+        for frame, v in load.torques:
+            yield f"the torque of {load.name!r} on {frame.name}", ENERGY, v.scalars()
+        if load.potential is not None:
+            yield f"the potential energy of {load.name!r}", ENERGY, (load.potential,)
+    for g in system.gravities:
+        yield f"the acceleration of {g.name!r}", ACCELERATION, g.acceleration.scalars()
+    for u, definition in system.speeds.items():
+        declared = f" [{u.unit}]" if u.unit else ""
+        yield f"the definition of {u}{declared}", parse(u.unit) if u.unit else None, (definition,)
+    for event in system.events:
+        yield f"the quantity of the event {event.name!r}", None, (event.quantity,)
+
+
+def _orientation(
+    angle: Expr | None, parameters: tuple[Expr, ...], cosines: Iterable[tuple[Expr, ...]] | None
+) -> Iterable[Expr]:
+    if parameters:
+        return parameters
+    return (angle,) if angle is not None else [x for row in cosines or () for x in row]
+
+
+def _measures(dyadic: Dyadic) -> list[Expr]:
+    return [mul(x, y) for a, b in dyadic.dyads for x in a.scalars() for y in b.scalars()]
+
+
+def _check(e: Expr, what: str, wanted: Unit | None, known: Known) -> None:
+    try:
+        found = infer(e, known)
+    except UnitError as error:
+        if _is_of_time(e):
+            return
+        raise UnitError(f"{error} This is in {what}.") from None
+    if wanted is None or found is None or found is NUMBER or found is ANY or found.exponents == wanted.exponents:
+        return
+    if _is_of_time(e):
+        return
+    raise UnitError(
+        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(found, e)}: {e!s:.80}, with {_listed(e)}. "
+        "Correct the expression, or the unit of a symbol in it."
+    )
+
+
+def _is_of_time(e: Expr) -> bool:
+    """Whether numbers and the time are all that is in it: a given function, whose numbers have units that nobody said."""
+    return all(isinstance(s, Time) for s in free_symbols((e,)))
+
+
+def _listed(e: Expr) -> str:
+    return ", ".join(f"{s} [{s.unit}]" for s in free_symbols((e,))[:6])
+
+
+def _check_reaction(reaction: Reaction) -> None:
+    cut = cut_of(reaction)
+    if cut is None or not reaction.unit:
+        return
+    wanted = FORCE if isinstance(cut.at, Point) else ENERGY
+    if parse(reaction.unit).exponents != wanted.exponents:
+        noun = "a force, such as N, at a point" if wanted is FORCE else "a torque, such as N*m, on a frame"
+        raise UnitError(
+            f"Expected the unit of {noun} for the reaction {reaction}, got {reaction.unit}. Correct unit=, or leave it out."
+        )
+
+
+# Reading ------------------------------------------------------------------------------------------------------------
+
+
+def unit_in(system: System, e: Expr) -> str:
+    """The unit of an expression of a system, "" where it is unknown.
+
+    A speed that declares none has that of its definition. Where a symbol of the system has no unit, or a quantity is a bare number
+    (a mass of 2), what is made of several symbols may lack a factor, and its unit is unknown.
+    """
+    if isinstance(e, Symbol) and e.unit:
+        return e.unit
+    complete = _is_complete(system)
+    known: Known = {}
+    for u, definition in system.speeds.items():
+        text = "" if u.unit or not (complete or isinstance(definition, Symbol)) else unit_of(definition)
+        for symbol, own in ((u, text), (rate(u), per_second(text))):
+            if own and e is symbol:
+                return own
+            known[symbol] = parse(own) if own else infer(symbol, {})
+    if not complete:
+        return ""
+    if unit_of(e):
+        return unit_of(e)
+    try:
+        return unit_of(e, known)
+    except UnitError:  # a speed without a unit is not checked
+        return ""
+
+
+def _is_complete(system: System) -> bool:
+    """Whether every symbol but the speeds carries a unit, and no quantity of a dimension is a number other than 0."""
+    if not all(s.unit for s in (*system.coordinates, *system.parameters, *system.inputs, *system.reactions)):
+        return False
+    known: Known = {}
+    dimensional = (exprs for _, wanted, exprs in _quantities(system) if wanted is not None and not wanted.is_bare)
+    return all(infer(e, known) is not NUMBER for exprs in dimensional for e in exprs)

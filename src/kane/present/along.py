@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks of a motion that need nothing but itself: energy, power, the equations' residual, definiteness, condition numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.expr.matrix import Matrix
+from kane.expr.symbols import rate
+from kane.present.checks import Check
+from kane.simulate.solution import EnergyCheck, Solution
+
+Array = npt.NDArray[np.float64]
+_SAMPLES = 101
+"""At most as many instants are looked at."""
+_EXACT = 1e-9
+_ENERGY = 1e-6
+_CONDITION = 1e10
+
+
+def motion_checks(solution: Solution, known: Sequence[Check] = ()) -> tuple[Check, ...]:
+    """The checks of a motion; that of the energy is left out where `known` has it already."""
+    energy = solution.energy_check
+    found = [Check("energy less the work of the loads, along the motion", energy.relative, _ENERGY, str(energy))]
+    if any(c.detail == str(energy) for c in known):
+        found = []
+    few = _thinned(solution)
+    found += [_power(few, energy), _residual(few), _mass(few), _kinematical(few)]
+    if len(solution.equations.b):
+        found.append(_constraints(solution))
+    if len(solution.equations.reactions) > 1:
+        found.append(_reactions(few))
+    return tuple(found)
+
+
+def _thinned(solution: Solution) -> Solution:
+    at = np.unique(np.linspace(0, len(solution) - 1, min(len(solution), _SAMPLES)).astype(int))
+    return replace(solution, t=solution.t[at], states=solution.states[at], work=solution.work[at])
+
+
+def _at(solution: Solution) -> str:
+    return f"at {len(solution)} instants of the motion"
+
+
+def _power(solution: Solution, energy: EnergyCheck) -> Check:
+    eom = solution.equations
+    kinetic, potential = (eom.time_derivative(e) for e in (eom.kinetic_energy, eom.potential_energy))
+    k, v, p = solution[[kinetic, potential, eom.power]]
+    pace = energy.scale / (np.ptp(solution.t) or 1.0)
+    scale = max(pace, *(np.abs(x).max() for x in (k, v, p)))
+    detail = f"largest |dE/dt − P| over the largest of |dK/dt|, |dV/dt|, |P|, energy over duration, {_at(solution)}"
+    return Check("dE/dt less the power P", _ratio(np.abs(k + v - p).max(), scale), _EXACT, detail)
+
+
+def _residual(solution: Solution) -> Check:
+    """Over the size of M u̇, F_r and F*_r, a row at a time; a row that is all but zero is measured by the largest."""
+    eom = solution.equations
+    active, inertia = np.array(solution[list(eom.Fr)]), np.array(solution[list(eom.Fr_star)])
+    u_dot = np.array(solution[[rate(u) for u in eom.speeds]])
+    mass = _matrix(solution, Matrix([*eom.mass_matrix.rows, *eom.auxiliary_mass_matrix.rows]))
+    size = (np.abs(active) + np.abs(inertia)).T + np.einsum("nij,jn->ni", np.abs(mass), np.abs(u_dot))
+    scale = size.max(axis=0)
+    scale = np.maximum(scale, 1e-6 * scale.max())
+    off = np.abs(active + inertia + _held(solution, active + inertia)).max(axis=1)
+    detail = f"Fᵣ and F*ᵣ from their terms, at the u̇ and reactions that were solved for, {_at(solution)}"
+    name = "residual of Fᵣ + F*ᵣ + Aᵀλ = 0" if len(eom.b) else "residual of Fᵣ + F*ᵣ = 0"
+    return Check(name, max(map(_ratio, off, scale)), _EXACT, detail)
+
+
+def _held(solution: Solution, left: Array) -> Array:
+    """What the constraints exert on each row: Aᵀλ, with the λ that balance the generalized speeds' rows best."""
+    eom, n = solution.equations, len(solution.equations.speeds)
+    if not len(eom.b):
+        return np.zeros_like(left)
+    a = _matrix(solution, eom.A)
+    released = _matrix(solution, Matrix(eom.constraints.a_auxiliary, (len(eom.b), len(left) - n)))
+    forces = [np.linalg.lstsq(m.T, -f, rcond=1e-10)[0] for m, f in zip(a, left[:n].T, strict=True)]
+    pairs = zip(a, released, forces, strict=True)
+    return np.array([np.concatenate([m.T @ x, r.T @ x]) for m, r, x in pairs]).T
+
+
+def _mass(solution: Solution) -> Check:
+    mass = _permitted(solution, _matrix(solution, solution.equations.mass_matrix))
+    diagonal = np.sqrt(np.abs(np.einsum("nii->ni", mass)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scaled = mass / diagonal[:, :, None] / diagonal[:, None, :]
+    regular = bool(np.isfinite(scaled).all())
+    values = np.linalg.eigvalsh(scaled) if regular else np.full((1, 1), np.nan)
+    least, most = float(values.min()), float(values.max())
+    condition = float((values[:, -1] / values[:, 0]).max()) if least > 0 else np.inf
+    detail = f"scaled to a unit diagonal; eigenvalues {least:.3g} to {most:.3g}, {_at(solution)}"
+    return Check("M is positive definite; its condition number", condition, _CONDITION, detail)
+
+
+def _permitted(solution: Solution, mass: Array) -> Array:
+    """M for the motions that the constraints permit, Nᵀ M N with A N = 0."""
+    eom = solution.equations
+    if not len(eom.b):
+        return mass
+    free = len(eom.independent_speeds)
+    bases = [np.linalg.svd(a)[2][len(eom.speeds) - free :].T for a in _matrix(solution, eom.A)]
+    return np.array([b.T @ m @ b for b, m in zip(bases, mass, strict=True)])
+
+
+def _kinematical(solution: Solution) -> Check:
+    y = _matrix(solution, solution.equations.Y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scaled = y / np.linalg.norm(y, axis=2, keepdims=True)
+    detail = f"of Y, its inverse, with rows of unit length, {_at(solution)}"
+    return Check("condition number of W in q̇ = W u + X", _condition(scaled), _CONDITION, detail)
+
+
+def _constraints(solution: Solution) -> Check:
+    left = {c.name: float(np.abs(r).max()) for c, r in solution.constraint_residuals.items()}
+    worst = max(left, key=left.__getitem__)
+    return Check("what is left of the constraints", left[worst], _EXACT, f"largest at {worst!r}")
+
+
+def _reactions(solution: Solution) -> Check:
+    matrix = _matrix(solution, solution.equations.solved.reaction_matrix)
+    return Check("condition number of the reactions' equations", _condition(matrix), _CONDITION, _at(solution))
+
+
+def _condition(matrices: Array) -> float:
+    if not np.isfinite(matrices).all():
+        return np.inf
+    return float(np.linalg.cond(matrices).max())
+
+
+def _matrix(solution: Solution, matrix: Matrix) -> Array:
+    """Values (samples, rows, columns)."""
+    flat = np.array(solution[[x for row in matrix.rows for x in row]])
+    values: Array = np.moveaxis(flat.reshape(*matrix.shape, len(solution)), -1, 0)
+    return values
+
+
+def _ratio(off: Any, scale: Any) -> float:
+    return float(off / scale) if scale > 0 else float(off)

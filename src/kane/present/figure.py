@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`plot`: quantities along a motion as one figure, for papers, notebooks and scripts."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from kane.errors import ArgumentError, UnitError
+from kane.expr.html import unit_text
+from kane.expr.latex import latex_name
+from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Symbol
+from kane.expr.text import to_text
+from kane.model.system import System
+from kane.model.units import unit_in
+from kane.simulate.solution import Solution
+from kane.space.vector import Vector
+
+FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+"""Endings of the files that can be written, and the metadata that makes them the same each time."""
+
+_LABELS, _LETTERS, _AXIS = 12, 48, 16
+"""Lines beyond which a panel has no legend; letters beyond which a label is cut, or stands above the panel."""
+
+
+class Trace(NamedTuple):
+    """One line: what it is called, its unit ("" where unknown), its values, and how it is drawn."""
+
+    label: str
+    unit: str
+    values: npt.NDArray[np.float64]
+    style: str = "-"
+
+
+Panel = tuple[str, list[Trace]]
+
+
+class Picture(Figure):
+    """A figure that a notebook shows without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        out = io.BytesIO()
+        self.savefig(out, format="png")
+        return out.getvalue()
+
+
+def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, ax: Axes | None = None) -> Figure:
+    """Quantities against time, those of one unit in one panel; without any: coordinates, speeds, reactions and energy.
+
+    Parameters
+    ----------
+    solution : a motion, from `simulate`
+    quantities : symbols, expressions, vectors (by components along the inertial frame), names, or mappings from labels to these
+    path : file to write, `.png`, `.svg` or `.pdf`; missing folders are made
+    ax : matplotlib's axes to draw on instead of a new figure; then everything shares them
+
+    Returns
+    -------
+    The figure, to change or to save as any of matplotlib's.
+
+    Raises
+    ------
+    ArgumentError
+        if the path ends in something else
+    ValueMissingError
+        if the motion knows no such name
+    """
+    place = None if path is None else _checked(Path(path))
+    panels = _everything(solution) if not quantities else _panels("", solution, quantities)
+    if ax is None:
+        figure: Figure = Picture(figsize=(6.4, 0.5 + 1.9 * len(panels)), layout="constrained")
+        axes = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
+    else:
+        found = ax.get_figure(root=True)
+        assert found is not None
+        figure, axes = found, [ax]
+        panels = [("", [trace for _, traces in panels for trace in traces])]
+    for a, (title, traces) in zip(axes, panels, strict=True):
+        _draw(a, title, traces, solution.t)
+    axes[-1].set_xlabel("t [s]")
+    if place is not None:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with matplotlib.rc_context({"svg.hashsalt": "kane"}):
+            figure.savefig(place, metadata=FORMATS[place.suffix.lower()], dpi=160)
+    return figure
+
+
+def _checked(path: Path) -> Path:
+    if path.suffix.lower() not in FORMATS:
+        raise ArgumentError(f"Expected a file for the figure that ends in {', '.join(FORMATS)}, got {str(path)!r}.")
+    return path
+
+
+def _everything(solution: Solution) -> list[Panel]:
+    eom = solution.equations
+    kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "reactions": eom.reactions}
+    kinetic, potential, total = solution[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
+    energies = [Trace("K", "J", kinetic), Trace("V", "J", potential), Trace("E = K + V", "J", total)]
+    energies.append(Trace("E − ∫P dt", "J", total - solution.work, "--"))
+    return [*(p for kind, symbols in kinds.items() for p in _panels(kind, solution, symbols)), ("energy", energies)]
+
+
+def _panels(title: str, solution: Solution, quantities: Iterable[Any]) -> list[Panel]:
+    """Quantities of one unit together; one of unknown unit by itself."""
+    found: dict[Any, list[Trace]] = {}
+    for k, (label, what) in enumerate(_labelled(quantities)):
+        traces = _traces(solution, what, label)
+        found.setdefault(traces[0].unit or k, []).extend(traces)
+    return [(title, traces) for traces in found.values()]
+
+
+def _labelled(quantities: Iterable[Any]) -> Iterator[tuple[str, Any]]:
+    for what in quantities:
+        if isinstance(what, Mapping):
+            yield from ((str(label), quantity) for label, quantity in what.items())
+        else:
+            yield "", what
+
+
+def _traces(solution: Solution, what: Any, label: str) -> list[Trace]:
+    eom = solution.equations
+    if isinstance(what, str):
+        known = {s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)}
+        what = known.get(what, what)
+    values = solution[what]  # before anything else: it says what is wrong with `what`
+    if isinstance(what, Vector):
+        inertial = eom.system.inertial
+        units = [_unit(eom.system, c) for c in what.components(inertial)]
+        unit = next(filter(None, units), "")
+        names = [f"{label or f'({_cut(str(what))})'} · {inertial.name}.{axis}" for axis in "xyz"]
+        return [Trace(name, unit, component) for name, component in zip(names, values.T, strict=True)]
+    e = as_expr(what)
+    name = f"${latex_name(e.name)}$" if isinstance(e, Symbol) else _cut(to_text(e))
+    return [Trace(label or name, _unit(eom.system, e), values)]
+
+
+def _unit(system: System, e: Expr) -> str:
+    try:
+        return unit_in(system, e)
+    except UnitError:  # what is drawn need not be a quantity of the model
+        return ""
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LETTERS else text[: _LETTERS - 1] + "…"
+
+
+def _draw(a: Axes, title: str, traces: Sequence[Trace], t: npt.NDArray[np.float64]) -> None:
+    for trace in traces:
+        a.plot(t, trace.values, trace.style, linewidth=1.4, label=trace.label)
+    a.grid(True, linewidth=0.5, alpha=0.5)
+    a.margins(x=0.01)
+    short = len(traces) == 1 and len(traces[0].label) <= _AXIS
+    units = ", ".join(unit_text(u) for u in dict.fromkeys(trace.unit for trace in traces) if u)
+    name = traces[0].label if short else title
+    a.set_ylabel(f"{name} [{units}]".strip() if units else name)
+    if not short and len(traces) <= _LABELS:
+        columns = max(1, 2 * _LETTERS // (6 + max(len(trace.label) for trace in traces)))
+        a.legend(frameon=False, ncols=min(columns, 6), loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.1)

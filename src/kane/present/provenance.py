@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where each generalized force and each entry of the mass matrix comes from, as tables with their own intermediates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from kane.dynamics.contributions import Contribution, Contributions
+from kane.dynamics.equations import Equations
+from kane.expr.latex import latex_name
+from kane.expr.node import ZERO
+from kane.expr.symbols import Symbol
+from kane.model.bodies import Body
+from kane.model.loads import Load
+from kane.present.declared import Table, Tex
+from kane.present.formulas import Formula, formulas
+from kane.present.names import quantity_latex
+from kane.space.frame import Frame
+from kane.space.latex import place_latex
+
+_MOST = 400
+"""Terms beyond which provenance is left out of a report."""
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The terms of the quantity `left` (LaTeX), and a sentence on what contributes nothing to it."""
+
+    left: str
+    count: str
+    table: Table
+    idle: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Origins of a chapter's quantities, and the intermediates that their tables share."""
+
+    title: str
+    origins: tuple[Origin, ...]
+    between: tuple[Formula, ...]
+
+
+Idle = Sequence[Load] | Sequence[Body]
+
+
+def active_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
+    """For each F_r the forces and torques that it is summed from."""
+    terms = [
+        (f"F_{{{_speed(c.speed)}}}", c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads")) for c in found
+    ]
+    return _provenance(eom, ("load", "on", "force or torque", "partial velocity", "term"), terms)
+
+
+def inertia_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
+    """For each F*_r the bodies' inertia forces and torques."""
+    terms = [
+        (f"F^{{*}}_{{{_speed(c.speed)}}}", c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies"))
+        for c in found
+    ]
+    return _provenance(eom, ("body", "of", "inertia force or torque", "partial velocity", "term"), terms)
+
+
+def mass_provenance(eom: Equations) -> Provenance | None:
+    """For each entry on and above the diagonal of M the bodies' shares."""
+    entries = [
+        (r, s, c) for i, r in enumerate(eom.speeds) for s in eom.speeds[i:] for c in eom.mass_contributions(r, s)
+    ]
+    between, shown = formulas([("", x) for _, _, c in entries for x in (c.translation, c.rotation)], {})
+    rows = tuple(
+        (
+            Tex(rf"M_{{{_speed(r)}\,{_speed(s)}}}"),
+            c.body.name,
+            _cell(c.translation, shown[2 * i]),
+            _cell(c.rotation, shown[2 * i + 1]),
+        )
+        for i, (r, s, c) in enumerate(entries)
+    )
+    head = (
+        "entry",
+        "body",
+        r"$m\,\mathbf{v}_r\cdot\mathbf{v}_s$",
+        r"$\boldsymbol{\omega}_r\cdot\mathbf{I}\cdot\boldsymbol{\omega}_s$",
+    )
+    if len(rows) > _MOST:
+        return None
+    return Provenance(
+        "The mass matrix, body by body", (Origin("M", _terms(len(rows)), Table("", head, rows)),), tuple(between)
+    )
+
+
+def noncontributing(eom: Equations, found: Sequence[Contributions]) -> str:
+    """A sentence that names the loads that enter no generalized active force."""
+    idle = [set(c.noncontributing_loads) for c in found]
+    names = [load.name for load in eom.loads if all(load in some for some in idle)]
+    if not names:
+        return ""
+    return f"{_listed(names)} {'enters' if len(names) == 1 else 'enter'} no generalized active force: noncontributing."
+
+
+def _provenance(
+    eom: Equations, head: tuple[str, ...], quantities: Sequence[tuple[str, Any, Sequence[Contribution], str]]
+) -> Provenance | None:
+    terms = [c for _, _, some, _ in quantities for c in some]
+    if len(terms) > _MOST or not (terms or any(idle for *_, idle in quantities)):
+        return None
+    between, shown = formulas([("", x) for c in terms for x in (c.vector, c.partial, c.term)], {})
+    right = iter(Tex(f.right) for f in shown)
+    origins = []
+    for left, speed, some, idle in quantities:
+        rows = []
+        for c in some:
+            vector, partial, term = next(right), next(right), next(right)
+            met = _met(eom, c, speed, partial)
+            rows.append((_source(c), Tex(place_latex(c.place.name)), vector, met, term))
+        origins.append(Origin(left, _terms(len(some)), Table("", head, tuple(rows)), idle))
+    return Provenance("Where the terms come from", tuple(origins), tuple(between))
+
+
+def _met(eom: Equations, c: Contribution, speed: Any, partial: Tex) -> Tex:
+    letter = r"\boldsymbol{\omega}" if isinstance(c.place, Frame) else r"\mathbf{v}"
+    return Tex(f"{quantity_latex(letter, c.place, eom.system.inertial, speed.name)} = {partial.source}")
+
+
+def _source(c: Contribution) -> str | Tex:
+    return Tex(latex_name(c.source.name)) if isinstance(c.source, Symbol) else c.source.name
+
+
+def _cell(e: Any, formula: Formula) -> str | Tex:
+    return "–" if e is ZERO else Tex(formula.right)
+
+
+def _speed(s: Any) -> str:
+    return latex_name(s.name)
+
+
+def _terms(n: int) -> str:
+    return "no terms" if n == 0 else "1 term" if n == 1 else f"{n} terms"
+
+
+def _idle(some: Idle, one: str, many: str) -> str:
+    names = _listed([x.name for x in some])
+    if not names:
+        return ""
+    return (
+        f"1 {one} contributes nothing: {names}."
+        if len(some) == 1
+        else f"{len(some)} {many} contribute nothing: {names}."
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)

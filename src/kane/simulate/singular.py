@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where the rates are not determined by the speeds: W of q̇ = W u + X divides by what vanishes at a state.
+
+The pivots of W are compared with their size at a random configuration: cos q2 = 6e-17 at q2 = π/2 is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.evaluate import evaluate, free_symbols, sample
+from kane.expr.kinds import is_constant_in_time
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Coordinate
+
+Array = npt.NDArray[np.float64]
+
+_SLACK = 1e-12
+_GONE = 1e-9
+_NEAR = 1e-4
+_SEED = 20049
+
+
+class Vanishing(NamedTuple):
+    """A pivot of W, its value at a state, and its size there relative to that at a random configuration."""
+
+    pivot: Expr
+    value: float
+    relative: float
+    coordinates: tuple[Coordinate, ...]
+
+    def __str__(self) -> str:
+        return f"{self.pivot!s:.80} = {self.value:.3g}"
+
+
+def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
+    """The pivots of W that change with the configuration, the smallest first."""
+    found = [p for p in dict.fromkeys(eom.kinematical.pivots) if not is_constant_in_time([p])]
+    if not found:
+        return []
+    usual = [abs(x) for x in sample(found, _SEED)]
+    rows = [
+        Vanishing(p, float(v), abs(float(v)) / (scale or 1.0), _coordinates(p))
+        for p, v, scale in zip(found, evaluate(found, values), usual, strict=True)
+    ]
+    return sorted(rows, key=lambda r: r.relative)
+
+
+def _coordinates(e: Expr) -> tuple[Coordinate, ...]:
+    return tuple(s for s in free_symbols([e]) if isinstance(s, Coordinate))
+
+
+def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
+    """Y must be invertible at the start.
+
+    Raises
+    ------
+    SimulationError
+        if it is not; the message names the pivot of W that vanishes, and the rates that are left open
+    """
+    small = pivots(eom, values)
+    if not small:
+        return
+    rates = eom.kinematical.rates
+    free = _free_direction([[r.get(b, ZERO) for b in rates] for r in eom.kinematical.rows], values)
+    if free is None:
+        return
+    named = [r for r in small if r.relative <= _GONE] or small[:1]
+    open_ = ", ".join(str(b) for b, c in zip(rates, free, strict=True) if abs(c) > 1e-6)
+    where = ", ".join(f"{q} = {float(values[q]):.6g}" for q in dict.fromkeys(q for r in named for q in r.coordinates))
+    raise SimulationError(
+        f"Expected finite rates at the start, got none for {open_} at t = {t:g}: the kinematics are singular at {where}, where W of "
+        f"q' = W u + X divides by {', '.join(map(str, named))}. Start elsewhere, or choose coordinates that are regular here (another "
+        "sequence of angles, Euler parameters)."
+    )
+
+
+def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array | None:
+    """x with Y x = 0, the rows and columns of Y measured by their size at a random configuration; None where Y is regular.
+
+    A row that vanishes at this configuration alone must count as zero, whatever is left of it by rounding.
+    """
+    y = np.asarray(evaluate(Matrix(rows), values), dtype=float)
+    usual = np.abs(np.array(sample([x for row in rows for x in row], _SEED)).reshape(y.shape))
+    if not (np.all(np.isfinite(y)) and np.all(np.isfinite(usual))):
+        return None
+    for axis in (1, 0):
+        size = usual.max(axis=axis, keepdims=True)
+        size[size == 0] = 1.0
+        y, usual = y / size, usual / size
+    _, sigma, right = np.linalg.svd(y)
+    found: Array = right[-1]
+    return found if sigma[-1] <= _SLACK * sigma[0] else None
+
+
+def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
+    """What to add to the message of a motion that broke off near a singularity of W, if it did."""
+    near = [r for r in pivots(eom, values) if r.relative < _NEAR]
+    return f"; W of q' = W u + X divides by {', '.join(map(str, near))} there" if near else ""

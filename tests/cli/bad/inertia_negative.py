@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A central moment of inertia below zero, from the theorem of parallel axes with the wrong sign."""
+
+import kane as kn
+
+
+def system():
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    q = kn.coordinate("q", "rad", "angle from the downward vertical")
+    u = kn.speed("u", "rad/s")
+    m = kn.parameter("m", 1.2, "kg", "mass")
+    L = kn.parameter("L", 0.5, "m", "length")
+    g = kn.parameter("g", 9.81, "m/s^2")
+
+    B = N.rotate("B", q, N.z)
+    G = O.at("G", -L / 2 * B.y)
+    I = m * L**2 / 12 - m * (L / 2) ** 2
+    rod = kn.RigidBody("rod", frame=B, mass_center=G, mass=m, inertia=kn.inertia(B, I, I, I))
+    return kn.System(N, bodies=[rod], speeds={u: q.dt}, loads=[kn.gravity(-g * N.y)])
+
+
+START = {"q": {"q": 0.5}, "u": {"u": 0.0}}

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks of a motion: they pass for a right one and fail for one whose states, equations or speeds are not right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import free_body
+from kane.present.along import motion_checks
+from kane.present.checks import Check
+from tests.present.disk import moved
+
+ENERGY, POWER, RESIDUAL, MASS, KINEMATICAL = range(5)
+
+
+def test_a_right_motion_passes() -> None:
+    found = motion_checks(moved())
+    assert len(found) == 5
+    assert all(c.passed for c in found), [str(c) for c in found]
+    assert all(c.figure < 1e-12 for c in (found[POWER], found[RESIDUAL]))
+
+
+def test_figures_of_the_matrices_are_theirs() -> None:
+    solution = moved()
+    eom = solution.equations
+    state = {"q": solution.q.T, "u": solution.u.T, "parameters": solution.parameters}
+    mass = np.array([[np.broadcast_to(x, len(solution)) for x in row] for row in _values(eom, eom.mass_matrix, state)])
+    mass = np.moveaxis(mass, -1, 0)
+    scale = np.sqrt(np.einsum("nii->ni", mass))
+    expected = np.linalg.cond(mass / scale[:, :, None] / scale[:, None, :]).max()
+    assert motion_checks(solution)[MASS].figure == pytest.approx(expected, rel=1e-9)
+
+
+def _values(eom, matrix, state):
+    return [eom.evaluate(list(row), **state) for row in matrix.rows]
+
+
+def test_a_motion_at_rest_passes() -> None:
+    eom = kn.derive(free_body.system())
+    sol = kn.simulate(eom, (0, 1), q=[1, 0, 0, 0, 0, 0, 0], u=[0.0] * 6, samples=5)
+    assert all(c.passed for c in motion_checks(sol))
+
+
+def test_energy_that_is_not_kept_fails() -> None:
+    solution = moved()
+    lossy = replace(solution, work=solution.work + np.linspace(0, 0.1, len(solution)))
+    assert [c.passed for c in motion_checks(lossy)] == [False, True, True, True, True]
+
+
+def test_a_wrong_solution_of_the_equations_fails() -> None:
+    solution = moved()
+    eom = solution.equations
+    wrong = replace(eom, solved=replace(eom.solved, accelerations=tuple(1.001 * a for a in eom.accelerations)))
+    found = motion_checks(replace(solution, equations=wrong))
+    assert not found[RESIDUAL].passed
+    assert not found[POWER].passed
+    assert found[RESIDUAL].figure > 1e-5
+
+
+def test_a_mass_matrix_that_is_not_definite_fails() -> None:
+    solution = moved()
+    eom = solution.equations
+    rows = [list(row) for row in eom.mass_matrix.rows]
+    rows[0][0] = -rows[0][0]
+    wrong = replace(eom, blocks=eom.blocks._replace(mass=rows))
+    (found,) = [c for c in motion_checks(replace(solution, equations=wrong)) if "definite" in c.name]
+    assert not found.passed
+    assert "eigenvalues -" in found.detail
+
+
+def test_a_check_of_the_energy_that_is_there_already_is_not_repeated() -> None:
+    solution = moved()
+    known = Check("energy", 0.0, 1.0, str(solution.energy_check))
+    assert len(motion_checks(solution, [known])) == 4
