@@ -21,6 +21,7 @@ from kane.dynamics.values import finite_number, parameter_values
 from kane.errors import KaneError, KaneWarning, ModelError
 from kane.kinematics.rank import null_direction
 from kane.model.bodies import Body, RigidBody
+from kane.model.reactions import cut_of
 from kane.program.equations import rate_names
 from kane.simulate.singular import check_regular
 from kane.simulate.start import check_masses, start_state
@@ -111,7 +112,7 @@ def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> di
         "bodies": [_body(b) for b in eom.system.bodies],
         "coordinates": [_symbol(q) for q in eom.coordinates],
         "speeds": [{**_symbol(u), "definition": kn.to_text(d)} for u, d in eom.system.speeds.items()],
-        "reactions": [_symbol(r) for r in eom.reactions],
+        "reactions": [_reaction(r) for r in eom.reactions],
         "loads": [{"name": load.name, "potential": load.potential is not None} for load in eom.loads],
         "inputs": [_symbol(r) for r in eom.inputs],
         "parameters": [{**_symbol(p), "default": p.default} for p in eom.parameters],
@@ -130,13 +131,19 @@ def _symbol(s: Any) -> dict[str, str]:
     return {"name": s.name, "unit": s.unit, "description": s.description}
 
 
+def _reaction(r: Any) -> dict[str, str]:
+    cut = cut_of(r)
+    place = {"at": cut.at.name, "along": str(cut.along)} if cut else {"at": "", "along": ""}
+    return {**_symbol(r), **place}
+
+
 def _show(what: dict[str, Any], told: list[str]) -> None:
     typer.echo(typer.style(f"{what['model']}: {what['title']}", bold=True))
     parts: list[tuple[str, list[tuple[str, ...]]]] = [
         ("Bodies", [(b["name"], b["kind"], f"mass {_brief(b['mass'])} at {b['mass_center']}") for b in what["bodies"]]),
         ("Coordinates", [_words(q) for q in what["coordinates"]]),
         ("Speeds", [(u["name"], f"= {_brief(u['definition'])}", *_words(u)[1:]) for u in what["speeds"]]),
-        ("Reactions", [_words(r) for r in what["reactions"]]),
+        ("Reactions", [(r["name"], r["unit"], _place(r)) for r in what["reactions"]]),
         ("Loads", [(x["name"], "with a potential" if x["potential"] else "does work") for x in what["loads"]]),
         ("Inputs", [_words(r) for r in what["inputs"]]),
         ("Parameters", [(p["name"], _number(p["default"]), *_words(p)[1:]) for p in what["parameters"]]),
@@ -157,6 +164,10 @@ def _show(what: dict[str, Any], told: list[str]) -> None:
 
 def _words(s: dict[str, str]) -> tuple[str, str, str]:
     return (s["name"], s["unit"], s["description"])
+
+
+def _place(r: dict[str, str]) -> str:
+    return f"at {r['at']}, along {_brief(r['along'])}" if r["at"] else r["description"]
 
 
 def _number(value: float | None) -> str:

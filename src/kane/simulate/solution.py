@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import evaluate_along
-from kane.errors import ValueMissingError
+from kane.errors import ValueMissingError, alike
 from kane.expr.html import quietly
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
@@ -95,7 +95,7 @@ class Solution:
             s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)
         }
         if name not in known:
-            raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.")
+            raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.{alike(name, known)}")
         return known[name]
 
     def _values(self, exprs: Any) -> list[Array]:
