@@ -4,6 +4,17 @@
 Every message says what was expected, what came, where, and the cure.
 """
 
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+def alike(word: str, known: Iterable[str]) -> str:
+    """“ Did you mean …?” where some name resembles the word."""
+    close = difflib.get_close_matches(word, list(known), cutoff=0.5)
+    return f" Did you mean {' or '.join(close)}?" if close else ""
+
 
 class KaneError(Exception):
     """Base of every error that `kane` raises on purpose."""

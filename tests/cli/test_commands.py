@@ -45,6 +45,12 @@ def test_check_says_what_the_model_is(top):
     assert found["operations"]["by_operation"] == dict(top.operations.by_operation)
 
 
+def test_check_says_where_a_reaction_acts():
+    (normal,) = from_json("check", "rolling_disk")["reactions"]
+    assert (normal["name"], normal["unit"], normal["at"], normal["along"]) == ("N_z", "N", "P", "N.z")
+    assert "at P, along N.z" in kane("check", "rolling_disk").stdout
+
+
 def test_check_warns_of_what_is_missing(tmp_path):
     file = written(tmp_path, SPRING)
     warned = from_json("check", file)["warnings"]

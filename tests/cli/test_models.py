@@ -33,6 +33,7 @@ def test_absent_file(tmp_path):
     written(tmp_path, SPRING, "crane.py")
     told = line(kane("check", "crain.py", code=2).stderr)
     assert "crain.py, which is not there. Did you mean crane.py?" in told
+    assert "got 'crane'. Did you mean crane.py?" in line(kane("check", "crane", code=2).stderr)
     assert "got the folder" in line(kane("check", str(tmp_path), code=2).stderr)
 
 
@@ -80,7 +81,7 @@ def test_syntax_error_names_file_and_line(tmp_path):
     [
         (
             "def sistem():\n    pass\n",
-            "Expected a function system() in model.py, got only sistem(). Did you mean sistem?",
+            "Expected a function system() in model.py, got only sistem(). Rename sistem to system, or define one that",
         ),
         ("x = 1\n", "Expected a function system() in model.py, got no function."),
         ("system = 3\n", "Expected system in model.py to be a function, got int (3)"),
@@ -106,6 +107,13 @@ def test_error_of_kane_names_the_users_line(tmp_path):
     assert told.startswith("error: Expected")
     assert "Traceback" not in told
     assert told.splitlines()[-1] == "in model.py, line 10: return kn.System(N, bodies=[], speeds='rates')"
+
+
+def test_an_option_s_mistake_is_not_placed_in_the_file(tmp_path):
+    file = written(tmp_path, SPRING + "START = {'q': {'x': 1}}\n")
+    told = line(kane("simulate", file, "--parameter", "kk=2", code=2).stderr)
+    assert "got 'kk'. Did you mean k?" in told
+    assert "model.py" not in told
 
 
 def test_long_message_is_cut_but_keeps_its_place(tmp_path):
@@ -166,5 +174,5 @@ def test_file_is_read_anew_and_leaves_nothing_beside_it(tmp_path):
 def test_completion_offers_the_gallery_and_python_files(tmp_path):
     written(tmp_path, SPRING, "spin.py")
     (tmp_path / "spare").mkdir()
-    assert names_like("sp") == ["spherical_pendulum", "spinning_top", "spare/", "spin.py"]
+    assert names_like("sp") == ["spherical_pendulum", "spinning_top", "sphere_on_turntable", "spare/", "spin.py"]
     assert names_like("pendulums") == ["pendulums"]

@@ -25,7 +25,7 @@ def test_cart_in_symbols():
 def test_inverted_pendulum_reads_as_in_a_book():
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    (q,) = kn.coordinates("q1:2", "rad")
+    (q,) = kn.coordinates("q1:2")
     m, l, g = kn.parameter("m", 1.0), kn.parameter("l", 1.0), kn.parameter("g", 10.0)
     A = N.rotate("A", q, N.z)
     system = kn.System(
@@ -63,7 +63,7 @@ def test_symbols_and_numbers_agree(name):
 def test_rolling_disk_in_symbols():
     """The critical speed v² = g R/3 from the symbolic matrix, v left as a symbol."""
     eom = systems.rolling_disk()
-    v = kn.parameter("v", 1.0, "m/s")
+    v = kn.parameter("v", 1.0)
     R = next(p for p in eom.parameters if p.name == "R")
     made = kn.linearize_symbolic(
         eom, dict.fromkeys(["q1", "q2", "q3", "q4", "q5", "u1", "u2", "u5"], 0) | {"u3": -v / R, "u4": v}

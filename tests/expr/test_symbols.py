@@ -117,6 +117,8 @@ def test_what_has_no_rate_says_so() -> None:
 def test_default_must_be_a_number() -> None:
     with pytest.raises(ExpressionError, match="Expected a number as the default of 'm'"):
         parameter("m", parameter("k"))  # type: ignore[arg-type]
+    with pytest.raises(ExpressionError, match=r"default of 'm', got 'kg'.* write unit='kg'"):
+        parameter("m", "kg")  # type: ignore[arg-type]
 
 
 def test_symbols_pickle_with_their_place() -> None:

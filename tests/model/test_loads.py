@@ -77,6 +77,13 @@ def test_damper():
     assert along(PAIRS["damper"].forces[0][1]) == pytest.approx(expected)
 
 
+def test_a_damper_along_a_track_is_regular_where_its_points_meet():
+    (_, force), _ = kn.linear_damper(O.at("X", q[1] * N.x), O, c).forces
+    assert str(force) == "-c*q2' N.x"
+    with pytest.raises(kn.ModelError, match="two points apart for a damper, got X and O in one place"):
+        kn.linear_damper(O.at("X", 0), O, c)
+
+
 def test_torsional():
     axis = np.array([1, 2, 2]) / 3
     assert along(PAIRS["torsional spring"].torques[0][1]) == pytest.approx(-7 * (PATH.q[0] - 0.2) * axis)

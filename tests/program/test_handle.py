@@ -343,7 +343,7 @@ class TestMissing:
 
     def test_inputs(self):
         rhs = self.eom.compile(parameters={"m": 2.0}).rhs
-        with pytest.raises(kn.ArgumentError, match=r"Expected r of shape \(…, 1\), got shape \(0,\). The order is F."):
+        with pytest.raises(kn.ValueMissingError, match=r"inputs, got none for F: pass them as r, {'F': value}."):
             rhs(0.0, np.zeros(2))
         assert np.array_equal(rhs(0.0, np.zeros(2), None, {"F": 3.0}), [0, 1.5])
         assert np.array_equal(rhs(0.0, np.zeros(2), None, np.array([[3.0], [4.0]])), [[0, 1.5], [0, 2]])

@@ -10,7 +10,7 @@ def rolling_disk() -> kn.Equations:
     O = kn.Point("O", fixed_in=N)
     q1, q2, q3, q4, q5 = kn.coordinates("q1:6")
     u1, u2, u3, u4, u5 = kn.speeds("u1:6")
-    m, R, g = kn.parameter("m", 1.2, "kg"), kn.parameter("R", 0.3, "m"), kn.parameter("g", 9.81, "m/s^2")
+    m, R, g = kn.parameter("m", 1.2), kn.parameter("R", 0.3), kn.parameter("g", 9.81)
     Y = N.rotate("Y", q1, N.z)
     B = Y.rotate("B", kn.pi / 2 - q2, Y.x)
     C = B.rotate("C", q3, B.z)
@@ -33,9 +33,9 @@ def four_bar() -> kn.Equations:
     """A four-bar linkage with a motor; the pin that closes it is a pair of configuration constraints."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    q = kn.coordinates("q1:4", "rad")
-    m, g = kn.parameter("m", 1.0, "kg"), kn.parameter("g", 9.81, "m/s^2")
-    tau = kn.input("tau", "N*m")
+    q = kn.coordinates("q1:4")
+    m, g = kn.parameter("m", 1.0), kn.parameter("g", 9.81)
+    tau = kn.input("tau")
     bodies, frames, at = [], [], O.at("O1", 0)
     for name, angle, length in zip("ABC", q, (0.4, 1.0, 0.8), strict=True):
         frame = N.rotate(name, angle, N.z)
@@ -62,10 +62,10 @@ def double_pendulum() -> kn.Equations:
     """Two rods with a motor at each pin; the second speed is the sum of the rates."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    q1, q2 = kn.coordinates("q1:3", "rad")
-    u1, u2 = kn.speeds("u1:3", "rad/s")
-    g, k = kn.parameter("g", 9.81, "m/s^2"), kn.parameter("k", 0.3, "N*m*s/rad")
-    s1, s2 = kn.input("s1", "N*m"), kn.input("s2", "N*m")
+    q1, q2 = kn.coordinates("q1:3")
+    u1, u2 = kn.speeds("u1:3")
+    g, k = kn.parameter("g", 9.81), kn.parameter("k", 0.3)
+    s1, s2 = kn.input("s1"), kn.input("s2")
     A = N.rotate("A", q1, N.z)
     B = A.rotate("B", q2, A.z)
     P = O.at("P", -1.0 * A.y)
@@ -85,19 +85,19 @@ def sleigh() -> kn.Equations:
     """The Chaplygin sleigh: a runner that does not slip sideways, the mass centre ahead of it."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    x, y, psi = kn.coordinate("x", "m"), kn.coordinate("y", "m"), kn.coordinate("psi", "rad")
-    m, a = kn.parameter("m", 2.0, "kg"), kn.parameter("a", 0.4, "m")
+    x, y, psi = kn.coordinate("x"), kn.coordinate("y"), kn.coordinate("psi")
+    m, a = kn.parameter("m", 2.0), kn.parameter("a", 0.4)
     drag = kn.parameter("c", 0.2, "N*s/m")
     S = N.rotate("S", psi, N.z)
     P = O.at("P", x * N.x + y * N.y)
     G = P.at("G", a * S.x)
-    v, w, side = kn.speed("v", "m/s"), kn.speed("w", "rad/s"), kn.speed("s", "m/s")
+    v, w, side = kn.speed("v"), kn.speed("w"), kn.speed("s")
     velocity = P.velocity(N)
     push = kn.input("F", "N")
     return kn.derive(
         kn.System(
             N,
-            bodies=[kn.RigidBody("sleigh", frame=S, mass_center=G, mass=m, inertia=kn.inertia(S, 0.1, 0.1, 0.3))],
+            bodies=[kn.RigidBody("sleigh", frame=S, mass_center=G, mass=m, inertia=kn.inertia(S, 0.2, 0.2, 0.3))],
             speeds={v: velocity.dot(S.x), w: psi.dt, side: velocity.dot(S.y)},
             loads=[kn.Force(P, (push - drag * velocity.dot(S.x)) * S.x)],
             nonholonomic=[kn.motion_constraint("runner", velocity.dot(S.y))],
@@ -111,14 +111,14 @@ def free_body(*, torsion: float = 0.0) -> kn.Equations:
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     e = kn.coordinates("e0:4")
-    x, y, z = (kn.coordinate(n, "m") for n in "xyz")
+    x, y, z = (kn.coordinate(n) for n in "xyz")
     B = N.rotate_euler_parameters("B", e)
     G = O.at("G", x * N.x + y * N.y + z * N.z)
     A = G.at("A", 0.5 * B.x + 0.2 * B.z)
     w = B.angular_velocity(N)
-    speeds = dict(zip(kn.speeds("w1:4", "rad/s"), (w.dot(a) for a in (B.x, B.y, B.z)), strict=True))
-    speeds |= dict(zip(kn.speeds("v1:4", "m/s"), (c.dt for c in (x, y, z)), strict=True))
-    torque = kn.input("T", "N*m")
+    speeds = dict(zip(kn.speeds("w1:4"), (w.dot(a) for a in (B.x, B.y, B.z)), strict=True))
+    speeds |= dict(zip(kn.speeds("v1:4"), (c.dt for c in (x, y, z)), strict=True))
+    torque = kn.input("T")
     loads = [kn.Torque(B, torque * B.x)]
     if torsion:
         loads += [kn.Force(A, -torsion * A.position(O)), kn.Force(G, -2 * torsion * G.position(O))]
@@ -136,7 +136,7 @@ def cart() -> kn.Equations:
     """A pendulum (a particle) on a cart that a force pushes; q1 the cart, q2 the angle from hanging."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    q1, q2 = kn.coordinate("q1", "m"), kn.coordinate("q2", "rad")
+    q1, q2 = kn.coordinate("q1"), kn.coordinate("q2")
     M, m, l, g = (kn.parameter(n, v) for n, v in (("M", 2.0), ("m", 0.5), ("l", 0.7), ("g", 9.81)))
     F = kn.input("F", "N")
     A = N.rotate("A", q2, N.z)
@@ -152,8 +152,8 @@ def moved_guide() -> kn.Equations:
     """Two links whose end runs along a guide that an input moves: the input and its derivatives are in the constraint."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    q1, q2 = kn.coordinates("q1:3", "rad")
-    s = kn.input("s", "m")
+    q1, q2 = kn.coordinates("q1:3")
+    s = kn.input("s")
     A, B = N.rotate("A", q1, N.z), N.rotate("B", q2, N.z)
     P = O.at("P", 1.0 * A.x)
     Q = P.at("Q", 2.0 * B.x)

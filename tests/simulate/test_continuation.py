@@ -15,10 +15,10 @@ def driven_pendulum():
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     (q,) = kn.coordinates("q1:2", "rad")
-    tau = kn.input("tau", "N*m")
+    tau, b = kn.input("tau", "N*m"), kn.parameter("b", 0.5, "N*m*s/rad")
     A = N.rotate("A", q, N.z)
     P = O.at("P", -1.0 * A.y)
-    loads = [kn.gravity(-10.0 * N.y), kn.Torque(A, (tau - 0.5 * q.dt) * N.z)]
+    loads = [kn.gravity(-10.0 * N.y), kn.Torque(A, (tau - b * q.dt) * N.z)]
     body = kn.RigidBody("b", frame=A, mass_center=P, mass=1.0, inertia=kn.inertia(A, 0, 0, 0.0))
     return kn.derive(kn.System(N, bodies=[body], speeds="rates", loads=loads))
 
@@ -92,7 +92,9 @@ def test_what_cannot_be_followed():
     eom = driven_pendulum()
     with pytest.raises(kn.SimulationError, match=r"increasing or decreasing values to follow, got \[1, 3, 2\]"):
         kn.continuation(eom, "tau", [1, 3, 2], q={"q1": kn.guess(0)}, u={"u1": 0})
-    with pytest.raises(kn.ValueMissingError, match=r"a value of the system to change \(q1, u1, tau\), got 'sigma'"):
+    with pytest.raises(
+        kn.ValueMissingError, match=r"a value of the system to change \(q1, u1, (b, )?tau(, b)?\), got 'sigma'"
+    ):
         kn.continuation(eom, "sigma", [1, 2], q={"q1": kn.guess(0)}, u={"u1": 0})
     with pytest.raises(kn.SimulationError, match=r"there remains u1' = 2"):
         kn.continuation(eom, "tau", [12, 14], q={"q1": kn.guess(0)}, u={"u1": 0})

@@ -119,7 +119,7 @@ def two_motors():
     """Two motors on one joint, and a brake whose force is the square of its input."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    q1, q2 = kn.coordinates("q1:3", "rad")
+    q1, q2 = kn.coordinates("q1:3")
     a, b, p = kn.input("a"), kn.input("b"), kn.input("p")
     A = N.rotate("A", q1, N.z)
     B = N.rotate("B", q2, N.z)

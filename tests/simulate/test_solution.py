@@ -83,6 +83,7 @@ def test_several():
     ("what", "error", "message"),
     [
         ("x", kn.ValueMissingError, "Expected one of q, w, R, .*got 'x'"),
+        ("qq", kn.ValueMissingError, "got 'qq'. Did you mean q?"),
         (kn.coordinate("x"), kn.ValueMissingError, "got none for x"),
         ({"q"}, TypeError, "expression, vector, name"),
         (None, TypeError, "got NoneType"),

@@ -64,8 +64,8 @@ def test_a_parameter_can_be_solved_for():
     """The mass that stretches a spring by 0.3 m."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    x = kn.coordinate("x", "m")
-    k, m, g = kn.parameter("k", 50.0, "N/m"), kn.parameter("m", 1.0, "kg"), kn.parameter("g", 9.81)
+    x = kn.coordinate("x")
+    k, m, g = kn.parameter("k", 50.0), kn.parameter("m", 1.0), kn.parameter("g", 9.81)
     P = O.at("P", -x * N.y)
     system = kn.System(
         N, bodies=[kn.Particle("p", P, m)], speeds="rates", loads=[kn.gravity(-g * N.y), kn.Force(P, k * x * N.y)]

@@ -21,7 +21,9 @@ from kane.dynamics.values import finite_number, parameter_values
 from kane.errors import KaneError, KaneWarning, ModelError
 from kane.kinematics.rank import null_direction
 from kane.model.bodies import Body, RigidBody
+from kane.model.reactions import constraint_of, cut_of
 from kane.program.equations import rate_names
+from kane.simulate.drives import check_prescribed, input_functions
 from kane.simulate.singular import check_regular
 from kane.simulate.start import check_masses, start_state
 
@@ -75,8 +77,11 @@ def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
     constants = parameter_values(eom, begin.parameters)
     check_masses(eom, constants)
     state = start_state(eom, begin.q, begin.u)
-    check_regular(eom, {kn.time: t, **constants, **dict(zip((*eom.coordinates, *eom.speeds), state, strict=True))}, t)
-    inputs = {n: f(t) if callable(f) else f for n, f in begin.inputs.items()}
+    check_prescribed(eom, constants, found.span)
+    inputs = {s: f(t) for s, f in input_functions(eom, begin.inputs, found.span).items()}
+    numbers: dict[kn.Expr, Any] = {kn.time: t, **constants, **inputs}
+    numbers.update(zip((*eom.coordinates, *eom.speeds), state, strict=True))
+    check_regular(eom, numbers, t)
     with np.errstate(all="ignore"):
         values = eom.evaluate(
             list(eom.right_hand_side), q=begin.q, u=begin.u, parameters=begin.parameters, inputs=inputs, t=t
@@ -115,7 +120,7 @@ def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> di
             {"name": c.name, "kind": c.kind, "expression": kn.to_text(c.expr)} for c in eom.system.constraints
         ],
         "dependent_speeds": [u.name for u in eom.dependent_speeds],
-        "reactions": [_symbol(r) for r in eom.reactions],
+        "reactions": [_reaction(r) for r in eom.reactions],
         "loads": [{"name": load.name, "potential": load.potential is not None} for load in eom.loads],
         "inputs": [_symbol(r) for r in eom.inputs],
         "parameters": [{**_symbol(p), "default": p.default} for p in eom.parameters],
@@ -134,6 +139,12 @@ def _symbol(s: Any) -> dict[str, str]:
     return {"name": s.name, "unit": s.unit, "description": s.description}
 
 
+def _reaction(r: Any) -> dict[str, str]:
+    cut, held = cut_of(r), constraint_of(r)
+    place = {"at": cut.at.name, "along": str(cut.along)} if cut else {"at": held.name if held else "", "along": ""}
+    return {**_symbol(r), **place}
+
+
 def _show(what: dict[str, Any], told: list[str]) -> None:
     typer.echo(typer.style(f"{what['model']}: {what['title']}", bold=True))
     parts: list[tuple[str, list[tuple[str, ...]]]] = [
@@ -141,7 +152,7 @@ def _show(what: dict[str, Any], told: list[str]) -> None:
         ("Coordinates", [_words(q) for q in what["coordinates"]]),
         ("Speeds", [(u["name"], f"= {_brief(u['definition'])}", *_words(u)[1:]) for u in what["speeds"]]),
         ("Constraints", [(c["name"], c["kind"], f"{_brief(c['expression'])} = 0") for c in what["constraints"]]),
-        ("Reactions", [_words(r) for r in what["reactions"]]),
+        ("Reactions", [(r["name"], r["unit"], _place(r)) for r in what["reactions"]]),
         ("Loads", [(x["name"], "with a potential" if x["potential"] else "does work") for x in what["loads"]]),
         ("Inputs", [_words(r) for r in what["inputs"]]),
         ("Parameters", [(p["name"], _number(p["default"]), *_words(p)[1:]) for p in what["parameters"]]),
@@ -162,6 +173,12 @@ def _show(what: dict[str, Any], told: list[str]) -> None:
 
 def _words(s: dict[str, str]) -> tuple[str, str, str]:
     return (s["name"], s["unit"], s["description"])
+
+
+def _place(r: dict[str, str]) -> str:
+    if not r["at"]:
+        return r["description"]
+    return f"at {r['at']}, along {_brief(r['along'])}" if r["along"] else f"holds {r['at']}"
 
 
 def _number(value: float | None) -> str:

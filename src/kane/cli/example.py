@@ -17,7 +17,7 @@ def system() -> kn.System:
     # 1. The inertial frame, a point fixed in it, and coordinates.
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    x = kn.coordinate("x", "m", "position of the cart")
+    x = kn.coordinate("x", "m", "position of the cart, 0 where the spring is free")
     q1 = kn.coordinate("q1", "rad", "angle of the upper rod from the downward vertical")
     q2 = kn.coordinate("q2", "rad", "angle of the lower rod from the downward vertical")
 
@@ -28,12 +28,10 @@ def system() -> kn.System:
     l1 = kn.parameter("l1", 0.6, "m", "length of the upper rod")
     l2 = kn.parameter("l2", 0.4, "m", "length of the lower rod")
     k = kn.parameter("k", 40.0, "N/m", "stiffness of the spring")
-    l0 = kn.parameter("l0", 1.5, "m", "free length of the spring")
     c = kn.parameter("c", 0.5, "N*s/m", "friction of the cart")
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
 
     # 2. Frames and points; the rods hang along -y of their frames.
-    wall = O.at("wall", -l0 * N.x)
     A = O.at("A", x * N.x)
     B = N.rotate("B", q1, N.z)
     C = N.rotate("C", q2, N.z)
@@ -56,7 +54,7 @@ def system() -> kn.System:
         speeds=speeds,
         loads=[
             kn.gravity(-g * N.y),
-            kn.linear_spring(A, wall, k, l0),
+            kn.linear_spring(A, O, k),
             kn.Force(A, -c * A.velocity(N), name="friction"),
         ],
         coordinates=(x, q1, q2),

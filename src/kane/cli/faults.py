@@ -91,6 +91,11 @@ def _prose(text: str) -> list[str]:
     ) or [""]  # fmt: skip
 
 
+def _unplaced(error: KaneError) -> bool:
+    """No line is named yet, and the file is what is wrong, not the command's options."""
+    return not (isinstance(error, Misuse) or hasattr(error, "__notes__"))
+
+
 @contextmanager
 def own_code(path: Path | None, about: str = "") -> Iterator[None]:
     """Run code that may be the user's, of the model file `path`.
@@ -112,7 +117,7 @@ def own_code(path: Path | None, about: str = "") -> Iterator[None]:
         frames = _theirs(traceback.extract_tb(error.__traceback__), path)
         if frames:
             error.add_note(_place(frames[-1].filename, frames[-1].lineno, frames[-1].line))
-        elif about and not hasattr(error, "__notes__") and (found := _line_of(about, path)) is not None:
+        elif _unplaced(error) and about and (found := _line_of(about, path)) is not None:
             error.add_note(_place(path, *found))
         raise
     except SystemExit as error:

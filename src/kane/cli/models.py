@@ -20,7 +20,7 @@ from typing import Any
 import kane as kn
 from kane.cli.faults import Misuse, own_code, short
 from kane.cli.starts import STARTS
-from kane.errors import ModelError
+from kane.errors import ModelError, alike
 from kane.gallery import GALLERY, load
 
 KINDS = ("q", "u", "parameters", "inputs")
@@ -72,20 +72,16 @@ def names_like(start: str) -> list[str]:
     return [name for name in found if name.startswith(start)]
 
 
-def alike(word: str, known: Mapping[str, Any] | list[str]) -> str:
-    """“ Did you mean …?” where some name resembles the word."""
-    close = difflib.get_close_matches(word, list(known), cutoff=0.5)
-    return f" Did you mean {' or '.join(close)}?" if close else ""
-
-
 def _unknown(text: str, path: Path) -> str:
     if path.is_dir():
         return f"Expected a system of the gallery or a Python file as MODEL, got the folder {text}."
     if path.suffix == ".py" or len(path.parts) > 1:
         near = [str(p) for p in path.parent.glob("*.py")] if path.parent.is_dir() else []
         return f"Expected a Python file as MODEL, got {text}, which is not there.{alike(text, near)} `kane new {text}` writes one."
+    own = [f"{text}.py"] if Path(f"{text}.py").is_file() else []
+    cure = f" Did you mean {own[0]}?" if own else alike(text, GALLERY)
     return (
-        f"Expected a system of the gallery or a Python file as MODEL, got {text!r}.{alike(text, GALLERY)}\n"
+        f"Expected a system of the gallery or a Python file as MODEL, got {text!r}.{cure}\n"
         f"The gallery has {', '.join(GALLERY)}."
     )
 
@@ -154,9 +150,11 @@ def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
     if made is None:
         own = [n for n, f in vars(module).items() if inspect.isfunction(f) and f.__module__ == module.__name__]
         has = f"only {', '.join(f'{n}()' for n in own)}" if own else "no function"
+        near = difflib.get_close_matches("system", own, n=1)
+        cure = f"Rename {near[0]} to system, or define" if near else "Define"
         raise ModelError(
-            f"Expected a function system() in {where}, got {has}.{alike('system', own)} Define one that returns a kn.System; "
-            "`kane new example.py` writes an example."
+            f"Expected a function system() in {where}, got {has}. {cure} one that returns a kn.System; `kane new example.py` writes "
+            "an example."
         )
     if not callable(made):
         raise ModelError(

@@ -9,10 +9,10 @@ from typing import Any
 
 import kane as kn
 from kane.cli.faults import Misuse, own_code
-from kane.cli.models import KINDS, Model, alike
+from kane.cli.models import KINDS, Model
 from kane.cli.options import assignments
 from kane.cli.screen import working
-from kane.errors import ModelError, ValueMissingError
+from kane.errors import ModelError, ValueMissingError, alike
 from kane.present.checks import Check
 
 ENERGY_LIMIT = 1e-6

@@ -23,7 +23,7 @@ from kane.kinematics.motion import Motion, acceleration_form
 from kane.kinematics.sample import Sample
 from kane.model.bodies import Body, RigidBody
 from kane.model.loads import Load
-from kane.model.reactions import Cut, cut_of
+from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -125,7 +125,11 @@ def _of_load(eom: Equations, load: Load, speed: Expr) -> list[Contribution]:
 
 def _of_pair(eom: Equations, speed: Expr, reaction: Reaction) -> Contribution:
     """The pair ±R n: only its far side, which the auxiliary speed moves, has a partial velocity."""
-    here, there = cut_of(speed), cut_of(reaction)
+    here, there, held = cut_of(speed), cut_of(reaction), constraint_of(reaction)
+    if held is not None:  # its auxiliary speed lets the constraint give way, at a place if it has any
+        places: tuple[tuple[Point | Frame, Vector], ...] = (*held.forces, *held.torques)
+        place, direction = places[0] if places else (eom.system.inertial, Vector())
+        return Contribution(reaction, place, direction * reaction, direction, eom.pairs[speed, reaction] * reaction)
     assert isinstance(here, Cut)
     assert isinstance(there, Cut)
     return Contribution(reaction, there.at, there.along * reaction, here.along, eom.pairs[speed, reaction] * reaction)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import SimulationError, ValueMissingError, alike
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, as_expr
@@ -67,6 +67,7 @@ def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr,
         if symbol is None or (isinstance(key, Symbol) and key is not symbol):
             raise ValueMissingError(
                 f"Expected values for {what} of the system ({', '.join(by_name) or 'none'}), got one for {key!r}."
+                f"{'' if name in by_name else alike(str(name), by_name)}"
             )
         found[symbol] = value
     return found

@@ -58,6 +58,11 @@ class Symbol(Expr):
         """The one symbol with this declaration."""
         if not name or not name.strip() or any(c.isspace() for c in name):
             raise ExpressionError(f"Expected a name without spaces for a {cls.__name__}, got {name!r}.")
+        if isinstance(default, str):
+            raise ExpressionError(
+                f"Expected a number as the default of {name!r}, got {default!r}. The order is name, default, unit, description; "
+                f"without a default write unit={default!r}."
+            )
         if default is not None:
             value = constant_value(as_expr(default))
             if value is None:

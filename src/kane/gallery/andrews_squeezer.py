@@ -92,7 +92,7 @@ def system() -> kn.System:
         A.at("K7*", -r["ua"] * K7.y + r["ub"] * K7.x),
     )
     bodies = [
-        kn.RigidBody(K.name, frame=K, mass_center=center, mass=mass, inertia=kn.inertia(K, 0, 0, moment))
+        kn.RigidBody(K.name, frame=K, mass_center=center, mass=mass, inertia=kn.inertia(K, moment, moment, moment))
         for K, center, mass, moment in zip((K1, K2, K3, K4, K5, K6, K7), centers, m, i, strict=True)
     ]
     pin = crank_end.at("pin of K2", -r["d"] * K2.x)

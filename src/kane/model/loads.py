@@ -129,10 +129,16 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
 def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     """Damper between two points: force c d|r|/dt against the change of their distance."""
     r = a.position(b)
+    if r.is_zero:
+        raise ModelError(
+            f"Expected two points apart for a damper, got {a.name} and {b.name} in one place. Name another point."
+        )
     root = a.root().frame
-    along = r.normalized()
-    speed = (a.velocity(root) - b.velocity(root)).dot(along)
-    pull = along * (-as_expr(damping) * speed)
+    r = r.gathered()
+    speed = (a.velocity(root) - b.velocity(root)).dot(
+        r
+    )  # times |r|: without a root, |r| cancels where r keeps its direction
+    pull = r * (-as_expr(damping) * (speed / r.dot(r)))
     return Load(name or f"damper between {a.name} and {b.name}", forces=(_force(a, pull), _force(b, -pull)))
 
 

@@ -65,7 +65,10 @@ def complete(port: Port, values: Array) -> Array:
     """`values`, none of which may be missing (NaN)."""
     missing = [s.name for s, v in zip(port.symbols, values, strict=True) if np.isnan(v)]
     if missing:
-        cure = ", or declare a default, kn.parameter(name, default)" if port.name == "p" else ""
+        cure = {
+            "p": ", or declare a default, kn.parameter(name, default)",
+            "r": f", {{{', '.join(f'{n!r}: value' for n in missing)}}}",
+        }.get(port.name, "")
         raise ValueMissingError(
             f"Expected a value for every one of the {KINDS[port.name]}, got none for {', '.join(missing)}: pass them as "
             f"{port.name}{cure}."

@@ -175,7 +175,7 @@ class Handle:
             arguments.scalar(t),
             arguments.vector(states, x),
             arguments.vector(parameters, {} if p is None else p, self._default),
-            arguments.vector(inputs, () if r is None else r),
+            arguments.vector(inputs, ({} if inputs.symbols else ()) if r is None else r),
         ]
 
     def _rows(self, rows: tuple[int, ...], given: list[Array]) -> Array:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kane.dynamics.equations import Equations
 from kane.dynamics.joint_reactions import Place, unsolved
 from kane.dynamics.values import evaluate_along
-from kane.errors import ValueMissingError
+from kane.errors import ValueMissingError, alike
 from kane.expr.html import quietly
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
@@ -108,7 +108,7 @@ class Solution:
             s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)
         }
         if name not in known:
-            raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.")
+            raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.{alike(name, known)}")
         return known[name]
 
     def reaction(self, place: Place, frame: Frame | None = None) -> tuple[Array | None, Array]:

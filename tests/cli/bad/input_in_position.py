@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A driven support: an input in a position, without its derivatives."""
 
+import math
+
 import kane as kn
 
 
@@ -31,4 +33,4 @@ def system():
     )
 
 
-START = {"q": {"x": 0.1, "q": 0.5}, "u": {"u1": 0.0, "u2": 0.0}}
+START = {"q": {"x": 0.1, "q": 0.5}, "u": {"u1": 0.0, "u2": 0.0}, "inputs": {"lift": math.sin}}

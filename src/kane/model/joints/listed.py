@@ -16,8 +16,8 @@ from kane.space.vector import Vector
 def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint]) -> Mapping[Speed, Any] | str:
     """The definitions of the speeds: the joints', in order, but for those whose rates are defined otherwise, then the others."""
     check_joints(joints)
-    if isinstance(speeds, str):
-        return speeds
+    if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
+        return speeds  # what is no mapping is refused where the definitions are read
     if speeds is None and not joints:
         raise ModelError('Expected speeds={u: definition, …}, "rates", or joints= with speeds of their own, got none.')
     given = dict(speeds or {})
