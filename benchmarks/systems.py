@@ -4,7 +4,18 @@
 from collections.abc import Callable
 
 import kane as kn
-from kane.gallery import pendulums, rolling_disk
+from kane.gallery import (
+    andrews_squeezer,
+    bricard,
+    chaplygin_sleigh,
+    four_bar,
+    pendulums,
+    pure_rolling_disk,
+    rattleback,
+    rolling_disk,
+    sphere_on_turntable,
+    whipple_bicycle,
+)
 
 
 def arm(axes: str) -> kn.System:
@@ -30,4 +41,12 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "planar pendulum on a cart, 10 rods": lambda: pendulums.chain(10, cart=True),
     "rolling disk, sliding": rolling_disk.system,
     "7R arm": lambda: arm("zyzyzyz"),
+    "Whipple bicycle": whipple_bicycle.system,
+    "rolling disk, pure rolling": pure_rolling_disk.system,
+    "four-bar": four_bar.system,
+    "Bricard mechanism": bricard.system,
+    "Andrews squeezer": andrews_squeezer.system,
+    "rattleback": rattleback.system,
+    "sphere on a turntable": sphere_on_turntable.system,
+    "Chaplygin sleigh": chaplygin_sleigh.system,
 }

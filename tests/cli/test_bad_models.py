@@ -68,7 +68,8 @@ BAD: dict[str, Bad] = {
         "ExpressionError", "got tuple: (q,)", "unpack it", "kn.coordinate(…)", at='N.rotate("B", q, N.z)'),
     "too_few_names": error("UserError", "ValueError: not enough values to unpack (expected 3, got 2)", at='kn.coordinates("q1:3"'),
     "input_in_position": error(
-        "ValueMissingError", "the input lift with its derivatives", "got a bare function", "lift: (f, f', f'')", "kn.signal(t, y)", at="START = "),
+        "ValueMissingError", "the input lift with its derivatives", "got a bare function", "lift: (f, f', f'')", "kn.signal(t, y)",
+        at="START = "),
     "compare_if": error("ExpressionError", "`<` on x cannot be decided", "kn.where(kn.less(a, b), x, y)", at="if x < 0:"),
     "compare_equal": error("ExpressionError", "`==` on x' cannot be decided", "Use `a is b`", at="x.dt == 0"),
     "compare_truth": error("ExpressionError", "`if` on x cannot be decided", "kn.where(", at="N.x if x else"),

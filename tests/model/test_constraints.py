@@ -187,3 +187,20 @@ class TestSystem:
         assert (system.holonomic, system.nonholonomic) == ((rod,), (edge,))
         assert system["edge"] is edge
         assert system.replace(nonholonomic=()).constraints == (rod,)
+
+
+def test_a_point_that_wanders_in_its_body_is_refused() -> None:
+    """The lowest point of a leaning wheel is another particle at each instant."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    lean, x = kn.coordinates("lean x")
+    B = N.rotate("B", lean, N.x)
+    hub = O.at("hub", x * N.y)
+    lowest = hub.at("low", -kn.cos(lean) * B.z - kn.sin(lean) * B.y)
+    with pytest.raises(
+        kn.ModelError,
+        match=r"got low, which wanders in B as lean turns it.*hub.fixed_in\(B",
+    ):
+        kn.coincident(lowest, O, N.z)
+    slider = hub.at("slider", x * B.y)  # x does not turn B
+    assert kn.coincident(slider, O, N.z)[0].kind == "configuration"

@@ -42,7 +42,11 @@ def browser() -> Iterator[Any]:
         yield found
 
 
-@pytest.fixture(scope="module", params=GALLERY)
+QUICK = ("rolling_disk", "free_body", "four_bar")
+"""The reports that the quick tests open too: reactions and friction, Euler parameters, constraints."""
+
+
+@pytest.fixture(scope="module", params=[n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in GALLERY])
 def opened(request: pytest.FixtureRequest, browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
     yield from opening(request.param, browser, tmp_path_factory.mktemp("reports"))
 

@@ -22,10 +22,11 @@ from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.symbols import Coordinate, Rate, Speed, input_of
+from kane.expr.symbols import Coordinate, Rate, Speed, Symbol, input_of
 from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.rotation import chain
 from kane.space.vector import Vector
 
 Kind = Literal["configuration", "motion"]
@@ -84,6 +85,31 @@ def _points(what: str, p: Any, q: Any) -> None:
     for x in (p, q):
         if not isinstance(x, Point):
             raise ModelError(f"Expected points to {what}, got {x!r:.60}.")
+        if x.body is None:
+            _check_rides(what, x)
+
+
+def _check_rides(what: str, p: Point) -> None:
+    """A geometric point whose place in a frame depends on what orients that frame rides on no body: forces cannot act at it."""
+    for f, r in p.offset.parts:
+        turns = {s for g in chain(f) for s in _orienting(g)}
+        both = [str(s) for s in free_symbols(r) if isinstance(s, Coordinate) and s in turns]
+        if both:
+            raise ModelError(
+                f"Expected points of bodies to {what}, got {p.name}, which wanders in {f.name} as {', '.join(both)} turns it. Take "
+                f"the particle that is there now: {p.parent.name if p.parent else 'P'}.fixed_in({f.name}, …)."
+            )
+
+
+def _orienting(frame: Frame) -> tuple[Symbol, ...]:
+    """What the orientation of a frame in its base depends on."""
+    o = frame.orientation
+    if o is None:
+        return ()
+    if o.angle is not None:
+        return free_symbols([o.angle])
+    cosines = (x for row in o.cosines for x in row) if o.cosines is not None else ()
+    return (*o.parameters, *free_symbols(cosines))
 
 
 def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: str = "") -> tuple[Constraint, ...]:
