@@ -102,10 +102,13 @@ def test_linearization_off_the_constraints() -> None:
     here = kn.linearize(eom, q={"x": 0.0, "y": -LENGTH}, u={"u": 0.0, "v": 0.0})
     np.testing.assert_allclose(here.A, [[0, 1], [-GRAVITY / LENGTH, 0]], atol=1e-12)
     with pytest.raises(
-        kn.SimulationError, match=r"operating point on the constraints, got coordinates that miss wire by 0\.75\. .*assemble"
+        kn.SimulationError,
+        match=r"operating point on the constraints, got coordinates that miss wire by 0\.75\. .*assemble",
     ):
         kn.linearize(eom, q={"x": 0.0, "y": -2 * LENGTH}, u={"u": 0.0, "v": 0.0})
-    with pytest.raises(kn.SimulationError, match=r"operating point on the constraints, got speeds that miss wire by -3"):
+    with pytest.raises(
+        kn.SimulationError, match=r"operating point on the constraints, got speeds that miss wire by -3"
+    ):
         kn.linearize(eom, q={"x": 0.0, "y": -LENGTH}, u={"u": 0.0, "v": 3.0})
 
 
@@ -159,7 +162,7 @@ def pendulum(sign: int, told: Any = None) -> tuple[kn.Equations, kn.Frame]:
     mass, length, inertia = kn.parameter("m", MASS, "kg"), kn.parameter("l", LENGTH, "m"), kn.parameter("I", INERTIA)
     A = N.rotate("A", q, N.z, angular_velocity=None if told is None else told(q, w) * N.z)
     C = O.at("C", -length * A.y)
-    rod = kn.RigidBody("rod", frame=A, mass_center=C, mass=mass, inertia=kn.inertia(A, 0, 0, inertia))
+    rod = kn.RigidBody("rod", frame=A, mass_center=C, mass=mass, inertia=kn.inertia(A, inertia, inertia, inertia))
     return kn.derive(kn.System(N, bodies=[rod], speeds={w: sign * q.dt}, loads=[kn.gravity(-GRAVITY * N.y)])), A
 
 

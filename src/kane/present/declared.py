@@ -54,7 +54,7 @@ def declared(eom: Equations, values: Any = None) -> list[Table]:
         ),
         Table("Joints", ("joint", "kind", "from", "to", "coordinates"), tuple(map(_joint, system.joints))),
         Table(
-            "Constraints", ("constraint", "kind", "vanishes", "held by"), tuple(map(_constraint, system.constraints))
+            "Constraints", ("constraint", "kind", "held by", "vanishes"), tuple(map(_constraint, system.constraints))
         ),
         Table("Reactions brought into evidence", ("reaction", "at", "along", "auxiliary speed"), _reactions(eom)),
         Table(*_parameters(eom, values)),
@@ -105,7 +105,7 @@ def _constraint(c: Constraint) -> tuple[str | Tex, ...]:
     between, (shown,) = formulas([(c.name, c.expr)], {})
     where = ",\\; ".join(z.latex for z in between)
     vanishes = Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
-    return (c.name, c.kind, vanishes, _acting(c) if c.placed else "not told")
+    return (c.name, c.kind, _acting(c) if c.placed else "not told", vanishes)
 
 
 def _factor(text: str) -> str:
