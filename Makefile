@@ -8,10 +8,10 @@ JOBS   ?= 2
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs lock clean
+.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-bicycle lock clean
 
 help:  ## list the targets
-	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write out/rolling_disk/report.html
 	$(BIN)/kane demo --out out
@@ -46,6 +46,9 @@ bench: $(VENV)/.dev-stamp  ## operation counts and timings
 
 bench-rhs: $(VENV)/.dev-stamp  ## right-hand sides against peers; write benchmarks/rhs.json and rhs.md
 	$(BIN)/python -m benchmarks.rhs
+
+bench-bicycle: $(VENV)/.dev-stamp  ## the Whipple bicycle beside SymPy; write benchmarks/bicycle.json and bicycle.md
+	$(BIN)/python -m benchmarks.bicycle
 
 lock:  ## resolve the dependency groups anew into requirements/ (any machine with pip's index)
 	bash requirements/lock.sh $(PYTHON)
