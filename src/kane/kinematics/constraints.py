@@ -124,8 +124,8 @@ def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
     except NotAffineError as error:
         raise ModelError(
             f"Expected the motion constraint {constraint.name!r} affine in the speeds, A u + b = 0, got {e!s:.120}. {error} "
-            "Choose coordinates in which it is affine (a heading, along which v·n = 0, in the place of a condition on |v|), or hold it "
-            "nearly by loads against its gradient, −c f ∂f/∂u with a large c."
+            "Choose coordinates in which it is affine (a heading, along which v·n = 0, in the place of a condition on |v|), or hold "
+            "it nearly by loads against its gradient, −c f ∂f/∂u with a large c."
         ) from error
     return ScalarForm(row, rest)
 
