@@ -8,7 +8,6 @@ import pytest
 
 import kane as kn
 from kane.gallery import whipple_bicycle
-from tests.peer import require
 from tests.simulate import steady_systems as systems
 
 STEP = 1e-6
@@ -298,19 +297,6 @@ def test_steady_circle_takes_dependent_speeds_that_change_as_dependent():
     linear = lin(**point.arguments)
     assert linear.without("cyclic").states == ("q2", "u1", "u2", "u3")
     np.testing.assert_allclose(linear.without("cyclic").rates, 0, atol=1e-12)
-
-
-def test_state_space():
-    control = require("control")
-    eom = systems.cart()
-    linear = kn.linearize(eom, q=[0, 0], u=[0, 0], outputs={"angle": eom.coordinates[1]})
-    made = linear.state_space()
-    assert isinstance(made, control.StateSpace)
-    assert made.state_labels == ["q1", "q2", "u1", "u2"]
-    assert (made.input_labels, made.output_labels) == (["F"], ["angle"])
-    s = 1.3j
-    M, m, l, g = 2.0, 0.5, 0.7, 9.81
-    assert made(s) == pytest.approx(-1 / (M * l) / (s**2 + (M + m) * g / (M * l)), rel=1e-12)
 
 
 def test_without_python_control(monkeypatch):

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A linearized system as python-control's StateSpace."""
+
+import pytest
+
+import kane as kn
+from tests.peer import require
+from tests.simulate import steady_systems as systems
+
+control = require("control")
+
+
+def test_state_space():
+    eom = systems.cart()
+    linear = kn.linearize(eom, q=[0, 0], u=[0, 0], outputs={"angle": eom.coordinates[1]})
+    made = linear.state_space()
+    assert isinstance(made, control.StateSpace)
+    assert made.state_labels == ["q1", "q2", "u1", "u2"]
+    assert (made.input_labels, made.output_labels) == (["F"], ["angle"])
+    s = 1.3j
+    M, m, l, g = 2.0, 0.5, 0.7, 9.81
+    assert made(s) == pytest.approx(-1 / (M * l) / (s**2 + (M + m) * g / (M * l)), rel=1e-12)
