@@ -93,7 +93,8 @@ def test_accelerations_and_contact_forces(seed: int) -> None:
     state = random_state(np.random.default_rng([20, seed]))
     bodies, held = bodies_and_joints()
     poses, twists = poses_and_twists(state)
-    roll, steering = vector(EOM.system["L"].x, state), vector(EOM.system["S"].z, state)  # type: ignore[union-attr]
+    frames = {f.name: f for f in EOM.frames}
+    roll, steering = vector(frames["L"].x, state), vector(frames["S"].z, state)
     torques = np.zeros((4, 3))
     torques[1] = INPUTS["T_phi"] * roll - INPUTS["T_delta"] * steering
     torques[2] = INPUTS["T_delta"] * steering

@@ -17,7 +17,7 @@ from typing import Any
 from kane.dynamics.inertia_frames import ConstantInertia, constant_inertia
 from kane.expr.build import add
 from kane.expr.node import ZERO, Expr
-from kane.kinematics.motion import Kinematics, Motion
+from kane.kinematics.motion import Kinematics, Motion, acceleration_form
 from kane.model.bodies import Body, RigidBody
 from kane.model.loads import Load
 from kane.model.system import System
@@ -39,8 +39,18 @@ class Moving:
         """I·α_b + ω × I·ω."""
         if self.rotation is None or self.inertia is None:
             return Vector()
-        w = self.rotation.total.express(self.inertia.frame)
-        return self.inertia.times(self.rotation.bias) + w.cross(self.inertia.times(w))
+        return self._inertia_torque(self.rotation, self.inertia, self.rotation.bias)
+
+    def inertia_torque(self) -> Vector:
+        """I·α + ω × I·ω, in u̇; zero for a particle."""
+        if self.rotation is None or self.inertia is None:
+            return Vector()
+        return self._inertia_torque(self.rotation, self.inertia, acceleration_form(self.rotation))
+
+    @staticmethod
+    def _inertia_torque(rotation: Motion, inertia: ConstantInertia, alpha: Vector) -> Vector:
+        w = rotation.total.express(inertia.frame)
+        return inertia.times(alpha) + w.cross(inertia.times(w))
 
 
 def homes(system: System) -> tuple[dict[Frame, Frame], dict[Body, ConstantInertia]]:

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,19 @@ def close(function: Residual, q: Array, free: Sequence[int], limit: float = 1e-1
     return best
 
 
+def closest(function: Residual, starts: Iterable[Array], free: Sequence[int]) -> Closed:
+    """From the first start that closes; where none does, the one that came nearest."""
+    best: Closed | None = None
+    for q in starts:
+        found = close(function, q, free)
+        if best is None or found.size < best.size:
+            best = found
+        if best.size <= CLOSED:
+            break
+    assert best is not None
+    return best
+
+
 def residual_function(system: System, known: Closure, values: Mapping[Expr, Any]) -> Residual:
     """f and ∂f/∂q as a function of the coordinates, all other symbols at `values`, on the reference evaluator."""
     rest = list(values)
@@ -123,16 +137,8 @@ def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 2004
     moving = set(system.coordinates)
     function = residual_function(system, known, {s: v for s, v in values.items() if s not in moving})
     start = np.array([values[q] for q in system.coordinates])
-    scale = 1.0
-    best: Closed | None = None
-    for k in range(_TRIES):
-        guess = start if k == 0 else start + scale * generator.normal(size=len(start))
-        found = close(function, guess, range(len(start)))
-        if best is None or found.size < best.size:
-            best = found
-        if best.size < CLOSED:
-            break
-    assert best is not None
+    others = (start + generator.normal(size=len(start)) for _ in range(_TRIES - 1))
+    best = closest(function, chain([start], others), range(len(start)))
     values.update(zip(system.coordinates, best.q.tolist(), strict=True))
     return values
 

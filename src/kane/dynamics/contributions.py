@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kane.dynamics.assemble import Moving
+from kane.dynamics.forces import Term, active_terms, inertia_terms
 from kane.errors import SpeedsError
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.symbols import Reaction
-from kane.kinematics.motion import Motion, acceleration_form
 from kane.kinematics.sample import Sample
-from kane.model.bodies import Body, RigidBody
+from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.space.frame import Frame
@@ -74,9 +73,11 @@ class MassContribution:
 def contributions(eom: Equations, speed: Expr) -> Contributions:
     """See Equations.contributions."""
     _check(eom, speed)
-    active, idle_loads = _contributing([(load, _of_load(eom, load, speed)) for load in eom.loads], eom)
+    active, idle_loads = _contributing(
+        [(load, _of(load, active_terms(eom.kinematics, speed, load))) for load in eom.loads], eom
+    )
     pairs = [_of_pair(eom, speed, r) for r in eom.reactions if (speed, r) in eom.pairs]
-    inertia, idle_bodies = _contributing([(b.body, _of_body(b, speed)) for b in eom.bodies], eom)
+    inertia, idle_bodies = _contributing([(b.body, _of(b.body, inertia_terms(b, speed))) for b in eom.bodies], eom)
     return Contributions(
         speed,
         (*active, *(p for p in pairs if p.term is not ZERO)),
@@ -110,19 +111,6 @@ def _check(eom: Equations, speed: Expr) -> None:
         raise SpeedsError(f"Expected one of the speeds of the system ({known}), got {speed!r:.60}.")
 
 
-def _of_load(eom: Equations, load: Load, speed: Expr) -> list[Contribution]:
-    found = []
-    places: tuple[tuple[Point | Frame, Vector, Motion], ...] = (
-        *((p, f, eom.kinematics.point(p)) for p, f in load.forces),
-        *((f, t, eom.kinematics.frame(f)) for f, t in load.torques),
-    )
-    for place, vector, motion in places:
-        partial = motion.partials.get(speed)
-        if partial is not None:
-            found.append(Contribution(load, place, vector, partial, partial.dot(vector)))
-    return found
-
-
 def _of_pair(eom: Equations, speed: Expr, reaction: Reaction) -> Contribution:
     """The pair ±R n: only its far side, which the auxiliary speed moves, has a partial velocity."""
     here, there, held = cut_of(speed), cut_of(reaction), constraint_of(reaction)
@@ -135,19 +123,8 @@ def _of_pair(eom: Equations, speed: Expr, reaction: Reaction) -> Contribution:
     return Contribution(reaction, there.at, there.along * reaction, here.along, eom.pairs[speed, reaction] * reaction)
 
 
-def _of_body(b: Moving, speed: Expr) -> list[Contribution]:
-    found = []
-    v = b.center.partials.get(speed)
-    if v is not None:
-        force = acceleration_form(b.center) * -b.body.mass
-        found.append(Contribution(b.body, b.body.mass_center, force, v, v.dot(force)))
-    if b.rotation is not None and b.inertia is not None and isinstance(b.body, RigidBody):
-        w = b.rotation.partials.get(speed)
-        if w is not None:
-            spin = b.rotation.total.express(b.inertia.frame)
-            torque = -(b.inertia.times(acceleration_form(b.rotation)) + spin.cross(b.inertia.times(spin)))
-            found.append(Contribution(b.body, b.body.frame, torque, w, w.dot(torque)))
-    return found
+def _of(source: Load | Body, terms: Iterable[Term]) -> list[Contribution]:
+    return [Contribution(source, place, x, partial, partial.dot(x)) for place, x, partial in terms]
 
 
 def _contributing(

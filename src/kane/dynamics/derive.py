@@ -14,7 +14,6 @@ from kane.dynamics.loads import loads_in_speeds
 from kane.dynamics.partition import Partition
 from kane.dynamics.reduce import Blocks, Solved
 from kane.dynamics.solution import first_partition, solve
-from kane.errors import NotAffineError, ReactionError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
@@ -129,12 +128,7 @@ def auxiliary_speeds(
 def _reaction_form(right: list[Expr], system: System, rows: Sequence[Expr]) -> tuple[list[Expr], list[list[Expr]]]:
     if not system.reactions or not any(isinstance(s, Reaction) for s in free_symbols(right)):
         return right, [[ZERO] * len(system.reactions) for _ in rows]
-    try:
-        forms = affine_forms(right, system.reactions)
-    except NotAffineError as error:
-        raise ReactionError(
-            f"Expected loads linear in the reactions, so that they can be solved for together with u': {error}"
-        ) from error
+    forms = affine_forms(right, system.reactions)
     return [rest for _, rest in forms], [[c.get(r, ZERO) for r in system.reactions] for c, _ in forms]
 
 

@@ -58,9 +58,7 @@ def power(eom: Equations) -> Expr:
     for b in eom.bodies:
         total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.body.mass))
         if b.rotation is not None and b.inertia is not None and not b.rotation.rest.is_zero:
-            spin = b.rotation.total.express(b.inertia.frame)
-            torque = b.inertia.times(acceleration_form(b.rotation)) + spin.cross(b.inertia.times(spin))
-            total = add(total, b.rotation.rest.dot(torque))
+            total = add(total, b.rotation.rest.dot(b.inertia_torque()))
     if any(b_k is not ZERO for b_k in eom.b):
         for b_k, force in zip(eom.b, eom.multipliers.values(), strict=True):
             total = sub(total, mul(force, b_k))

@@ -11,8 +11,12 @@ from collections.abc import Sequence
 from kane.dynamics.assemble import Moving
 from kane.expr.build import add
 from kane.expr.node import ZERO, Expr
-from kane.kinematics.motion import Kinematics, acceleration_form
+from kane.kinematics.motion import Kinematics, Motion, acceleration_form
+from kane.model.bodies import RigidBody
 from kane.model.loads import Load
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
 
 
 def sum_of(terms: Sequence[Expr]) -> Expr:
@@ -23,30 +27,37 @@ def sum_of(terms: Sequence[Expr]) -> Expr:
     return total
 
 
+Term = tuple[Point | Frame, Vector, Vector]
+"""A place, the force on it or torque on it, and the partial velocity or partial angular velocity that it meets."""
+
+
+def active_terms(kinematics: Kinematics, speed: Expr, load: Load) -> list[Term]:
+    """What of one load meets a partial velocity."""
+    places: tuple[tuple[Point | Frame, Vector, Motion], ...] = (
+        *((p, f, kinematics.point(p)) for p, f in load.forces),
+        *((f, t, kinematics.frame(f)) for f, t in load.torques),
+    )
+    return [(place, x, motion.partials[speed]) for place, x, motion in places if speed in motion.partials]
+
+
+def inertia_terms(moving: Moving, speed: Expr) -> list[Term]:
+    """−m a at the mass centre and −(I·α + ω × I·ω) on the frame of one body, where they meet a partial velocity."""
+    body, found = moving.body, list[Term]()
+    v = moving.center.partials.get(speed)
+    if v is not None:
+        found.append((body.mass_center, acceleration_form(moving.center) * -body.mass, v))
+    if moving.rotation is not None and isinstance(body, RigidBody):
+        w = moving.rotation.partials.get(speed)
+        if w is not None:
+            found.append((body.frame, -moving.inertia_torque(), w))
+    return found
+
+
 def active(kinematics: Kinematics, speed: Expr, load: Load) -> Expr:
     """F_r of one load: Σ v_r·F + Σ ω_r·T (Kane & Levinson 1985, sec. 4.4)."""
-    total = ZERO
-    for point, f in load.forces:
-        v = kinematics.point(point).partials.get(speed)
-        if v is not None:
-            total = add(total, v.dot(f))
-    for frame, t in load.torques:
-        w = kinematics.frame(frame).partials.get(speed)
-        if w is not None:
-            total = add(total, w.dot(t))
-    return total
+    return sum_of([partial.dot(x) for _, x, partial in active_terms(kinematics, speed, load)])
 
 
 def inertia(moving: Moving, speed: Expr) -> Expr:
     """F*_r of one body: v_r·(−m a) + ω_r·(−I·α − ω × I·ω) (Kane & Levinson 1985, sec. 4.11)."""
-    total = ZERO
-    v = moving.center.partials.get(speed)
-    if v is not None:
-        total = add(total, v.dot(acceleration_form(moving.center) * -moving.body.mass))
-    if moving.rotation is not None and moving.inertia is not None:
-        w = moving.rotation.partials.get(speed)
-        if w is not None:
-            spin = moving.rotation.total.express(moving.inertia.frame)
-            torque = moving.inertia.times(acceleration_form(moving.rotation)) + spin.cross(moving.inertia.times(spin))
-            total = add(total, w.dot(-torque))
-    return total
+    return sum_of([partial.dot(x) for _, x, partial in inertia_terms(moving, speed)])

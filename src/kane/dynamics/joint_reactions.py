@@ -225,7 +225,7 @@ def _balance(eom: Equations, side: _Side) -> JointReaction:
     _check_placed(side.name, constraints)
     _check_determinate(eom, side.name, share)
     moved = [(b.body.mass_center, acceleration_form(b.center) * b.body.mass) for b in eom.bodies]
-    turned = [(b.body.frame, _inertia_torque(b)) for b in eom.bodies if isinstance(b.body, RigidBody)]
+    turned = [(b.body.frame, b.inertia_torque()) for b in eom.bodies if isinstance(b.body, RigidBody)]
     force, torque = _gathered(side, moved, turned)
     given = [_gathered(side, load.forces, load.torques) for load in eom.loads]
     held = [(f * λ, t * λ) for c, λ in eom.multipliers.items() for f, t in [share(c)]]
@@ -246,14 +246,6 @@ def _gathered(
         if side.has_frame(frame):
             torque = torque + t
     return force, torque
-
-
-def _inertia_torque(b: Moving) -> Vector:
-    """I·α + ω × I·ω."""
-    assert b.rotation is not None
-    assert b.inertia is not None
-    w = b.rotation.total.express(b.inertia.frame)
-    return b.inertia.times(acceleration_form(b.rotation)) + w.cross(b.inertia.times(w))
 
 
 def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReaction:

@@ -38,7 +38,7 @@ def infer(root: Expr, known: Known) -> Unit | None:
 
     def combine(node: Expr) -> Unit | None:
         if node.op is SYMBOL:
-            text: str = node.unit  # type: ignore[attr-defined]
+            text: str = node.unit  # type: ignore[attr-defined]  # the operation says that it is a Symbol
             return parse(text) if text else None
         units = [known[a] for a in node.args]
         return None if None in units else RULES[node.op](node, *units)

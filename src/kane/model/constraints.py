@@ -75,7 +75,7 @@ def as_constraints(given: Any, kind: Kind) -> tuple[Constraint, ...]:
     return tuple(found)
 
 
-def _names(name: str, count: int, along: Sequence[Vector]) -> list[str]:
+def _names(name: str, count: int) -> list[str]:
     if count == 1:
         return [name]
     return [f"{name} {k}" for k in (["x", "y", "z"] if count == 3 else map(str, range(1, count + 1)))]
@@ -129,7 +129,7 @@ def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: st
     apart = p.position(q)
     made = []
     label = name or f"{p.name} = {q.name}"
-    for title, n in zip(_names(label, len(directions), directions), directions, strict=True):
+    for title, n in zip(_names(label, len(directions)), directions, strict=True):
         check_unit(n, f"direction of {label!r}")
         home = home_of(n, f"direction of {label!r}")
         arm = apart.cross(n)
@@ -200,7 +200,7 @@ def no_slip(
         slip = slip - q.velocity(inertial)
     label = name or f"no slip of {p.name}"
     made = []
-    for title, e in zip(_names(label, len(directions), directions), directions, strict=True):
+    for title, e in zip(_names(label, len(directions)), directions, strict=True):
         check_unit(e, f"direction of {label!r}")
         pair = ((p, e),) if q is None else ((p, e), (q, -e))
         made.append(Constraint(title, "motion", slip.dot(e), pair, (), "N"))

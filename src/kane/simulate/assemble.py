@@ -3,17 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.closure import CLOSED, Closed, Closure, Residual, close, closure, residual_function
+from kane.dynamics.closure import CLOSED, Closed, Closure, Residual, close, closest, closure, residual_function
 from kane.dynamics.equations import Equations
 from kane.dynamics.values import finite_number, named_values, parameter_values
 from kane.errors import SimulationError, ValueMissingError
+from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, time
 
@@ -135,17 +136,15 @@ def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]
     if not start.free:
         return _as_given(known, function, start.values)
     generator = np.random.default_rng(20048)
-    best: Closed | None = None
-    for k in range(_TRIES if start.missing else 1):
-        q = start.values.copy()
-        if k:
+
+    def starts() -> Iterator[Array]:
+        yield start.values
+        for k in range(1, _TRIES if start.missing else 1):
+            q = start.values.copy()
             q[list(start.missing)] += generator.normal(size=len(start.missing)) * (0.3 + 0.15 * k)
-        found = close(function, q, start.free)
-        if best is None or found.size < best.size:
-            best = found
-        if best.size <= CLOSED:
-            break
-    assert best is not None
+            yield q
+
+    best = closest(function, starts(), start.free)
     _check_closed(known, function, start, best)
     _check_determined(function, start, best.q, names)
     return best
@@ -181,17 +180,20 @@ def _check_determined(function: Residual, start: Entries, q: Array, names: Seque
     """What is left out must follow from the constraints, what is given and the guesses."""
     if not start.missing:
         return
-    g = function(q)[1][:, list(start.free)]
-    _, sigma, right = np.linalg.svd(g)
-    rank = int((sigma > 1e-9 * sigma[0]).sum()) if sigma.size else 0
-    loose = np.abs(right[rank:]).max(axis=0, initial=0) > 1e-7
-    unknown = [names[i] for i, x in zip(start.free, loose, strict=True) if x and i in start.missing]
+    unknown, count = _undetermined(function(q)[1][:, list(start.free)], start, names)
     if unknown:
-        count = len(start.free) - rank
         raise ValueMissingError(
             f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
             f"{count} of them, or a guess for each: kn.guess(value)."
         )
+
+
+def _undetermined(block: Array, start: Entries, names: Sequence[str]) -> tuple[list[str], int]:
+    """What is left out and may still move where `block`, over what is free, holds the rest; and how many values are too few."""
+    _, sigma, right = np.linalg.svd(block)
+    rank = int((sigma > 1e-9 * sigma[0]).sum()) if sigma.size else 0
+    loose = np.abs(right[rank:]).max(axis=0, initial=0) > 1e-7
+    return [names[i] for i, x in zip(start.free, loose, strict=True) if x and i in start.missing], len(right) - rank
 
 
 def _refuse_missing(what: str, names: Sequence[str]) -> None:
@@ -210,14 +212,11 @@ def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
 
 def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
     """u with A u + b = 0; with rates u = Y q̇ + z."""
-    from kane.expr.evaluate import evaluate
-
     n, m = len(eom.speeds), len(eom.b)
-    numbers = dict(at)
-    y = np.asarray(evaluate(eom.Y, numbers), dtype=float)[:n] if by_rates else np.eye(n)
-    z = np.array(evaluate(list(eom.z), numbers), dtype=float)[:n] if by_rates else np.zeros(n)
-    a = np.asarray(evaluate(eom.A, numbers), dtype=float).reshape(m, n)
-    b = np.array(evaluate(list(eom.b), numbers), dtype=float) if m else np.zeros(0)
+    y = np.asarray(evaluate(eom.Y, at), dtype=float)[:n] if by_rates else np.eye(n)
+    z = np.array(evaluate(list(eom.z), at), dtype=float)[:n] if by_rates else np.zeros(n)
+    a = np.asarray(evaluate(eom.A, at), dtype=float).reshape(m, n)
+    b = np.array(evaluate(list(eom.b), at), dtype=float) if m else np.zeros(0)
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
     rows, rest = a @ y, a @ z + b
     x = start.values.copy()
@@ -227,14 +226,11 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
     free = list(start.free)
     if free:
         block = rows[:, free] / scale[:, None]
-        _, sigma, right = np.linalg.svd(block) if m else (None, np.zeros(0), np.eye(len(free)))
-        rank = int((sigma > 1e-9 * max(sigma[0], 1e-300)).sum()) if sigma.size else 0
-        loose = np.abs(right[rank:]).max(axis=0, initial=0) > 1e-7
-        unknown = [names[i] for i, v in zip(free, loose, strict=True) if v and i in start.missing]
+        unknown, count = _undetermined(block, start, names)
         if unknown:
             raise ValueMissingError(
                 f"Expected a start value for all {'rates' if by_rates else 'speeds'} that the constraints do not give, got too few: "
-                f"{', '.join(unknown)} are not determined. Give {len(free) - rank} of them."
+                f"{', '.join(unknown)} are not determined. Give {count} of them."
             )
         if m:
             x[free] += np.linalg.lstsq(block, -(rows @ x + rest) / scale, rcond=1e-10)[0]

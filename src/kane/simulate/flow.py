@@ -22,7 +22,8 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
 from kane.expr.symbols import time
-from kane.simulate.local import Slopes, State, Values, compiled, routine, slopes_at, solver, values_at
+from kane.simulate.local import Slopes, State, Values, slopes_at, solver, values_at
+from kane.simulate.routines import once, routine
 from kane.simulate.tangents import Tangents, cross, tangents
 
 Array = npt.NDArray[np.float64]
@@ -139,8 +140,8 @@ def output_slopes(eom: Equations, flow: Flow, outputs: Outputs) -> tuple[Array, 
         columns = partial_columns(outputs.roots, (*eom.coordinates, *eom.speeds, *eom.inputs, *more))
         return routine(eom, "outputs", [*outputs.roots, *(x for column in columns for x in column)], more)
 
-    made = compiled(eom, ("outputs", *outputs.roots), make)
+    handle = once(eom, ("outputs", *outputs.roots), make)
     state, count = flow.state, len(outputs.roots)
-    flat = made(state.t, np.append(state.x, flow.z), state.p, state.r)
+    flat = handle(state.t, np.append(state.x, flow.z), state.p, state.r)
     columns = flat[count:].reshape(-1, count).T
     return flat[:count], columns @ np.vstack([flow.moves, flow.answers])

@@ -24,7 +24,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Symbol, rate
 from kane.simulate.assemble import GIVEN
-from kane.simulate.local import compiled, routine
+from kane.simulate.routines import once, routine
 
 if TYPE_CHECKING:
     from kane.simulate.solution import Solution
@@ -106,8 +106,8 @@ class Inverse:
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
         eom = self.eom
         n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
-        made = compiled(eom, ("inverse", *self.driven), lambda: _routine(eom, self.driven))
-        flat = made(t, x, p, r)
+        handle = once(eom, ("inverse", *self.driven), lambda: _routine(eom, self.driven))
+        flat = handle(t, x, p, r)
         size, d = n + m + s, len(self.driven)
         at = np.cumsum([size * size, size * d, size, len(eom.system.holonomic)])
         matrix, drive, right, f, motion = np.split(flat, at, axis=-1)

@@ -6,8 +6,6 @@ The routines are compiled once for each set of equations.
 
 from __future__ import annotations
 
-import weakref
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,36 +16,13 @@ from kane.dynamics.partition import RANK, balanced, choose
 from kane.dynamics.unsolved import partial_columns, unsolved
 from kane.errors import SingularError
 from kane.expr.node import Expr
-from kane.expr.symbols import Symbol
-from kane.program.build import Wanted, build_program
-from kane.program.equations import ports
 from kane.program.handle import Handle
-from kane.program.machine import Settings
-from kane.program.program import Port
+from kane.simulate.routines import once, routine
 
 Array = npt.NDArray[np.float64]
 
 _SURE = 1e-5
 """Smallest over largest singular value of the balanced rows at which they are taken as independent without a second look."""
-
-_known: weakref.WeakKeyDictionary[Equations, dict[tuple[Expr | str, ...], Handle]] = weakref.WeakKeyDictionary()
-
-
-def compiled(eom: Equations, key: tuple[Expr | str, ...], make: Callable[[], Handle]) -> Handle:
-    """Made once for these equations; what is kept does not hold them."""
-    own = _known.setdefault(eom, {})
-    if key not in own:
-        own[key] = make()
-    return own[key]
-
-
-def routine(eom: Equations, name: str, roots: Sequence[Expr], more: Sequence[Symbol] = ()) -> Handle:
-    """Any functions of t, x = (q, u, `more`), p and r."""
-    t, x, p, r = ports(eom)
-    labels = [f"{name}[{k}]" for k in range(len(roots))]
-    wanted = Wanted(name, roots, (len(roots),), labels)
-    program = build_program("model", (t, Port("x", (*x.symbols, *more)), p, r), [wanted], reciprocals=True)
-    return Handle(program, name, Settings(), None, "ignore")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +54,8 @@ class Values:
 
 def values_at(eom: Equations, state: State) -> Values:
     """K and k, and what the state must satisfy."""
-    made = compiled(eom, ("values",), lambda: _values(eom))
-    flat = made(state.t, state.x, state.p, state.r)
+    handle = once(eom, ("values",), lambda: _values(eom))
+    flat = handle(state.t, state.x, state.p, state.r)
     n, m = len(eom.speeds), len(eom.b)
     size = n + m + len(eom.reactions)
     c, nq = len(eom.system.holonomic), len(eom.coordinates)
@@ -107,9 +82,9 @@ class Slopes:
 
 def slopes_at(eom: Equations, state: State, z: Array, by: tuple[Expr, ...] | None = None) -> Slopes:
     """Derivatives in q, u and the inputs, or in the symbols `by`."""
-    made = compiled(eom, ("slopes", *(by or ())), lambda: _slopes(eom, by))
+    handle = once(eom, ("slopes", *(by or ())), lambda: _slopes(eom, by))
     width = len(eom.coordinates) + len(eom.speeds) + len(eom.inputs) if by is None else len(by)
-    flat = made(state.t, np.append(state.x, z), state.p, state.r).reshape(width, -1).T
+    flat = handle(state.t, np.append(state.x, z), state.p, state.r).reshape(width, -1).T
     spins = 3 * len(eom.system.euler_parameters)
     at = np.cumsum([len(eom.system.holonomic), len(eom.b), len(eom.coordinates), spins])
     return Slopes(*np.split(flat, at))

@@ -18,9 +18,8 @@ import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
 from kane.expr.node import Expr
-from kane.program.equations import expressions
 from kane.program.handle import Handle
-from kane.program.machine import Settings
+from kane.simulate.routines import routine
 
 Array = npt.NDArray[np.float64]
 
@@ -141,6 +140,5 @@ def manifold(eom: Equations) -> Manifold | None:
     roots += list(eom.b)
     roots += [x for row in eom.mass_matrix.rows for x in row]
     roots += [x for row in eom.W.rows for x in row]
-    labels = [f"constraints[{k}]" for k in range(len(roots))]
-    handle = Handle(expressions(eom, "constraints", roots, labels), "constraints", Settings(), None, "ignore")
+    handle = routine(eom, "constraints", roots)
     return Manifold(handle, len(eom.coordinates), len(eom.speeds), len(eom.system.holonomic), len(eom.b), euler)

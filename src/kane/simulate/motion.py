@@ -7,7 +7,6 @@ accelerations are those of least size in the mass metric that the constraints le
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -22,29 +21,19 @@ from kane.errors import SimulationError
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import time
 from kane.model.events import Event
-from kane.program.equations import expressions, rate_names
+from kane.program.equations import rate_names
 from kane.program.handle import Handle
-from kane.program.machine import Settings
 from kane.simulate.manifold import RANK, Manifold, Numbers, combinations, manifold, step
+from kane.simulate.routines import once, routine
 
 Array = npt.NDArray[np.float64]
 
 _POOR, _BETTER = 0.02, 4.0
 """Reciprocal condition of the dependent block below which another is sought, and by how much that must be better."""
 
-_known: weakref.WeakKeyDictionary[Equations, dict[str, Any]] = weakref.WeakKeyDictionary()
 
-
-def _made(eom: Equations, name: str, make: Callable[[], Any]) -> Any:
-    """Made once for these equations."""
-    own = _known.setdefault(eom, {})
-    if name not in own:
-        own[name] = make()
-    return own[name]
-
-
-def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Handle:
-    return Handle(expressions(eom, name, without_unknowns(eom, roots), labels), name, Settings(), None, "ignore")
+def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str] | None = None) -> Handle:
+    return routine(eom, name, without_unknowns(eom, roots), labels=labels)
 
 
 def _rates(eom: Equations) -> Handle:
@@ -62,7 +51,7 @@ def _watched(eom: Equations) -> Handle | None:
 def _loose(eom: Equations) -> Handle:
     """What the accelerations of least size are made of: q̇, f, Ȧ u + ḃ."""
     roots = [*eom.rates, *eom.forcing, *eom.constraints.drift]
-    return _routine(eom, "loose", roots, [f"loose[{k}]" for k in range(len(roots))])
+    return _routine(eom, "loose", roots)
 
 
 class Motion:
@@ -74,7 +63,7 @@ class Motion:
     def __init__(self, eom: Equations, fixed: Array, forces: Sequence[Callable[[Any], Any]]) -> None:
         self.fixed, self.forces = fixed, list(forces)
         self.width = len(eom.coordinates) + len(eom.speeds)
-        self.manifold: Manifold | None = _made(eom, "manifold", lambda: manifold(eom))
+        self.manifold: Manifold | None = once(eom, "manifold", lambda: manifold(eom))
         self.first = eom
         self.segments: list[tuple[float, Equations]] = []
         self.changes: list[tuple[Event, float]] = []
@@ -84,8 +73,8 @@ class Motion:
 
     def _take(self, eom: Equations) -> None:
         self.eom = eom
-        self.handle: Handle = _made(eom, "rates", lambda: _rates(eom))
-        self.events: Handle | None = _made(eom, "events", lambda: _watched(eom))
+        self.handle: Handle = once(eom, "rates", lambda: _rates(eom))
+        self.events: Handle | None = once(eom, "events", lambda: _watched(eom))
 
     def inputs(self, t: float) -> Array:
         """Values of the inputs."""
@@ -136,7 +125,7 @@ class Motion:
             if (more == 0 or (more > 0 and not self.segments)) and _quality(
                 numbers.a, self.reach, found
             ) > _BETTER * now:
-                eom = _made(self.first, f"partition {found}", lambda: repartition(self.first, found))
+                eom = once(self.first, f"partition {found}", lambda: repartition(self.first, found))
                 self._take(eom)
                 given = ", ".join(u.name for u in eom.dependent_speeds)
                 self._note(t, f"dependent speeds {given}", "the dependent speeds were changed")
@@ -166,7 +155,7 @@ class Motion:
         eom, x, r = self.eom, y[: self.width], self.inputs(t)
         numbers = self.manifold.numbers(t, x, self.fixed, r)
         nq, n = len(eom.coordinates), len(eom.speeds)
-        loose = _made(eom, "loose", lambda: _loose(eom))(t, x, self.fixed, r)
+        loose = once(eom, "loose", lambda: _loose(eom))(t, x, self.fixed, r)
         free = np.linalg.lstsq(numbers.m, loose[nq : nq + n], rcond=None)[0]
         u_dot = free + step(numbers.m, numbers.a, -loose[nq + n :] - numbers.a @ free, self.reach)
         return np.concatenate([loose[:nq], u_dot, found[-1:]])

@@ -73,12 +73,13 @@ def integrate(
             rows.append(motion.keep(t, dense(t))[0])
         if status == "event" or solver.status == "finished":
             break
+        values = after
         kept, numbers = motion.keep(end, solver.y)
         changed = motion.settle(end, numbers)
         if changed or not np.array_equal(kept, solver.y):
             solver, spent = _continued(solver, kept, changed, method, motion, t1, tolerances)
             evaluations += spent
-        values = motion.watch(end, kept)
+            values = motion.watch(end, kept)
     if status == "stopped" and solver.t > grid[-1] and np.all(np.isfinite(solver.y)):
         grid.append(float(solver.t))
         rows.append(solver.y)
