@@ -42,6 +42,7 @@ mu, theta = parameter("mu_k"), coordinate("theta1")
         ("a%", r"\mathrm{a\%}"),
         ("_", r"\mathrm{\_}"),
         ("7", "7"),
+        ("end of the rod", r"\mathrm{end\ of\ the\ rod}"),
     ],
 )
 def test_names(name: str, latex: str) -> None:

@@ -6,13 +6,17 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import kane as kn
+from kane.expr.latex import latex_name
+from kane.gallery import four_bar
 from kane.gallery.pendulums import chain
 from kane.present.along import motion_checks
 from kane.present.chapters import chapters
 from kane.present.checks import Check
+from kane.present.declared import Tex
 from tests.present.disk import derived, moved
 from tests.present.page import Page
 
@@ -157,6 +161,20 @@ def test_terms_stand_with_load_place_and_partial_velocity(page: Page) -> None:
     entry = (r"entry M_{u_{1}\,u_{1}}", "body disk", "m R^{2}", r"\frac{m R^{2}}{4}")
     (found,) = [row for row in page.rows if row[:2] == list(entry[:2])]
     assert all(cell.endswith(end) for cell, end in zip(found[2:], entry[2:], strict=True))
+
+
+def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
+    eom = kn.derive(four_bar.system())
+    step = chapters(eom)[3]
+    (table,) = step.tables
+    assert [str(row[0]) for row in table.rows] == [str(Tex(latex_name(str(s)))) for s in eom.all_speeds]
+    shown = {f.name: f.text for f in step.formulas}
+    assert [u.name for u in eom.dependent_speeds] == [name for name in shown if name.startswith("u")] == ["u1", "u3"]
+    at = {"q": {"q1": 0.7, "q2": -0.3, "q3": 1.9}, "u": {"u1": 0.0, "u2": 2.0, "u3": 0.0}}
+    items = dict(eom.steps[3].items)
+    u1, u3 = eom.evaluate([items["u1"], items["u3"]], **at)
+    residual = np.array(eom.evaluate(eom.A, **at)) @ [u1, 2.0, u3] + eom.evaluate(list(eom.b), **at)
+    np.testing.assert_allclose(residual, 0.0, atol=1e-14)
 
 
 def test_loads_without_a_share_are_named(text: str) -> None:

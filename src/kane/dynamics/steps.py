@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from kane.expr.build import add
+from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
 from kane.space.vector import Vector
 
@@ -52,8 +54,9 @@ def seven_steps(eom: Equations) -> tuple[Step, ...]:
         Step(
             4,
             "Kinematics in the speeds",
-            "Angular velocities, velocities, their partial velocities, and accelerations.",
-            _kinematics(eom),
+            "Angular velocities, velocities, their partial velocities, and accelerations."
+            + (" The constraints give the dependent speeds, u_D = A_n u_I + b_n." if eom.embedding else ""),
+            _kinematics(eom) + _dependent(eom),
         ),
         Step(
             5,
@@ -106,6 +109,13 @@ def _kinematics(eom: Equations) -> tuple[Item, ...]:
         items += _present(f"v_{p.name}", eom.partial_velocities[p])
         items.append((f"a_{p.name}", eom.point_accelerations[p]))
     return tuple(items)
+
+
+def _dependent(eom: Equations) -> tuple[Item, ...]:
+    free = eom.independent_speeds
+    return tuple(
+        (u.name, add(dot(row, free), b)) for u, row, b in zip(eom.dependent_speeds, eom.A_n.rows, eom.b_n, strict=True)
+    )
 
 
 def _present(name: str, partials: Any) -> list[Item]:

@@ -66,7 +66,7 @@ _GREEK = re.compile(
     "(var)?epsilon|(var)?theta|(var)?phi|alpha|beta|gamma|delta|zeta|eta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|"
     "tau|upsilon|chi|psi|omega|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Upsilon|Phi|Psi|Omega"
 )
-_SPECIAL = {c: "\\" + c for c in "#$%&{}_"} | {"~": r"\sim ", "^": r"\hat{}", "\\": r"\backslash "}
+_SPECIAL = {c: "\\" + c for c in "#$%&{}_"} | {" ": "\\ ", "~": r"\sim ", "^": r"\hat{}", "\\": r"\backslash "}
 
 
 def latex_name(name: str) -> str:

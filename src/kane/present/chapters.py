@@ -27,8 +27,8 @@ LONG = 300
 """Formulas longer than this, as text, are folded away."""
 _FEW = 12
 """At most as many intermediates are unfolded."""
-_WIDE = 9
-"""Speeds beyond which the table of partial velocities and the mass matrix are not laid out as such."""
+_WIDE, _HIGH = 9, 16
+"""Speeds, and speeds with auxiliary ones, beyond which mass matrix and table of partial velocities are not laid out as such."""
 _BRIEF, _SHORT = 7, 60
 """More formulas than this, each shorter than this as text, are set in two columns."""
 _MOST = 400
@@ -60,17 +60,21 @@ class Chapter:
 def chapters(eom: Equations) -> list[Chapter]:
     """One chapter for each of `eom.steps`."""
     names = item_names(eom)
-    terms = [eom.contributions(s) for s in eom.all_speeds] if len(eom.all_speeds) <= _WIDE else []
+    terms = [eom.contributions(s) for s in eom.all_speeds] if _surveyable(eom) else []
     return [_chapter(eom, step, names, terms) for step in eom.steps]
+
+
+def _surveyable(eom: Equations) -> bool:
+    return len(eom.speeds) <= _WIDE and len(eom.all_speeds) <= _HIGH
 
 
 def _chapter(eom: Equations, step: Step, names: dict[str, str], terms: list[Contributions]) -> Chapter:
     if all(isinstance(value, str) for _, value in step.items):
-        return Chapter(step.number, step.title, _prose(step.number, step.text), tables=(_coordinates(eom),))
+        return Chapter(step.number, step.title, _prose(eom, step), tables=(_coordinates(eom),))
     between, shown = formulas(step.items, names)
     tables: tuple[Table, ...] = ()
     displays: tuple[str, ...] = ()
-    if step.number == 4 and len(eom.all_speeds) <= _WIDE:
+    if step.number == 4 and _surveyable(eom):
         tables = (_partials(eom, {f.name: f.right for f in shown}),)
         shown = [f for f in shown if "," not in f.name]
     if step.number == 7 and len(eom.speeds) <= _WIDE:
@@ -82,7 +86,7 @@ def _chapter(eom: Equations, step: Step, names: dict[str, str], terms: list[Cont
     return Chapter(
         step.number,
         step.title,
-        _prose(step.number, step.text) + (_embedded(eom) if step.number == 7 else ""),
+        _prose(eom, step),
         tuple(between),
         tuple(shown),
         tables,
@@ -102,6 +106,7 @@ _PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | N
 
 _PROSE = {
     3: r"$u = Y\dot{q} + z$, chosen so that these velocities become short; solved, $\dot{q} = W u + X$.",
+    4: "Angular velocities, velocities, their partial velocities, and accelerations.",
     5: r"$F_r = \sum \mathbf{v}_r \cdot \mathbf{F} + \sum \boldsymbol{\omega}_r \cdot \mathbf{T}$ over all loads.",
     6: r"$F^{*}_r = \sum \mathbf{v}_r \cdot (-m\,\mathbf{a}) + \sum \boldsymbol{\omega}_r \cdot (-\mathbf{I}\cdot"
     r"\boldsymbol{\alpha} - \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega})$ over all bodies.",
@@ -109,20 +114,16 @@ _PROSE = {
 }
 
 
-def _prose(number: int, text: str) -> str:
-    return _PROSE.get(number, text)
+def _prose(eom: Equations, step: Step) -> str:
+    return _PROSE.get(step.number, step.text) + (_EMBEDDED.get(step.number, "") if eom.embedding else "")
 
 
-def _embedded(eom: Equations) -> str:
-    """What constraints change in the equations of motion."""
-    if eom.embedding is None:
-        return ""
-    given = ", ".join(f"${latex_name(u.name)}$" for u in eom.dependent_speeds)
-    return (
-        rf" The constraints $A u + b = 0$ give {given} and are embedded, $u_D = A_n u_I + b_n$: "
-        r"$\tilde F_r + \tilde F^{*}_r = 0$ with $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$. The forces that hold them are "
-        r"$\lambda$ in $M\dot{u} = f + A^{T} \lambda$."
-    )
+_EMBEDDED = {
+    4: r" The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$, which stand last.",
+    7: r" The constraints are embedded: $\tilde F_r + \tilde F^{*}_r = 0$ with $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$. The forces "
+    r"that hold them are $\lambda$ in $M\dot{u} = f + A^{T} \lambda$.",
+}
+"""What constraints change in a step."""
 
 
 def _coordinates(eom: Equations) -> Table:
