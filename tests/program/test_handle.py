@@ -458,3 +458,30 @@ class TestCompiled:
     def test_unknown_target(self):
         with pytest.raises(kn.ArgumentError, match="Expected one of c, h, numpy, got 'fortran'"):
             COMPILED.emit("fortran")
+
+
+class TestWithoutParameters:
+    """Reciprocals of constants are hoisted too: they are there from the first call on, with no parameter that changes."""
+
+    def body(self):
+        """Euler's equations of a free body: ω̇₁ = (I₂ − I₃)/I₁ ω₂ ω₃ and so on."""
+        frame = kn.Frame("N")
+        origin = kn.Point("O", fixed_in=frame)
+        free = kn.ball("B", origin, frame, orientation="angles")
+        inertia = kn.inertia(free.frame, 0.3, 0.4, 0.5)
+        body = kn.RigidBody("b", frame=free.frame, mass_center=free.point, mass=2, inertia=inertia)
+        return kn.derive(kn.System(frame, bodies=[body], joints=[free]))
+
+    def test_one_call_and_many(self):
+        eom = self.body()
+        handle = eom.compile().rhs
+        w = np.array([0.3, 0.2, -0.5])
+        expected = [(0.4 - 0.5) / 0.3 * w[1] * w[2], (0.5 - 0.3) / 0.4 * w[2] * w[0], (0.3 - 0.4) / 0.5 * w[0] * w[1]]
+        x = np.array([0.2, 0.4, -0.3, *w])
+        assert not eom.parameters
+        for found in (handle(0.0, x), handle(0.0, x), handle(0.0, x, np.zeros(0)), *handle(0.0, np.stack([x, x]))):
+            assert close(found[3:], expected)
+
+    def test_the_motion_keeps_its_energy(self):
+        sol = kn.simulate(self.body(), (0, 2), q=[0.2, 0.4, -0.3], u=[1.3, 0.2, -1.5], rtol=1e-10, atol=1e-10)
+        assert sol.energy_check.relative < 1e-8

@@ -37,11 +37,15 @@ class Block:
 
 
 def block(program: Program, routine: Routine) -> Block:
-    """The layout of the routine's block; t stands at 0."""
+    """The layout of the routine's block; t stands at 0.
+
+    Without parameters too p has room for one: reciprocals of constants are hoisted, and "p as hoisted" says whether they are.
+    """
     x, r, p = (len(program.port(name).symbols) for name in ("x", "r", "p"))
+    width = _padded(max(1, p))
     at_p = _padded(1 + x + r)
-    hoisted = at_p + _padded(p)
-    at_h = hoisted + _padded(p)
+    hoisted = at_p + width
+    at_h = hoisted + width
     out = at_h + _padded(len(program.kept))
     return Block(1, 1 + x, at_p, hoisted, at_h, out, out + _padded(max(1, len(routine.results))))
 
