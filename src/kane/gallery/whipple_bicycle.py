@@ -3,7 +3,8 @@
 
 Both wheels roll without slip and the front wheel stays on the road: four motion constraints and one configuration constraint
 among eight coordinates leave three degrees of freedom: lean, steer and the turning of the rear wheel. The rear wheel is on the
-road by its coordinates; the front wheel's lowest point is F^.
+road by its coordinates; the front wheel's lowest point is F^. The front wheel's two motion constraints are taken along H.x and H.y,
+which shortens the equations; neither is level, so that the road's force on it is that of all three of its constraints together.
 """
 
 from __future__ import annotations
