@@ -15,7 +15,7 @@ import pytest
 import kane as kn
 from kane.cli.starts import STARTS
 from kane.gallery import GALLERY, load
-from tests.cli.command import SPRING, from_json, kane, line, written
+from tests.cli.command import HEAD, SPRING, from_json, kane, line, written
 from tests.present.page import Page
 
 
@@ -63,6 +63,20 @@ def test_check_fails_where_the_start_is_singular(tmp_path):
     text = "from kane.gallery.spherical_pendulum import system\n"
     text += "START = {'q': {'phi': 0, 'theta': 0}, 'u': {'u_phi': 1, 'u_theta': 1}}\n"
     assert "finite rates at START, got none for u_phi'" in line(kane("check", written(tmp_path, text), code=1).stderr)
+
+
+def test_check_passes_where_other_speeds_are_dependent_at_the_start(tmp_path):
+    """A bob that hangs in Cartesian coordinates: u_x, which `derive` would have follow, moves freely there."""
+    rod = HEAD + (
+        "    return kn.System(N, bodies=[kn.Particle('bob', P, m)], speeds='rates', holonomic=kn.distance(P, O, 1.0),\n"
+        "                     loads=[kn.gravity(-9.81 * N.y)])\n\n"
+    )
+    path = tmp_path / "bob.py"
+    for q, u in (((0.0, -1.0), (0.5, 0.0)), ((1.0, 0.0), (0.0, 0.5))):
+        begin = {"q": dict(zip("xy", q, strict=True)), "u": dict(zip(("u_x", "u_y"), u, strict=True))}
+        path.write_text(f"{rod}START = {begin}\n", encoding="utf-8")
+        assert "No error found" in kane("check", path).output
+        assert kane("simulate", path, "--t1", 0.1).exit_code == 0
 
 
 def test_derive_prints_the_steps(top):

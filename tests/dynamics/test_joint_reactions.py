@@ -193,6 +193,100 @@ def test_what_drives_a_prescribed_motion():
     assert numbers(eom, found.force, B, **state) == pytest.approx([0, alpha * s + 2 * w * v, 0])
 
 
+class TestFrame:
+    """The torque that turns a frame, with all that turns with it: bodies off the axis, loads and closures included."""
+
+    def test_a_pin_transmits_none_about_its_axis(self):
+        hinge, _, eom = pendulum()
+        state = {"q": [0.4], "u": [1.0]}
+        np.testing.assert_allclose(numbers(eom, eom.reaction(hinge.frame).torque, **state), 0, atol=1e-13)
+
+    def test_an_arm_on_a_turntable_by_angular_momentum(self):
+        """Ḣ_z = d/dt [(m ρ² + I₁ s² + I₃ c²) ẇ] of an arm that tilts by θ on a table turned by w(t), ρ = h + l cos θ."""
+        tilt, w = kn.coordinate("tilt"), kn.input("w")
+        table = N.rotate("table", w, N.z)
+        arm = table.rotate("arm", tilt, table.y)
+        center = O.at("edge", 0.1 * table.x).at("center", 0.4 * arm.x)
+        body = kn.RigidBody("b", frame=arm, mass_center=center, mass=1.5, inertia=kn.inertia(arm, 0.1, 0.2, 0.25))
+        listed = [kn.reaction(f"T{k}", frame=table, along=n) for k, n in enumerate((N.x, N.y, N.z))]
+        drag = kn.Force(center, -0.7 * center.velocity(N))
+        loads = [kn.gravity(-G * N.z), drag, kn.Torque(arm, -0.3 * listed[2] * arm.y)]
+        eom = kn.derive(kn.System(N, bodies=[body], speeds="rates", loads=loads, reactions=listed))
+        q, u, rate, acceleration = 0.5, 0.9, 1.3, -0.4
+        state = {"q": [q], "u": [u], "inputs": {w: 0.2, w.dt: rate, w.dt.dt: acceleration}}
+        s, c = np.sin(q), np.cos(q)
+        rho, slope = 0.1 + 0.4 * c, -0.4 * s * u
+        inertia = 1.5 * rho**2 + 0.1 * s**2 + 0.25 * c**2
+        change = 3 * rho * slope + 2 * (0.1 - 0.25) * s * c * u
+        by_hand = inertia * acceleration + change * rate + 0.7 * rho**2 * rate
+        found = numbers(eom, eom.reaction(table).torque, **state)
+        assert found[2] == pytest.approx(by_hand, abs=1e-12)
+        np.testing.assert_allclose(found, eom.evaluate(listed, **state), atol=1e-12)
+
+    def test_in_a_closed_loop(self):
+        """A frame between the ground and the crank: the torque of a reaction listed there."""
+        base = N.rotate("base", 0.3, N.z)
+        q = kn.coordinates("q1:4")
+        crank, *others = (n.rotate(f"f{k}", x, N.z) for k, (n, x) in enumerate(zip((base, N, N), q, strict=True)))
+        point, bodies = O.at("hub", 0), []
+        for frame, length in zip((crank, *others), LENGTHS.values(), strict=True):
+            bodies.append(rod(frame.name, frame, point, length))
+            point = point.at(f"end {frame.name}", length * frame.x)
+        closed = kn.coincident(point, O.at("anchor", FAR * N.x), (N.x, N.y), name="pin")
+        hold = kn.reaction("T", frame=base, along=base.x)
+        loads = [kn.gravity(-G * N.y), kn.Torque(crank, 2 * N.z)]
+        eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, holonomic=closed, reactions=[hold]))
+        found = kn.assemble(eom, q={q[0]: 0.9, q[1]: kn.guess(-0.2), q[2]: kn.guess(-1.5)}, u={"u1": 5.0})
+        state = {"q": found.q, "u": found.u}
+        torque = numbers(eom, eom.reaction(base).torque, base, **state)
+        np.testing.assert_allclose(torque[0], eom.evaluate(hold, **state), atol=1e-12)
+        np.testing.assert_allclose(torque, 0, atol=1e-12)
+
+
+class TestOneClosure:
+    """What is asked for together acts on one point."""
+
+    def test_two_rods_of_one_stem_are_told_apart(self):
+        x, y, z, w = kn.coordinates("x y z w")
+        p, q = O.at("p", x * N.x + y * N.y), O.at("q", z * N.x + w * N.y)
+        rods = [kn.distance(p, O, 1.0, name="rod 1"), kn.distance(q, p, 1.0, name="rod 2")]
+        bodies = [kn.Particle("p", p, 1), kn.Particle("q", q, 2)]
+        eom = kn.derive(
+            kn.System(
+                N,
+                bodies=bodies,
+                speeds="rates",
+                holonomic=rods,
+                loads=[kn.gravity(-G * N.y)],
+                dependent_speeds=[kn.speed("u_y"), kn.speed("u_w")],
+            )
+        )
+        for place in ("rod", rods):
+            with pytest.raises(
+                kn.ReactionError, match=r"constraints of one closure.*got 'rod 1' on p, 'rod 2' on q for 'rod'"
+            ):
+                eom.reaction(place)
+        hanging = {"q": [0, -1, 0, -2], "u": [0, 0, 0, 0]}  # given by the vertical speeds
+        assert numbers(eom, eom.reaction("rod 1").force, **hanging) == pytest.approx([0, 3 * G, 0])
+        assert numbers(eom, eom.reaction("rod 2").force, **hanging) == pytest.approx([0, 2 * G, 0])
+
+    def test_a_constraint_that_holds_nothing_is_no_obstacle_to_the_others(self):
+        """A plane loop closed in space too: across the plane its force is not determined, along it as ever."""
+        plain = FourBar.derive()
+        whole = kn.coincident(FourBar.P3, FourBar.ground, (N.x, N.y, N.z), name="space")
+        with pytest.warns(kn.KaneWarning, match="'space z' holds by itself: it is redundant"):
+            eom = FourBar.derive(holonomic=whole)
+        state = FourBar.state(plain)
+        for one, c in zip(plain.system.constraints, whole, strict=False):
+            assert (
+                error(numbers(eom, eom.reaction(c).force, **state), numbers(plain, plain.reaction(one).force, **state))
+                < 1e-12
+            )
+        for place in (FourBar.P1, "space", "space z"):
+            with pytest.raises(kn.ReactionError, match=r"a reaction that the motion determines.*'space z'"):
+                eom.reaction(place)
+
+
 class TestRedundant:
     """A door on two hinges: neither hinge's force along the axis is determined, but the rest is."""
 

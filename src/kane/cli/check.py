@@ -17,8 +17,10 @@ from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, s
 from kane.cli.models import Model, model
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
+from kane.dynamics.derive import repartition
+from kane.dynamics.partition import choose
 from kane.dynamics.values import finite_number, parameter_values
-from kane.errors import KaneError, KaneWarning, ModelError
+from kane.errors import KaneError, KaneWarning, ModelError, SingularError
 from kane.kinematics.rank import null_direction
 from kane.model.bodies import Body, RigidBody
 from kane.model.reactions import constraint_of, cut_of
@@ -83,15 +85,29 @@ def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
     numbers.update(zip((*eom.coordinates, *eom.speeds), state, strict=True))
     check_regular(eom, numbers, t)
     with np.errstate(all="ignore"):
-        values = eom.evaluate(
-            list(eom.right_hand_side), q=begin.q, u=begin.u, parameters=begin.parameters, inputs=inputs, t=t
+        values = _rates(
+            eom, numbers, {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}
         )
-    bad = [n for n, v in zip(rate_names(eom), values, strict=True) if not np.all(np.isfinite(v))]
+    bad = [n for n, v in zip(rate_names(eom), values, strict=False) if not np.all(np.isfinite(v))]
     if bad:
         raise ModelError(
             f"Expected finite rates at START, got none for {', '.join(bad)}: {_why(eom, begin, t)}. Start elsewhere, or choose "
             "coordinates and speeds that are regular there."
         )
+
+
+def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], state: dict[str, Any]) -> list[Any]:
+    """q̇ and u̇, with the dependent speeds that a simulation would go on with where the first ones do not follow."""
+    try:
+        found: list[Any] = eom.evaluate(list(eom.right_hand_side), **state)
+    except SingularError:
+        a = np.asarray(kn.evaluate(eom.A, numbers), dtype=float).reshape(eom.A.shape)
+        other, first = choose(a), eom.embedding
+        if first is None or len(other.rows) < len(first.partition.rows):
+            return list(kn.evaluate(list(eom.rates), numbers))  # rank drops: the accelerations of least size are taken
+        eom = repartition(eom, other)
+        found = eom.evaluate(list(eom.right_hand_side), **state)
+    return found
 
 
 def _why(eom: kn.Equations, begin: Start, t: float) -> str:
@@ -145,12 +161,21 @@ def _reaction(r: Any) -> dict[str, str]:
     return {**_symbol(r), **place}
 
 
+def _kind(speed: dict[str, str], what: dict[str, Any]) -> str:
+    """Which of the speeds the constraints give; nothing where there are none."""
+    given = what["dependent_speeds"]
+    return "dependent" if speed["name"] in given else "independent" if given else ""
+
+
 def _show(what: dict[str, Any], told: list[str]) -> None:
     typer.echo(typer.style(f"{what['model']}: {what['title']}", bold=True))
     parts: list[tuple[str, list[tuple[str, ...]]]] = [
         ("Bodies", [(b["name"], b["kind"], f"mass {_brief(b['mass'])} at {b['mass_center']}") for b in what["bodies"]]),
         ("Coordinates", [_words(q) for q in what["coordinates"]]),
-        ("Speeds", [(u["name"], f"= {_brief(u['definition'])}", *_words(u)[1:]) for u in what["speeds"]]),
+        (
+            "Speeds",
+            [(u["name"], f"= {_brief(u['definition'])}", _kind(u, what), *_words(u)[1:]) for u in what["speeds"]],
+        ),
         ("Constraints", [(c["name"], c["kind"], f"{_brief(c['expression'])} = 0") for c in what["constraints"]]),
         ("Reactions", [(r["name"], r["unit"], _place(r)) for r in what["reactions"]]),
         ("Loads", [(x["name"], "with a potential" if x["potential"] else "does work") for x in what["loads"]]),

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.partition import indeterminate, within
-from kane.errors import KaneWarning, ModelError, NotAffineError, ReactionError
+from kane.errors import ModelError, NotAffineError, ReactionError
 from kane.expr.affine import affine_forms
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
@@ -21,7 +19,7 @@ from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.constraints import ConstraintRows, unplaced
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.rank import null_direction
-from kane.model.reactions import Cut, constraint_of, cut_of
+from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -81,36 +79,6 @@ def check_released(system: System, rows: ConstraintRows) -> None:
             f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
             "kn.distance, kn.perpendicular, kn.no_slip, kn.rolling."
         )
-
-
-def check_determinate(
-    system: System, rows: ConstraintRows, a: npt.NDArray[np.float64], released: npt.NDArray[np.float64]
-) -> None:
-    """A redundant constraint is named; what it leaves undetermined, at a cut or a multiplier, cannot be brought into evidence.
-
-    `a` and `released` are A and A_a in numbers: a reaction is determined where its column of A_a adds nothing to the rank of A.
-    """
-    loose = {c: True for c, x in zip(rows.constraints, indeterminate(a), strict=True) if x}
-    if not loose:
-        return
-    asked = [
-        f"{r} ({c.name})" if (c := constraint_of(r)) is not None else str(r)
-        for r, column in zip(system.reactions, released.T, strict=True)
-        if not within(a, column)
-    ]
-    names = ", ".join(repr(c.name) for c in loose)
-    known = f"constraints {names} depend on each other" if len(loose) > 1 else f"constraint {names} holds by itself"
-    if asked:
-        raise ReactionError(
-            f"Expected reactions that the motion determines, got {', '.join(asked)}: the {known}, so that the forces that hold the "
-            "parts are not determined one by one. Leave out redundant constraints, or model what gives way."
-        )
-    warnings.warn(
-        f"The {known}{': at least one of them' if len(loose) > 1 else ': it'} is redundant. The motion is determined all the same; "
-        "the forces that hold the parts are not, one by one.",
-        KaneWarning,
-        stacklevel=4,
-    )
 
 
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:

@@ -16,7 +16,7 @@ from kane.expr.diff import jacobian
 from kane.expr.evaluate import compile_reference, free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, Expr
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Parameter, Symbol, input_of
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
 
@@ -25,7 +25,10 @@ Residual = Callable[[Array], tuple[Array, Array]]
 
 CLOSED = 1e-10
 """Residual, over the size of the terms it is made of, at which a configuration counts as closed."""
-_TRIES, _STEPS = 12, 60
+OFF = 1e-6
+"""Residual, over the reach of the coordinates, above which no configuration was found."""
+TRIES = 12
+_STEPS = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,12 +122,31 @@ def residual_function(system: System, known: Closure, values: Mapping[Expr, Any]
     return function
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Sampled:
+    """Values of symbols, with the coordinates on the configuration constraints if that was reached, at random otherwise.
+
+    Nearest to constraints f that cannot hold, Gᵀ f = 0: there the rows of G depend on each other, whatever they do elsewhere.
+    `missed` are those that resist there, with what is left of them, the worst first; `drawn` names what constraints depend on and is
+    no default: parameters without one, and inputs.
+    """
+
+    values: dict[Symbol, float]
+    missed: tuple[tuple[str, float], ...]
+    drawn: tuple[str, ...]
+
+
 def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 20047) -> dict[Symbol, float]:
     """Values of every symbol below `roots`, with the coordinates on the configuration constraints if that can be reached.
 
     Parameters take their defaults; what has none is drawn at random. Used to choose what is solved for, so that a point off the
     constraints (where none was reached) costs nothing but a worse choice.
     """
+    return sampled(system, roots, seed).values
+
+
+def sampled(system: System, roots: Sequence[Expr], seed: int = 20047) -> Sampled:
+    """As `sample_configuration`, with what is left of the constraints."""
     known = closure(system)
     generator = np.random.default_rng(seed)
     symbols = dict.fromkeys((*free_symbols([*roots, *known.f]), *system.coordinates))
@@ -133,14 +155,36 @@ def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 2004
         for s in symbols
     }
     if not known.f:
-        return values
+        return Sampled(values, (), ())
     moving = set(system.coordinates)
     function = residual_function(system, known, {s: v for s, v in values.items() if s not in moving})
     start = np.array([values[q] for q in system.coordinates])
-    others = (start + generator.normal(size=len(start)) for _ in range(_TRIES - 1))
+    others = (start + generator.normal(size=len(start)) for _ in range(TRIES - 1))
     best = closest(function, chain([start], others), range(len(start)))
-    values.update(zip(system.coordinates, best.q.tolist(), strict=True))
-    return values
+    missed = _missed(known, function, best)
+    if not missed:
+        values.update(zip(system.coordinates, best.q.tolist(), strict=True))
+    return Sampled(values, missed, _drawn(known))
+
+
+def _missed(known: Closure, function: Residual, found: Closed) -> tuple[tuple[str, float], ...]:
+    """Constraints that are further off than steps that go on closing would leave them."""
+    _, gradient = function(found.q)
+    reach = np.abs(gradient) @ np.maximum(np.abs(found.q), 1.0)
+    left = [
+        (name, float(r))
+        for name, r, size in zip(known.names, found.residual, reach, strict=True)
+        if not abs(r) <= OFF * max(size, 1e-3)
+    ]
+    return tuple(sorted(left, key=lambda pair: -abs(pair[1])))
+
+
+def _drawn(known: Closure) -> tuple[str, ...]:
+    return tuple(
+        s.name
+        for s in free_symbols(known.f)
+        if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None
+    )
 
 
 def matrix_at(rows: ConstraintRows, values: Mapping[Any, float]) -> Array:

@@ -443,6 +443,12 @@ class Equations:
 
         Rates become W u + X, accelerations u̇ and reactions their solved values. Values may be arrays (they broadcast);
         parameters not given take their defaults.
+
+        Raises
+        ------
+        SingularError
+            if the values are divided by a pivot that vanishes at this state: the dependent speeds of `dependent_speeds` do not follow
+            there. Of arrays a warning names the first such place, and the values there are NaN
         """
         return evaluate_along(self, exprs, q, u, parameters, inputs, t)
 

@@ -11,7 +11,7 @@ once and after the derivation: accelerations and the multipliers λ are known by
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from kane.dynamics.assemble import Moving
 from kane.dynamics.closure import matrix_at, sample_configuration
-from kane.dynamics.partition import RANK
+from kane.dynamics.partition import dependencies, row_sizes
 from kane.dynamics.values import without_unknowns
 from kane.errors import ReactionError
 from kane.expr.evaluate import evaluate
@@ -138,7 +138,11 @@ def _far_side(eom: Equations, place: Joint | Point | Frame) -> _Side:
     else:
         _check_cut(place)
         turned = _through_frame(place)
-        side = _Side(place.name, lambda p: False, turned, lambda p: _turned_arm(p, turned), None)
+
+        def arm(p: Point) -> Vector:
+            return _turned_arm(p, turned)
+
+        side = _Side(place.name, lambda p: not arm(p).is_zero, turned, arm, None)
     if not any(_holds(side, b) for b in eom.bodies):
         raise ReactionError(
             f"Expected a body on the far side of {place.name}, got none: nothing is reached through it."
@@ -253,8 +257,11 @@ def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReacti
     names = {c.name for c in constraints}
     name = names.pop() if len(names) == 1 else constraints[0].name.rpartition(" ")[0]
     _check_placed(name, constraints)
-    point = next((c.forces[0][0] for c in constraints if c.forces), None)
-    frame = next((c.torques[0][0] for c in constraints if c.torques and not c.forces), None)
+    points = {c.forces[0][0]: c for c in constraints if c.forces}
+    frames = {c.torques[0][0]: c for c in constraints if c.torques and not c.forces}
+    _check_one_place(name, points)
+    _check_one_place(name, frames)
+    point, frame = next(iter(points), None), next(iter(frames), None)
 
     def share(c: Constraint) -> tuple[Vector, Vector]:
         if c not in constraints:
@@ -271,6 +278,16 @@ def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReacti
 
 
 # Checks ----------------------------------------------------------------------------------------------------------------------
+
+
+def _check_one_place(name: str, places: Mapping[Point, Constraint] | Mapping[Frame, Constraint]) -> None:
+    """A closure acts on one point and one frame; what acts on several is no reaction at a place."""
+    if len(places) > 1:
+        found = ", ".join(f"{c.name!r} on {x.name}" for x, c in places.items())
+        raise ReactionError(
+            f"Expected the constraints of one closure, which act on one point and one frame, got {found} for {name!r}. Ask for each "
+            "of them."
+        )
 
 
 def _check_placed(name: str, constraints: Sequence[Constraint]) -> None:
@@ -293,10 +310,7 @@ def _check_determinate(eom: Equations, name: str, share: Share) -> None:
     values = sample_configuration(eom.system, flat)
     numbers = np.array(evaluate([x for row in shares for x in row], values), dtype=float).reshape(len(constraints), 6)
     a = matrix_at(eom.constraints, values)
-    size = np.abs(a).max(axis=1, keepdims=True)
-    a = a / size
-    left, sigma, _ = np.linalg.svd(a / np.abs(a).max(axis=0, initial=1e-300))
-    loose = left[:, int((sigma > RANK * sigma[0]).sum()) :] / size
+    loose = (dependencies(a) / row_sizes(a)).T
     changed = np.abs(loose.T @ numbers).max(axis=1, initial=0) > 1e-7 * np.abs(loose).max(axis=0, initial=0) * np.abs(
         numbers
     ).max(initial=0)

@@ -41,14 +41,21 @@ def balanced(a: Array, reach: Array | None = None) -> Array:
 
     `reach` holds the sizes that the entries have had along a motion: measured by them, what is small now shows.
     """
+    return _balanced(a, reach)[0]
+
+
+def _balanced(a: Array, reach: Array | None = None) -> tuple[Array, Array]:
+    """The balanced matrix, and what its rows were divided by."""
     a = np.where(np.abs(a) > _ROUNDING * np.abs(a).max(initial=0), a, 0.0)
     sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
+    rows = np.ones(len(a))
     for _ in range(2):
         for axis in (0, 1):
             size = sizes.max(axis=axis, keepdims=True, initial=0)
             size = np.where(size > 0, size, 1.0)
             a, sizes = a / size, sizes / size
-    return a
+            rows = rows * size[:, 0] if axis else rows
+    return a, rows
 
 
 def choose(
@@ -113,14 +120,23 @@ def _pivot(
     return rows[i], columns[j]
 
 
-def indeterminate(a: Array) -> Array:
-    """Which multipliers the forces in the speeds do not determine: those in which a vector x with xᵀ A = 0 is not zero."""
+def dependencies(a: Array) -> Array:
+    """The vectors x with Σ x_i A_i / size_i = 0, a row each, for the rows A_i of A and their `row_sizes`."""
     work = balanced(np.array(a, dtype=float))
     if not work.size:
-        return np.zeros(len(work), dtype=bool)
+        return np.zeros((0, len(work)))
     left, sigma, _ = np.linalg.svd(work)
-    rank = int((sigma > RANK * sigma[0]).sum())
-    return np.asarray(np.abs(left[:, rank:]).max(axis=1, initial=0) > 1e-6)
+    return np.asarray(left[:, int((sigma > RANK * sigma[0]).sum()) :].T)
+
+
+def row_sizes(a: Array) -> Array:
+    """What balancing divides the rows of A by."""
+    return _balanced(np.array(a, dtype=float))[1]
+
+
+def indeterminate(a: Array) -> Array:
+    """Which multipliers the forces in the speeds do not determine: those in which a vector x with xᵀ A = 0 is not zero."""
+    return np.asarray(np.abs(dependencies(a)).max(axis=0, initial=0) > 1e-6)
 
 
 def within(a: Array, column: Array) -> bool:

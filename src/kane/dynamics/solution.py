@@ -7,11 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kane.dynamics.checks import check_determinate, check_mass, check_reactions_independent
-from kane.dynamics.closure import matrix_at, sample_configuration, table_at
+from kane.dynamics.checks import check_mass, check_reactions_independent
+from kane.dynamics.closure import matrix_at, sampled, table_at
 from kane.dynamics.embed import Embedding, embedding, reduced, solve_embedded
 from kane.dynamics.partition import Partition, choose
 from kane.dynamics.reduce import Blocks, Solved, solve_motion
+from kane.dynamics.redundancy import check_determinate
 from kane.errors import ModelError, ReactionError, SingularError
 from kane.expr.node import Expr, constant_value
 from kane.kinematics.constraints import ConstraintRows
@@ -45,7 +46,8 @@ def first_partition(system: System, speeds: Sequence[Expr], rows: ConstraintRows
     """
     if not rows.constraints:
         return None
-    values = sample_configuration(system, [x for row in (*rows.a, *rows.a_auxiliary) for x in row])
+    sample = sampled(system, [x for row in (*rows.a, *rows.a_auxiliary) for x in row])
+    values = sample.values
     a = matrix_at(rows, values)
     if not np.all(np.isfinite(a)):
         raise ModelError(
@@ -61,5 +63,5 @@ def first_partition(system: System, speeds: Sequence[Expr], rows: ConstraintRows
             f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
             "with the others listed. Choose others, or leave them out to have them chosen."
         )
-    check_determinate(system, rows, a, table_at(rows.a_auxiliary, values))
+    check_determinate(system, rows, a, table_at(rows.a_auxiliary, values), sample)
     return found

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kane.dynamics.singular import check_pivots
 from kane.errors import SimulationError, ValueMissingError, alike
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluate import evaluate, free_symbols, stacked
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
@@ -101,20 +102,19 @@ def evaluate_along(
     t: Any,
 ) -> Any:
     """See Equations.evaluate."""
-    if isinstance(exprs, Matrix):
-        flat = without_unknowns(eom, [x for row in exprs.rows for x in row])
-        rows = [flat[i * exprs.shape[1] : (i + 1) * exprs.shape[1]] for i in range(exprs.shape[0])]
-        wanted: Any = Matrix(rows, exprs.shape)
-    elif isinstance(exprs, Expr | int | float):
-        wanted = without_unknowns(eom, [as_expr(exprs)])[0]
-    else:
-        wanted = without_unknowns(eom, [as_expr(e) for e in exprs])
+    shape = exprs.shape if isinstance(exprs, Matrix) else None
+    single = isinstance(exprs, Expr | int | float)
+    given = [x for row in exprs.rows for x in row] if shape is not None else [exprs] if single else exprs
+    wanted = without_unknowns(eom, [as_expr(e) for e in given])
     values: dict[Expr, Any] = {time: t}
     values.update(named_values("coordinates", eom.coordinates, q))
     values.update(named_values("speeds", eom.speeds, u))
     values.update(named_values("parameters", eom.parameters, parameters))
     values.update(named_values("inputs", eom.inputs, inputs))
-    return evaluate(wanted, values)
+    found = check_pivots(eom, wanted, values, evaluate(wanted, values))
+    if shape is not None:
+        return stacked(found, shape)
+    return found[0] if single else found
 
 
 def parameter_values(eom: Equations, parameters: Mapping[Any, Any] | None) -> dict[Expr, float]:

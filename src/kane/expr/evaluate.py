@@ -68,10 +68,7 @@ def evaluate(exprs: Any, values: Values) -> Any:
     from kane.expr.matrix import Matrix
 
     if isinstance(exprs, Matrix):
-        flat = evaluate([x for row in exprs.rows for x in row], values)
-        shape = flat[0].shape if flat else ()
-        stacked = np.stack(flat) if flat else np.zeros((0,))
-        return np.moveaxis(stacked.reshape(*exprs.shape, *shape), (0, 1), (-2, -1))
+        return stacked(evaluate([x for row in exprs.rows for x in row], values), exprs.shape)
     if isinstance(exprs, Expr | int | float):
         return evaluate([exprs], values)[0]
     roots = [as_expr(e) for e in exprs]
@@ -83,6 +80,13 @@ def evaluate(exprs: Any, values: Values) -> Any:
     found = [np.asarray(v) for v in run(list(given.values()))]
     shape = np.broadcast_shapes(*(v.shape for v in found))
     return [v if v.shape == shape else np.broadcast_to(v, shape).copy() for v in found]
+
+
+def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:
+    """A matrix of numbers, or of arrays as its leading axes, from its entries row by row."""
+    leading = entries[0].shape if entries else ()
+    flat = np.stack(entries) if entries else np.zeros((0,))
+    return np.moveaxis(flat.reshape(*shape, *leading), (0, 1), (-2, -1))
 
 
 def sample(roots: Iterable[Expr], seed: int) -> list[float]:

@@ -15,6 +15,7 @@ from kane.expr.affine import affine_forms
 from kane.expr.build import add, neg
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols
+from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Speed
 from kane.kinematics.motion import Kinematics
@@ -24,6 +25,9 @@ from kane.model.reactions import constraint_of
 from kane.model.system import System
 
 Row = list[Expr]
+
+_SLACK = 1e-8
+"""Share of a rate up to which two numbers for it are the same."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +112,28 @@ def _placed(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
         for s, partial in motion.partials.items():
             coefficients[s] = add(coefficients.get(s, ZERO), partial.dot(v))
         rest = add(rest, motion.rest.dot(v))
-    return ScalarForm({s: c for s, c in coefficients.items() if c is not ZERO}, rest)
+    form = ScalarForm({s: c for s, c in coefficients.items() if c is not ZERO}, rest)
+    _check_rate(constraint, form, kinematics)
+    return form
+
+
+def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics) -> None:
+    """The power of a configuration constraint's forces is its rate: not so at particles whose place in the body changes otherwise."""
+    wandering = [
+        p
+        for p, _ in constraint.forces
+        if p.body is not None and not is_constant_in_time([x for _, r in p.offset.parts for x in r])
+    ]
+    if constraint.kind != "configuration" or not wandering:
+        return
+    rate = kinematics.speeds.in_speeds(time_derivative(constraint.expr), {})
+    power, wanted = (float(x) for x in kinematics.sample.numbers([_total(form), rate]))
+    if abs(power - wanted) > _SLACK * max(1.0, abs(wanted)):
+        raise ModelError(
+            f"Expected the rate of the configuration constraint {constraint.name!r} from the velocities of what it holds, got "
+            f"{wanted:.6g} for the rate and {power:.6g} from the velocities at a random state: the place of {wandering[0].name} in "
+            f"its body changes. Hold a geometric point, made with .at(…), or list kn.no_slip(…) in nonholonomic=."
+        )
 
 
 def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rows that depend on each other: what is said is true of redundant, contradictory and singular constraints alike."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+import kane as kn
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+A = O.at("A", 3 * N.x)
+x, y = kn.coordinates("x y")
+P = O.at("P", x * N.x + y * N.y)
+
+
+def derived(*, point=P, **constraints):
+    """The equations, and what was said."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", point, 2)], speeds="rates", **constraints))
+    assert all(issubclass(w.category, kn.KaneWarning) and w.filename == __file__ for w in told)
+    return eom, [str(w.message) for w in told]
+
+
+DIFFERENT = "constraints that speeds can satisfy together, got 'one', 'two', which hold the same combination of speeds at different"
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [
+        (x.dt - 1, x.dt - 2),
+        (x.dt - 1, 1e6 * x.dt - 2e6 - 1),
+        (x.dt + y.dt * kn.cos(x) - 1, 2 * x.dt + 2 * y.dt * kn.cos(x)),
+        (x.dt - kn.sin(kn.time), x.dt - kn.cos(kn.time)),
+    ],
+)
+def test_motion_constraints_that_contradict_each_other(one, two):
+    held = [kn.motion_constraint("one", one), kn.motion_constraint("two", two)]
+    with pytest.raises(kn.ModelError, match=f"{DIFFERENT} values. Leave one of them out"):
+        derived(nonholonomic=held)
+
+
+def test_motion_constraints_that_say_the_same():
+    eom, (told,) = derived(
+        nonholonomic=[kn.motion_constraint("one", x.dt - 1), kn.motion_constraint("two", 3 - 3 * x.dt)]
+    )
+    assert "'one', 'two' depend on each other: at least one of them is redundant" in told
+    assert np.array(eom.evaluate(list(eom.accelerations), q=[0, 0], u=[1, 5])) == pytest.approx([0, 0])
+
+
+def test_where_it_depends_on_a_parameter_or_an_input():
+    for speed in (kn.parameter("v"), kn.parameter("v", 3.0), kn.input("v")):
+        held = [kn.motion_constraint("one", x.dt - speed), kn.motion_constraint("two", x.dt - 1)]
+        _, (told,) = derived(nonholonomic=held)
+        assert f"{DIFFERENT} values with the values of v (defaults, where there are any)" in told
+        assert "redundant" not in told
+    held[0] = kn.motion_constraint("one", x.dt - kn.parameter("v", 1.0))
+    assert "redundant" in derived(nonholonomic=held)[1][0]
+
+
+def test_a_configuration_and_a_motion_constraint():
+    driven = kn.configuration_constraint("one", x - kn.sin(kn.time))
+    with pytest.raises(kn.ModelError, match=DIFFERENT):
+        derived(holonomic=driven, nonholonomic=kn.motion_constraint("two", x.dt - 2))
+    assert (
+        "redundant" in derived(holonomic=driven, nonholonomic=kn.motion_constraint("two", x.dt - kn.cos(kn.time)))[1][0]
+    )
+
+
+def test_two_places_at_once():
+    with pytest.raises(
+        kn.ModelError, match="can hold together, got 'P = A', 'P = O 1', which contradict each other at every configu"
+    ):
+        derived(holonomic=[*kn.coincident(P, A, N.x), *kn.coincident(P, O, (N.x, N.y))])
+    assert (
+        "redundant"
+        in derived(holonomic=[*kn.coincident(P, O, N.x), kn.configuration_constraint("again", -2 * x)])[1][0]
+    )
+
+
+def test_in_any_units():
+    """Micrometres beside gigametres: the sizes of rows that are written as numbers say nothing."""
+    here, there = (
+        kn.configuration_constraint("here", 1e9 * (x - 1)),
+        kn.configuration_constraint("there", 1e-6 * (x - 2)),
+    )
+    with pytest.raises(kn.ModelError, match="got 'here', 'there', which contradict each other at every configuration"):
+        derived(holonomic=[here, there])
+
+
+def test_rods_that_do_not_reach():
+    """Two rods too short to meet: independent rows, and no configuration; a third makes more constraints than coordinates."""
+    length = kn.parameter("L", 1.0)
+    rods = [kn.distance(P, O, 1.0, name="left"), kn.distance(P, A, length, name="right")]
+    eom, (told,) = derived(holonomic=rods)
+    assert "got none from 12 starts with parameters at their defaults: " in told
+    assert "kn.assemble(eom, q=…, parameters=…) says whether" in told
+    assert not eom.redundant
+    found = kn.assemble(eom, q={x: kn.guess(0.5), y: kn.guess(0.5)}, parameters={length: 2.5})
+    assert np.hypot(found.q[x], found.q[y]) == pytest.approx(1)
+    third = kn.distance(P, O.at("B", 2 * N.y), 0.3, name="third")
+    _, (told,) = derived(holonomic=[*rods, third])
+    assert "got none from 12 starts" in told
+    assert (
+        "The constraints 'left', 'right', 'third' depend on each other at a random configuration too. They may contradict"
+        in told
+    )
+    assert "redundant" not in told
+    with pytest.raises(kn.SimulationError, match="Expected a configuration that satisfies the constraints, got none"):
+        kn.assemble(eom, q={x: kn.guess(0.5), y: kn.guess(0.5)})
+
+
+def test_lengths_without_defaults_are_nobody_s_fault():
+    sides = [kn.distance(P, O, kn.parameter("a")), kn.distance(P, A, kn.parameter("b"))]
+    eom, told = derived(holonomic=sides)
+    assert (told, eom.redundant) == ([], ())
+    _, (told,) = derived(holonomic=[*sides, kn.distance(P, O.at("B", 9 * N.y), kn.parameter("c"))])
+    assert "got none from 12 starts with random values of a, b, c: " in told
+    assert "redundant" not in told
+
+
+def test_rods_that_just_reach():
+    """Tangent circles: the rows depend on each other at the only place there is, and neither rod is redundant."""
+    eom, told = derived(holonomic=[kn.distance(P, O, 1.0, name="left"), kn.distance(P, A, 2.0, name="right")])
+    assert not told
+    with pytest.raises(kn.SingularError, match=r"No others will do: .* a singular configuration"):
+        eom.evaluate(list(eom.accelerations), q=[1, 0], u=[0, 0])
+
+
+def test_a_loop_that_moves_is_redundant():
+    """Three equal rods between parallel bodies: one of them follows from the other two, at every configuration."""
+    bar = N.rotate("bar", 0, N.z)
+    corner = P.at("C", 1 * bar.x)
+    middle = P.at("M", 0.5 * bar.x)
+    rods = [
+        kn.distance(p, O.at(f"F{k}", k * 0.5 * N.x), 1.2, name=f"rod{k}") for k, p in enumerate((P, middle, corner))
+    ]
+    eom, (told,) = derived(point=middle, holonomic=rods)
+    assert "'rod0', 'rod1', 'rod2' depend on each other: at least one of them is redundant" in told
+    assert len(eom.redundant) == 2
