@@ -6,8 +6,9 @@ import pytest
 
 import kane as kn
 from kane.gallery import whipple_bicycle
-from kane.simulate.continuation import tracked
+from kane.simulate.stability import tracked
 from tests.simulate import steady_systems as systems
+from tests.simulate.test_linearize import BIKE_C1, BIKE_K0, BIKE_K2, BIKE_M
 
 
 def driven_pendulum():
@@ -47,7 +48,11 @@ def test_eigenvalues_along_the_branch(branch):
         expected = np.roots([1, 0.5, 10 * np.cos(angle)])
         # a double root moves with the square root of the angle's last digits
         np.testing.assert_allclose(np.sort_complex(values), np.sort_complex(expected), atol=1e-6)
-    assert branch.crossings == ((4, 5),)
+    (crossing,) = branch.crossings
+    assert crossing.value == pytest.approx(10, rel=1e-10)
+    assert crossing.point["q1"] == pytest.approx(np.pi / 2, abs=1e-6)
+    assert (crossing.between, crossing.grows) == ((4, 5), True)
+    assert crossing.eigenvalue == 0
     assert [at.states for at in branch.linear] == [("q1", "u1")] * 9
 
 
@@ -60,23 +65,76 @@ def test_columns_follow_their_roots():
     np.testing.assert_allclose(found, roots[:, order])
 
 
-def test_bicycle_is_stable_between_weave_and_capsize_speed():
-    """4.292 m/s and 6.024 m/s (Meijaard et al. 2007, sec. 5)."""
+def bicycle_branch(speeds):
     eom = kn.derive(whipple_bicycle.system())
-    speeds = np.array([4.0, 4.29, 4.293, 5.0, 6.02, 6.03, 7.0])
     q = dict.fromkeys((s.name for s in eom.coordinates), 0.0) | {"delta": kn.guess(0), "theta": kn.guess(0)}
-    found = kn.continuation(
+    return kn.continuation(
         eom,
         "u5",
-        -speeds / 0.3,
+        -np.array(speeds) / 0.3,
         q=q,
         u={"u1": 0, "u4": 0},
         inputs={"T_phi": 0, "T_delta": 0},
         independent=("u1", "u4", "u5"),
     )
+
+
+@pytest.mark.parametrize(
+    ("speeds", "between"),
+    [([4.0, 4.29, 4.293, 5.0, 6.02, 6.03, 7.0], ((1, 2), (4, 5))), ([7.0, 4.0], ((0, 1), (0, 1)))],
+)
+def test_bicycle_is_stable_between_weave_and_capsize_speed(speeds, between):
+    """4.29238253634111 and 6.02426201538837 m/s (Meijaard et al. 2007, sec. 5), however far apart the points are."""
+    found = bicycle_branch(speeds)
     np.testing.assert_allclose(found.values * -0.3, speeds, rtol=1e-12)
-    assert found.crossings == ((1, 2), (4, 5))
     assert found.linear[0].states == ("phi", "delta", "u1", "u4", "u5")
+    assert tuple(c.between for c in found.crossings) == between
+    weave, capsize = sorted(found.crossings, key=lambda c: -c.value)
+    assert -0.3 * weave.value == pytest.approx(4.29238253634111, rel=1e-11)
+    assert -0.3 * capsize.value == pytest.approx(6.02426201538837, rel=1e-11)
+    assert capsize.eigenvalue == 0
+    assert (weave.grows, capsize.grows) == ((False, True) if speeds[0] < speeds[-1] else (True, False))
+    # on the imaginary axis det(−ω² M + i ω v C1 + g K0 + v² K2) = 0
+    w, v = weave.eigenvalue.imag, -0.3 * weave.value
+    assert abs(np.linalg.det(-(w**2) * BIKE_M + 1j * w * v * BIKE_C1 + 9.81 * BIKE_K0 + v**2 * BIKE_K2)) < 1e-9
+
+
+def test_a_mode_that_comes_to_grow_twice_between_two_values():
+    """m ẍ + (p − 1)(p − 3) ẋ + 4 x = 0 grows for 1 < p < 3: at both ends of (0, 4) it does not."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, p = kn.coordinate("x"), kn.parameter("p", 0.0)
+    P = O.at("P", x * N.x)
+    force = kn.Force(P, (-(p - 1) * (p - 3) * x.dt - 4 * x) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("m", P, 1.0)], speeds="rates", loads=[force]))
+    found = kn.continuation(eom, p, [0, 4], q={x: kn.guess(0.0)}, u=[0])
+    assert [c.value for c in found.crossings] == pytest.approx([1, 3], rel=1e-9)
+    assert [c.eigenvalue for c in found.crossings] == pytest.approx([2j, 2j])
+    assert [(c.between, c.grows) for c in found.crossings] == [((0, 1), True), ((0, 1), False)]
+
+
+@pytest.mark.parametrize("values", [[-4, 4], [-4, -1, 2, 4], np.linspace(-4, 4, 9)])
+def test_a_branch_that_turns_twice(values):
+    """x³ − 3x + p = 0 turns at p = ±2, where x = ±1 and 3x² − 3 = 0, whether or not a value asked for lies there."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, p = kn.coordinate("x"), kn.parameter("p", 0.0)
+    P = O.at("P", x * N.x)
+    force = kn.Force(P, (-(x**3 - 3 * x + p) - 0.5 * x.dt) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("m", P, 1.0)], speeds="rates", loads=[force]))
+    found = kn.continuation(eom, p, values, q={x: kn.guess(2.2)}, u=[0])
+    assert found.turning_points == pytest.approx((2, -2), rel=1e-9)
+    places = np.array([at["x"] for at in found.points])
+    np.testing.assert_allclose(places[list(found.turning)], [1, -1], atol=1e-6)
+    np.testing.assert_allclose(found.values, 3 * places - places**3, atol=1e-9)
+    # every value on each of the three stretches, at a turning point on two at once
+    inside = sum(abs(v) < 2 for v in values)
+    assert len(found) == 3 * inside + 2 + sum(abs(v) > 2 for v in values) + sum(abs(v) == 2 for v in values)
+    assert [(c.value, c.grows) for c in found.crossings] == [
+        (pytest.approx(2, rel=1e-9), True),
+        (pytest.approx(-2, rel=1e-9), False),
+    ]
+    assert [found.turning[k] in c.between for k, c in enumerate(found.crossings)] == [True, True]
 
 
 def test_turning_disk_by_its_lean():

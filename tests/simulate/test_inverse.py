@@ -160,3 +160,25 @@ def test_a_state_off_the_constraints():
     eom = equations("four_bar")
     with pytest.raises(kn.SimulationError, match=r"state on the constraints, got coordinates that miss pin 1 by 1\.1"):
         kn.inverse(eom, ["tau"])(q=[0, 0, 0], u=[0, 0, 0], given={u.name + "'": 0 for u in eom.independent_speeds})
+
+
+@pytest.mark.filterwarnings("ignore::kane.KaneWarning")
+def test_which_constraints_follow_from_the_others_may_change_with_the_state():
+    """Three of rank two, along a(θ), a(2θ), a(3θ + 1), hold a bead still beside a crank: τ = J θ̈ at every θ.
+
+    At 2θ + 1 = π the first and the third are parallel, at θ = 0 and π the first and the second.
+    """
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y, th = kn.coordinates("x y th")
+    A = N.rotate("A", th, N.z)
+    tau = kn.input("tau")
+    at = enumerate((th, 2 * th, 3 * th + 1))
+    still = [kn.motion_constraint(f"d{k}", x.dt * kn.cos(a) + y.dt * kn.sin(a)) for k, a in at]
+    crank = kn.RigidBody("crank", frame=A, mass_center=O.at("G", 0), mass=1, inertia=kn.inertia(A, 1, 1, 3))
+    bead = kn.Particle("bead", O.at("P", x * N.x + y * N.y), 2.0)
+    loads = [kn.Torque(A, tau * N.z), kn.Force(bead.point, 5 * N.x)]
+    eom = kn.derive(kn.System(N, bodies=[crank, bead], speeds="rates", nonholonomic=still, loads=loads))
+    angles = np.array([0.0, 0.4, (np.pi - 1) / 2, (np.pi - 1) / 2 + 1e-7, 1.5, np.pi])
+    found = kn.inverse(eom, [tau])(q=[0, 0, angles], u=[0, 0, 0.7], given={"u_th'": 2.0})
+    np.testing.assert_allclose(found[tau], 6.0, rtol=1e-9)

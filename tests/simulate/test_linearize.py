@@ -222,6 +222,73 @@ def test_second_order_form_in_speeds_that_are_not_rates():
     )
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-12, 4e-10])
+@pytest.mark.parametrize("dependent", [(), (0,), (1,)])
+def test_a_pendulum_in_two_coordinates_hangs(dependent, off):
+    """λ² = −g/l at x² + y² = l², however near to x = 0 the point is: y and its speed say nothing of small motions there."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y")
+    bob = O.at("bob", x * N.x + y * N.y)
+    speeds = kn.speeds("u_x u_y")
+    eom = kn.derive(
+        kn.System(
+            N,
+            bodies=[kn.Particle("bob", bob, 2.0)],
+            speeds=dict(zip(speeds, (x.dt, y.dt), strict=True)),
+            loads=[kn.gravity(-9.81 * N.y)],
+            holonomic=kn.distance(bob, O, 0.5),
+            dependent_speeds=[speeds[k] for k in dependent],
+        )
+    )
+    linear = kn.linearize(eom, q=[off, -np.sqrt(0.25 - off**2)], u=[0, 0])
+    np.testing.assert_allclose(linear.eigenvalues**2, -9.81 / 0.5, rtol=1e-8)
+    assert linear.states == ("x", "u_x")
+    np.testing.assert_allclose(linear.second_order().M, [[2.0]], rtol=1e-8)
+
+
+def test_second_order_form_of_fewer_coordinates_than_speeds():
+    """Cart and pendulum with u1 = q1' + 2 q2', u2 = q2' − 3 q1': both speeds move q2, whose own equation they give all the same."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    q1, q2 = kn.coordinates("q1:3")
+    M, m, l, g = 2.0, 0.5, 0.7, 9.81
+    cart = O.at("cart", q1 * N.x)
+    bob = cart.at("bob", -l * N.rotate("A", q2, N.z).y)
+    u1, u2 = kn.speeds("u1:3")
+    push = kn.input("F")
+    eom = kn.derive(
+        kn.System(
+            N,
+            bodies=[kn.Particle("cart", cart, M), kn.Particle("bob", bob, m)],
+            speeds={u1: q1.dt + 2 * q2.dt, u2: q2.dt - 3 * q1.dt},
+            loads=[kn.gravity(-g * N.y), kn.Force(cart, push * N.x)],
+        )
+    )
+    linear = kn.linearize(eom, q=[0, 0], u=[0, 0])
+    one, both = linear.second_order(["q2"]), linear.second_order()
+    np.testing.assert_allclose(one.M, [[m * l**2 * M / (M + m)]], rtol=1e-13)
+    np.testing.assert_allclose(one.K, [[m * g * l]], rtol=1e-13)
+    np.testing.assert_allclose(one.C, [[0]], atol=1e-13)
+    np.testing.assert_allclose(one.F, [[-m * l / (M + m)]], rtol=1e-12)
+    np.testing.assert_allclose(both.M, [[M + m, m * l], [m * l, m * l**2]], atol=1e-13)
+    np.testing.assert_allclose(both.K, [[0, 0], [0, m * g * l]], atol=1e-13)
+    with pytest.raises(kn.SimulationError, match=r"move by themselves, got q1, which depends on q2\. Name all"):
+        linear.second_order(["q1"])
+
+
+@pytest.mark.parametrize("independent", [(), ("u1", "u4", "u5"), ("u1", "u3", "u6")])
+def test_second_order_form_for_any_independent_speeds(independent):
+    eom = kn.derive(whipple_bicycle.system())
+    q = dict.fromkeys((s.name for s in eom.coordinates), 0.0) | {"psi": 0.4}
+    start = kn.assemble(eom, q=q, u={"u1": 0, "u4": 0, "u5": -3 / 0.3})
+    form = kn.linearize(eom, q=start.q, u=start.u, independent=independent).second_order(["phi", "delta"])
+    for found, expected in (
+        (form.M, BIKE_M), (form.C, 3 * BIKE_C1), (form.K, 9.81 * BIKE_K0 + 9 * BIKE_K2), (form.F, np.eye(2)),
+    ):  # fmt: skip
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
 @functools.cache
 def disk():
     """A function that linearizes the rolling disk."""

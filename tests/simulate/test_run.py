@@ -119,6 +119,18 @@ class TestInputsAndParameters:
         sol = kn.simulate(OSCILLATOR, (0, 1), q=q, u=u)
         assert sol[x] == pytest.approx(np.cos(2 * sol.t), abs=1e-8)
 
+    def test_a_start_by_rates(self):
+        """u = R q' + r(t) with R left to its default: 2 · 1 + 3 at t = 0.5."""
+        radius, r = kn.parameter("R", 2.0), kn.input("r")
+        eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, m)], speeds={v: radius * x.dt + r}))
+        drive = (lambda t: 6 * t, lambda t: 6.0, lambda t: 0.0)
+        sol = kn.simulate(eom, (0.5, 1), q=[0], rates={x: 1.0}, inputs={r: drive})
+        assert sol[v][0] == pytest.approx(5)
+        # without a load the point keeps its velocity
+        assert sol[x] == pytest.approx(sol.t - 0.5, abs=1e-9)
+        with pytest.raises(kn.ValueMissingError, match=r"start value for all rates .* x are not determined"):
+            kn.simulate(eom, (0.5, 1), q=[0], rates={}, inputs={r: drive})
+
 
 class TestSamples:
     def test_how_many(self):

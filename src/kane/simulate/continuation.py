@@ -21,13 +21,14 @@ from kane.expr.symbols import Symbol
 from kane.simulate.linear import Linear
 from kane.simulate.linearize import Linearizer, linearizer
 from kane.simulate.point import OperatingPoint, closed, point_of
+from kane.simulate.stability import Crossing, changes, tracked
 from kane.simulate.trim import Problem, level, loose, null_space, problem, solve_problem
 
 Array = npt.NDArray[np.float64]
 
 _FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
 """Steps along the branch, where the whole range of the value counts 1."""
-_CLOSED = 1e-9
+_CLOSED, _SAME = 1e-9, 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +36,8 @@ class Branch:
     """Steady motions along a branch: `points` and their linearizations `linear` at `values` of `symbol`, in order along the branch.
 
     `eigenvalues` (points × states) keeps each eigenvalue in one column, cyclic coordinates left out. `turning` holds the indices of
-    the points at which the branch turns back, `crossings` the intervals (i, i + 1) in which an eigenvalue crosses the imaginary axis.
+    the points at which the branch turns back, `crossings` say where an eigenvalue crosses the imaginary axis: at which value of
+    `symbol`, in which steady motion, and between which of the points.
     """
 
     symbol: Symbol
@@ -44,19 +46,13 @@ class Branch:
     linear: tuple[Linear, ...]
     eigenvalues: npt.NDArray[np.complex128]
     turning: tuple[int, ...]
+    crossings: tuple[Crossing, ...]
     message: str
 
     @property
     def turning_points(self) -> tuple[float, ...]:
         """The values at which the branch turns back."""
         return tuple(self.values[list(self.turning)].tolist())
-
-    @property
-    def crossings(self) -> tuple[tuple[int, int], ...]:
-        """Intervals between neighbours in which the number of growing modes changes."""
-        size = np.abs(self.eigenvalues).max(initial=1.0)
-        grows = (self.eigenvalues.real > 1e-7 * size).sum(axis=1)
-        return tuple((int(i), int(i) + 1) for i in np.flatnonzero(np.diff(grows)))
 
     def __len__(self) -> int:
         return len(self.values)
@@ -108,8 +104,7 @@ def continuation(
     made, place = _problem(eom, symbol, wanted[0], groups, moving, independent)
     start = solve_problem(made, _CLOSED)
     follower = _follower(made, place, start, float(wanted[-1] - wanted[0]))
-    rows, turns, message = follower.follow(start, wanted, max_points)
-    return _branch(made, place, rows, turns, message, linearizer(eom, outputs=outputs), independent)
+    return _branch(follower, follower.follow(start, wanted, max_points), linearizer(eom, outputs=outputs), independent)
 
 
 def _values(values: Sequence[float]) -> Array:
@@ -145,6 +140,16 @@ def _problem(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Path:
+    """All points Y of a branch in order, the steps between included; `turning` are places in `marked`, those to be shown."""
+
+    points: tuple[Array, ...]
+    marked: tuple[int, ...]
+    turning: tuple[int, ...]
+    message: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Follower:
     """The branch in Y = (free unknowns, μ over its range); unknowns that nothing depends on stay where they are."""
 
@@ -159,6 +164,10 @@ class _Follower:
         x = self.base.copy()
         x[[*self.free, self.place]] = y * self.scale
         return x
+
+    def reduced(self, x: Array) -> Array:
+        """Y of X."""
+        return np.asarray(x[[*self.free, self.place]] / self.scale)
 
     def tangent(self, y: Array, along: Array) -> Array:
         """The unit tangent of the branch that points along."""
@@ -178,22 +187,31 @@ class _Follower:
         found = close(bordered, y, range(len(y)), limit=1e-13)
         return found.q if found.size <= _CLOSED else None
 
-    def follow(self, start: Array, wanted: Array, max_points: int) -> tuple[list[Array], list[int], str]:
-        """Rows X at the wanted values and the turning points, the indices of the latter, and why it ended."""
-        y = start[[*self.free, self.place]] / self.scale
+    def middle(self, a: Array, b: Array) -> Array | None:
+        """The point of the branch halfway between two, in the plane across their chord."""
+        chord = b - a
+        return self.corrected((a + b) / 2, chord / np.linalg.norm(chord))
+
+    def follow(self, start: Array, wanted: Array, max_points: int) -> _Path:
+        """The branch from a start X, marked at the wanted values and the turning points."""
+        y = self.reduced(start)
         up = np.zeros(len(y))
         up[-1] = np.sign(self.scale[-1]) * np.sign(wanted[-1] - wanted[0])
         tau = self.tangent(y, up)
         marks = wanted / self.scale[-1]
         low, high = sorted((marks[0], marks[-1]))
-        rows, step = [start], _FIRST
-        turns: list[int] = []
+        points, marked, turning, step = [y], [0], list[int](), _FIRST
+
+        def path(message: str) -> _Path:
+            # what lies beyond the last mark is not asked for
+            return _Path(tuple(points[: marked[-1] + 1]), tuple(marked), tuple(turning), message)
+
         for _ in range(max_points):
             new = self.corrected(y + step * tau, tau)
             if new is None or np.linalg.norm(new - y) > 3 * step:
                 step /= 2
                 if step < _SMALLEST:
-                    return rows, turns, f"the branch could not be followed beyond {self._where(y)}"
+                    return path(f"the branch could not be followed beyond {self._where(y)}")
                 continue
             ahead = self.tangent(new, tau)
             if ahead @ tau < 0.9 and step > 100 * _SMALLEST:
@@ -204,15 +222,19 @@ class _Follower:
                 fold = self._fold(y, tau, step)
                 stages = [(y, fold), (fold, new)]
             for k, (a, b) in enumerate(stages):
-                rows += self._between(a, b, marks)
+                between = self._between(a, b, marks)
+                marked += range(len(points), len(points) + len(between))
+                points += between
+                met = bool(between) and float(np.linalg.norm(between[-1] - b)) < _SAME
                 if k == 0 and len(stages) == 2:
-                    turns.append(len(rows))
-                    rows.append(self.spread(b))
+                    turning.append(len(marked) - met)
+                    marked += [] if met else [len(points)]
+                points += [] if met else [b]
             y, tau, step = new, ahead, min(1.5 * step, _LARGEST)
             if not low <= y[-1] <= high:
                 back = (y[-1] < low) == (marks[0] == low)
-                return rows, turns, "the first value was reached again" if back else "the last value was reached"
-        return rows, turns, f"{max_points} steps were taken"
+                return path("the first value was reached again" if back else "the last value was reached")
+        return path(f"{max_points} steps were taken")
 
     def _where(self, y: Array) -> str:
         return f"{self.made.conditions.symbols[self.place].name} = {y[-1] * self.scale[-1]:.6g}"
@@ -230,7 +252,7 @@ class _Follower:
                 guess[-1] = m
                 found = self.corrected(guess, across)
                 if found is not None:
-                    rows.append(self.spread(found))
+                    rows.append(found)
         return rows
 
     def _fold(self, y: Array, tau: Array, step: float) -> Array:
@@ -268,42 +290,38 @@ def _follower(made: Problem, place: int, start: Array, span: float) -> _Follower
     return _Follower(made, place, free, scale, start)
 
 
-def _branch(
-    made: Problem,
-    place: int,
-    rows: list[Array],
-    turns: list[int],
-    message: str,
-    lin: Linearizer,
-    independent: Sequence[Any],
-) -> Branch:
-    found = made.conditions
+def _branch(follower: _Follower, path: _Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
+    found = follower.made.conditions
     kept = {found.known.names[i] for i in found.still}
-    points, linear = [], []
-    for x in rows:
-        point = point_of(found.eom, closed(found.eom, found.known, found.state(x)))
-        at = lin(**point.arguments, independent=independent, steady=False)
-        gone = [n for n in at.coordinates if n not in kept]
-        points.append(point)
-        linear.append(replace(at, cyclic=tuple(gone)).without("cyclic"))
+    symbol, scale = found.symbols[follower.place], float(follower.scale[-1])
+
+    def at(y: Array) -> tuple[OperatingPoint, Linear]:
+        point = point_of(found.eom, closed(found.eom, found.known, found.state(follower.spread(y))))
+        made = lin(**point.arguments, independent=independent, steady=False)
+        gone = [n for n in made.coordinates if n not in kept]
+        return point, replace(made, cyclic=tuple(gone)).without("cyclic")
+
+    every = [at(y) for y in path.points]
+    met = changes(
+        path.points, [linear.eigenvalues for _, linear in every], follower.middle, lambda y: at(y)[1].eigenvalues
+    )
+    points, linear = zip(*(every[k] for k in path.marked), strict=True)
     return Branch(
-        found.symbols[place],
-        np.array([x[place] for x in rows]),
-        tuple(points),
-        tuple(linear),
+        symbol,
+        np.array([path.points[k][-1] * scale for k in path.marked]),
+        points,
+        linear,
         tracked([at.eigenvalues for at in linear]),
-        tuple(turns),
-        message,
+        path.turning,
+        tuple(
+            Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], _neighbours(path.marked, c.interval), c.grows)
+            for c in met
+        ),
+        path.message,
     )
 
 
-def tracked(rows: Sequence[npt.NDArray[np.complex128]]) -> npt.NDArray[np.complex128]:
-    """Rows of numbers, each put in the order that is nearest to the row before."""
-    from scipy.optimize import linear_sum_assignment
-
-    found = [np.asarray(rows[0])]
-    for row in rows[1:]:
-        guess = 2 * found[-1] - found[-2] if len(found) > 1 else found[-1]
-        cost = np.abs(guess[:, None] - row[None, :])
-        found.append(row[linear_sum_assignment(cost)[1]])
-    return np.array(found)
+def _neighbours(marked: Sequence[int], interval: int) -> tuple[int, int]:
+    """The marked points before and after an interval of the path."""
+    after = int(np.searchsorted(marked, interval, side="right"))
+    return after - 1, after

@@ -26,8 +26,6 @@ def crossings(
 
     `watch` gives the events' quantities at a time and state, `values` those at both ends of the step.
     """
-    from scipy.optimize import brentq
-
     t_old, t_new = span
     found: list[tuple[Event, float]] = []
     for k, event in enumerate(events):
@@ -39,7 +37,17 @@ def crossings(
         def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
             return float(watch(t, dense(t))[k] - threshold)
 
-        at_end = b == 0 or gap(t_old) * gap(t_new) > 0
-        t = t_new if at_end else float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE))
-        found.append((event, t))
+        found.append((event, _located(gap, t_old, t_new, a, b)))
     return sorted(found, key=lambda pair: pair[1])
+
+
+def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float, b: float) -> float:
+    """Where `gap` passes zero, a and b being its values at the states kept; an end that projection moved across is the place."""
+    from scipy.optimize import brentq
+
+    first, last = gap(t_old), gap(t_new)
+    if first * a <= 0:
+        return t_old
+    if b == 0 or last * a > 0:
+        return t_new
+    return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE))

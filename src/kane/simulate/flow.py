@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
-from kane.dynamics.partition import balanced
 from kane.dynamics.unsolved import Perturbations, partial_columns, unsolved
 from kane.dynamics.values import without_rates
 from kane.errors import ArgumentError, ValueMissingError
@@ -23,13 +22,14 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
 from kane.expr.symbols import time
 from kane.simulate.local import Slopes, State, Values, slopes_at, solver, values_at
+from kane.simulate.manifold import metric, quality, sizes
 from kane.simulate.routines import once, routine
 from kane.simulate.tangents import Tangents, cross, tangents
 
 Array = npt.NDArray[np.float64]
 
 _POOR = 0.02
-"""Reciprocal condition of the dependent block below which other dependent speeds are taken than those of the equations."""
+"""Quality of the dependent block below which other dependent speeds are taken than those of the equations."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,8 +65,9 @@ def flow_at(eom: Equations, known: Perturbations, state: State, choice: Choice) 
     z = solve(values.right)
     slopes = slopes_at(eom, state, z)
     held = values.constraints(n)
-    given_u = choice.u or _own(eom, held)
-    tangent = tangents(known, state.x[:nq], slopes, held, choice.q, given_u)
+    m = values.matrix[:n, :n]
+    given_u = choice.u or _own(eom, held, m)
+    tangent = tangents(known, state.x[:nq], slopes, held, m, choice.q, given_u)
     count, free = len(tangent.free_q), len(tangent.free_u)
     turned = np.hstack([tangent.n, np.zeros((len(tangent.n), free)), tangent.p])
     moves = np.vstack(
@@ -85,19 +86,18 @@ def flow_at(eom: Equations, known: Perturbations, state: State, choice: Choice) 
     rows = np.vstack([own[list(tangent.free_q)], answers[:n][list(tangent.free_u)]])
     rates = np.concatenate([values.rates[plain], values.spins])
     rest = np.concatenate([rates[list(tangent.free_q)], z[:n][list(tangent.free_u)]])
-    mass = tangent.b.T @ values.matrix[:n, :n] @ tangent.b
+    mass = tangent.b.T @ m @ tangent.b
     return Flow(
         state, values, slopes, z, tangent, rest, rows[:, : count + free], rows[:, count + free :], mass, moves, answers
     )
 
 
-def _own(eom: Equations, a: Array) -> tuple[int, ...]:
+def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
     """The dependent speeds of the equations, where they are well determined."""
     if eom.embedding is None:
         return ()
     partition = eom.embedding.partition
-    block = balanced(a)[np.ix_(partition.rows, partition.dependent)]
-    return partition.dependent if _POOR * np.linalg.cond(block) < 1.0 else ()
+    return partition.dependent if quality(a, partition, sizes(a, metric(m))) > _POOR else ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,6 +24,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Symbol, rate
 from kane.simulate.assemble import GIVEN
+from kane.simulate.local import independent_rows
 from kane.simulate.routines import once, routine
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ class Inverse:
         Raises
         ------
         SingularError
-            if the unknowns are not determined; names the combination that is left open
+            if the unknowns are not determined; names the combination that is left open. If the constraints lose rank at a state
         """
         eom = self.eom
         values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
@@ -122,18 +123,22 @@ class Inverse:
         for a in self.known:
             if a in columns:
                 right = right - whole[..., columns[a]] * full[a][..., None]
-        independent = eom.embedding.partition.rows if eom.embedding is not None else ()
-        rows = [*range(n), *(n + i for i in independent), *range(n + m, size)]
-        taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
-        square, right = whole[..., rows, :][..., taken], right[..., rows]
-        self._check_regular(square)
-        return np.linalg.solve(square, right[..., None])[..., : len(self.unknowns), 0]
+        flat_whole, flat_right = whole.reshape(-1, *whole.shape[-2:]), right.reshape(-1, size)
+        _check_finite(flat_whole)
+        held: dict[tuple[int, ...], list[int]] = {}
+        for k, state in enumerate(flat_whole):
+            held.setdefault(independent_rows(eom, state[n : n + m, :n]), []).append(k)
+        found = np.empty((len(flat_whole), len(self.unknowns)))
+        for independent, places in held.items():
+            rows = [*range(n), *(n + i for i in independent), *range(n + m, size)]
+            taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
+            square = flat_whole[np.ix_(places, rows, taken)]
+            self._check_regular(square)
+            solved = np.linalg.solve(square, flat_right[np.ix_(places, rows)][..., None])
+            found[places] = solved[:, : len(self.unknowns), 0]
+        return found.reshape(*flat.shape[:-1], len(self.unknowns))
 
     def _check_regular(self, square: Array) -> None:
-        if not np.all(np.isfinite(square)):
-            raise SingularError(
-                "Expected equations of motion that are finite at the states given, got infinity or NaN."
-            )
         count = square.shape[-1]
         for matrix in square.reshape(-1, count, count):
             rows = np.abs(matrix).max(axis=1, keepdims=True)
@@ -159,6 +164,14 @@ def _routine(eom: Equations, driven: Sequence[Symbol]) -> Any:
     drive = [c.get(s, ZERO) for c, _ in forms for s in driven]
     matrix = [x for row in made.matrix for x in row]
     return routine(eom, "inverse", [*matrix, *drive, *(rest for _, rest in forms), *made.configuration, *made.motion])
+
+
+def _check_finite(whole: Array) -> None:
+    if not np.all(np.isfinite(whole)):
+        raise SingularError(
+            "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or parameters "
+            "are singular there. Take other states."
+        )
 
 
 def _check_state(eom: Equations, f: Array, motion: Array) -> None:

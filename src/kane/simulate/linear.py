@@ -166,52 +166,62 @@ class Linear:
     def second_order(self, coordinates: Sequence[Any] | Literal["all"] = "all") -> SecondOrder:
         """M q̈ + C q̇ + K q = F r of the coordinates, or of some that the rest does not disturb.
 
-        With q̇ = A₁₁ q + A₁₂ u and u̇ = A₂₁ q + A₂₂ u + B₂ r, M = A₁₂⁻ᵀ M_u A₁₂⁻¹, where M_u is the mass matrix of those speeds with
-        the others free.
+        With q̇ = G q + H u and u̇ = P q + Q u + B r,
+
+            M = (H M_u⁻¹ Hᵀ)⁻¹,   C = −M (G + H Q H⁺),   K = −M (H P − H Q H⁺ G),   F = M H B
+
+        H⁺ = M_u⁻¹ Hᵀ M: M_u is the mass matrix of the independent speeds, and what the coordinates do not show of these moves freely.
+        Any choice of independent speeds gives the same.
 
         Raises
         ------
         SimulationError
-            if there are not as many speeds as coordinates, or the coordinates depend on others
+            if the speeds do not move the coordinates one by one, or these depend on others or on more of the speeds than their rates
         """
         count = len(self.coordinates)
         q = list(range(count)) if coordinates == "all" else self._places(coordinates)
         wrong = [self.states[i] for i in q if i >= count]
         if wrong:
             raise SimulationError(f"Expected coordinates for the second-order form, got the speeds {', '.join(wrong)}.")
-        size = np.abs(self.A).max(initial=0)
-        u = [j for j in range(count, len(self.states)) if np.any(np.abs(self.A[q, j]) > _LINK * size)]
-        if len(u) != len(q):
+        u = slice(count, len(self.states))
+        h = self.A[q, u]
+        back = np.linalg.solve(self.mass, h.T)
+        mobility = h @ back
+        length = np.sqrt(np.diag(mobility))
+        if not np.all(length > 0) or np.linalg.cond(mobility / np.outer(length, length)) > 1 / _LINK:
             raise SimulationError(
                 f"Expected as many speeds as coordinates, got {len(q)} coordinates ({', '.join(self.states[i] for i in q)}) moved by "
-                f"{len(u)} speeds ({', '.join(self.states[j] for j in u)}). Name the coordinates that are left when the cyclic "
-                "ones are left out: second_order([…])."
+                f"{len(self.speeds)} independent speeds ({', '.join(self.speeds)}), which do not move them one by one. Name the "
+                "coordinates that are left when the cyclic ones are left out: second_order([…])."
             )
-        own = [*q, *u]
-        rest = [j for j in range(len(self.states)) if j not in own]
-        tied = np.argwhere(np.abs(self.A[np.ix_(own, rest)]) > _LINK * size)
-        if len(tied):
-            i, j = tied[0]
-            raise SimulationError(
-                f"Expected coordinates that move by themselves, got {self.states[own[i]]}, which depends on {self.states[rest[j]]}. "
-                "Add it to the coordinates, or take independent speeds that are decoupled: independent=."
-            )
-        a11, a12 = self.A[np.ix_(q, q)], self.A[np.ix_(q, u)]
-        a21, a22 = self.A[np.ix_(u, q)], self.A[np.ix_(u, u)]
-        places = [j - count for j in u]
-        others = [j for j in range(len(self.mass)) if j not in places]
-        mass = self.mass[np.ix_(places, places)]
-        if others:
-            across = self.mass[np.ix_(places, others)]
-            mass = mass - across @ np.linalg.solve(self.mass[np.ix_(others, others)], across.T)
-        back = np.linalg.inv(a12)
-        m = back.T @ mass @ back
-        damping = a11 + a12 @ a22 @ back
-        stiffness = a12 @ (a21 - a22 @ back @ a11)
-        drive = a12 @ self.B[u] + a11 @ self.B[q]
+        m = np.linalg.inv(mobility)
+        m = (m + m.T) / 2
+        inverse = back @ m
+        g, turn = self.A[np.ix_(q, q)], h @ self.A[u, u]
+        self._check_closed(q, h, turn @ (np.eye(len(self.mass)) - inverse @ h))
         if np.abs(self.B[q]).max(initial=0) > 0:
             raise SimulationError("Expected inputs that move no coordinate directly, got some that do: use A and B.")
-        return SecondOrder(tuple(self.states[i] for i in q), self.inputs, m, -m @ damping, -m @ stiffness, m @ drive)
+        damping, stiffness = g + turn @ inverse, h @ self.A[u, q] - turn @ inverse @ g
+        names = tuple(self.states[i] for i in q)
+        return SecondOrder(names, self.inputs, m, -m @ damping, -m @ stiffness, m @ h @ self.B[u])
+
+    def _check_closed(self, q: Sequence[int], h: Array, hidden: Array) -> None:
+        """q̇ and q̈ must hold no other coordinates, and nothing of the speeds beyond q̇."""
+        count = len(self.coordinates)
+        rest = [j for j in range(count) if j not in q]
+        size = np.abs(self.A).max(initial=0)
+        most = (np.abs(h) @ np.abs(self.A[count:])).max(initial=0)
+        pairs = [
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(self.A[np.ix_(q, rest)]) > _LINK * size)),
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(h @ self.A[count:, rest]) > _LINK * most)),
+            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(np.abs(hidden) > _LINK * most)),
+        ]
+        if pairs:
+            i, other = pairs[0]
+            raise SimulationError(
+                f"Expected coordinates that move by themselves, got {self.states[q[i]]}, which depends on {other}. Name all that "
+                "depend on each other, or use A and B."
+            )
 
     def state_space(self) -> Any:
         """A `control.StateSpace` with these names; all states are outputs where none were named.

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
+from kane.dynamics.partition import Partition, balanced
 from kane.expr.node import Expr
 from kane.program.handle import Handle
 from kane.simulate.routines import routine
@@ -76,6 +77,8 @@ class Manifold:
             e = x[list(places)]
             x[list(places)] = e / np.linalg.norm(e)
         now = self.numbers(t, x, p, r)
+        if not all(np.all(np.isfinite(v)) for v in (now.f, now.a, now.b, now.m)):
+            return x, now
         c = len(now.f)
         reach = np.maximum(reach, np.abs(now.a))
         size = np.abs(now.f).max(initial=0)
@@ -118,6 +121,36 @@ def combinations(a: Array, reach: Array | float = 0.0) -> tuple[Array, Array]:
     width = (reach / size).max(axis=0)
     left, sigma, _ = np.linalg.svd(a / size / np.where(width > 0, width, 1.0))
     return (left / size).T[: len(sigma)], sigma
+
+
+def quality(a: Array, partition: Partition, reach: Array | None = None) -> float:
+    """How well the rows give the dependent speeds, A balanced: the least of three shares, 1 at best, 0 where they do not.
+
+    The reciprocal condition number of the dependent block; its largest entry over that of the rows, since all of it may be small;
+    and the least share that a pivot of its elimination has.
+    """
+    rows = balanced(a, reach)[list(partition.rows)]
+    block = rows[:, list(partition.dependent)]
+    if not block.any():
+        return 0.0 if block.size else 1.0
+    found = float(min(1.0 / np.linalg.cond(block), np.abs(block).max() / np.abs(rows).max()))
+    for j in range(len(block)):
+        rest = block[j:, j:]
+        if not rest[0, 0]:
+            return 0.0
+        found = min(found, float(abs(rest[0, 0]) / np.abs(rest).max()))
+        block[j + 1 :, j:] -= np.outer(block[j + 1 :, j] / block[j, j], block[j, j:])
+    return found
+
+
+def sizes(a: Array, root: Array) -> Array:
+    """How large the entries of A could be: a row's largest share of A S, over what the mass lets each x move, S Sᵀ = M⁻¹ in x.
+
+    Near a dead centre a row is a short one in one x alone; divided by themselves its entries would all look alike.
+    """
+    mobile = np.linalg.norm(root, axis=1)
+    mobile = np.where(mobile > 0, mobile, 1.0)
+    return np.asarray((np.abs(a) * mobile).max(axis=1, keepdims=True, initial=0) / mobile)
 
 
 def metric(m: Array) -> Array:

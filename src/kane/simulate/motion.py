@@ -15,21 +15,33 @@ import numpy.typing as npt
 
 from kane.dynamics.derive import repartition
 from kane.dynamics.equations import Equations
-from kane.dynamics.partition import Partition, balanced, choose
+from kane.dynamics.partition import Partition, choose
 from kane.dynamics.values import without_unknowns
-from kane.errors import SimulationError
+from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import time
 from kane.model.events import Event
 from kane.program.equations import rate_names
 from kane.program.handle import Handle
-from kane.simulate.manifold import RANK, Manifold, Numbers, combinations, manifold, step
+from kane.simulate.manifold import (
+    RANK,
+    Manifold,
+    Numbers,
+    combinations,
+    manifold,
+    metric,
+    quality,
+    sizes,
+    step,
+)
 from kane.simulate.routines import once, routine
 
 Array = npt.NDArray[np.float64]
 
 _POOR, _BETTER = 0.02, 4.0
 """Reciprocal condition of the dependent block below which another is sought, and by how much that must be better."""
+_SHORT = 1e-3
+"""Reciprocal condition below which a sample between two steps is read off with other dependent speeds than it was stepped with."""
 
 
 def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str] | None = None) -> Handle:
@@ -112,18 +124,39 @@ class Motion:
         self.reach = np.maximum(self.reach, np.abs(numbers.a))
         return np.append(x, y[self.width :]), numbers
 
+    def sample(self, t: float, y: Array) -> tuple[Array, Equations]:
+        """y moved onto the constraints, and equations whose dependent speeds are determined there.
+
+        A step may lead across a state at which those that are stepped are singular. Where rank is lost, dependent speeds are as many
+        as are determined: the accelerations are then those of least size.
+        """
+        kept, numbers = self.keep(t, y)
+        e = self.eom.embedding
+        if e is None or numbers is None or not np.all(np.isfinite(numbers.a)):
+            return kept, self.eom
+        sigma = combinations(numbers.a, self.reach)[1]
+        rank = int((sigma > RANK * sigma[0]).sum())
+        reach = np.maximum(self.reach, sizes(numbers.a, metric(numbers.m)))
+        if rank >= len(e.partition.rows) and quality(numbers.a, e.partition, reach) >= _SHORT:
+            return kept, self.eom
+        found = _first(choose(numbers.a, reach=reach), min(rank, len(e.partition.rows)))
+        try:
+            return kept, once(self.first, f"partition {found}", lambda: repartition(self.first, found))
+        except ReactionError:
+            return kept, self.eom
+
     def settle(self, t: float, numbers: Numbers | None) -> bool:
         """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed."""
         e = self.eom.embedding
         if e is None or numbers is None or not np.all(np.isfinite(numbers.a)):
             return False
         before = (self.eom, self.lost)
-        now = _quality(numbers.a, self.reach, e.partition)
+        now = quality(numbers.a, e.partition, self.reach)
         if now < _POOR:
             found = choose(numbers.a, reach=self.reach)
             more = len(found.rows) - len(e.partition.rows)
-            if (more == 0 or (more > 0 and not self.segments)) and _quality(
-                numbers.a, self.reach, found
+            if (more == 0 or (more > 0 and not self.segments)) and quality(
+                numbers.a, found, self.reach
             ) > _BETTER * now:
                 eom = once(self.first, f"partition {found}", lambda: repartition(self.first, found))
                 self._take(eom)
@@ -161,16 +194,6 @@ class Motion:
         return np.concatenate([loose[:nq], u_dot, found[-1:]])
 
 
-def _quality(a: Array, reach: Array, partition: Partition) -> float:
-    """Reciprocal condition number of the dependent block, A balanced, or the least share that a pivot of its elimination has."""
-    block = balanced(a, reach)[np.ix_(partition.rows, partition.dependent)]
-    if not block.size:
-        return 1.0
-    found = float(1.0 / np.linalg.cond(block))
-    for j in range(len(block)):
-        rest = block[j:, j:]
-        if not rest[0, 0]:
-            return 0.0
-        found = min(found, float(abs(rest[0, 0]) / np.abs(rest).max()))
-        block[j + 1 :, j:] -= np.outer(block[j + 1 :, j] / block[j, j], block[j, j:])
-    return found
+def _first(p: Partition, count: int) -> Partition:
+    """The first `count` pivots; the other rows follow from theirs."""
+    return Partition(p.rows[:count], p.dependent[:count], tuple(sorted((*p.rows[count:], *p.redundant))))

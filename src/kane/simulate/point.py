@@ -27,7 +27,10 @@ _CLOSED, _ROUNDS = 1e-15, 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OperatingPoint:
-    """Values by symbol: `kn.simulate(eom, span, **point.arguments)`, `kn.linearize(eom, **point.arguments)`."""
+    """Values by symbol: `kn.simulate(eom, span, **point.arguments)`, `kn.linearize(eom, **point.arguments)`.
+
+    The time is not among them, as a span has its own; where it enters the equations, give `linearize` t=point.t as well.
+    """
 
     q: dict[Symbol, float]
     u: dict[Symbol, float]
@@ -37,7 +40,7 @@ class OperatingPoint:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """q, u, parameters and inputs, as `simulate`, `linearize` and `Equations.evaluate` take them."""
+        """q, u, parameters and inputs without the time, as `simulate`, `linearize` and `Equations.evaluate` take them."""
         return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs}
 
     def __getitem__(self, what: Any) -> float:

@@ -92,12 +92,11 @@ def simulate(
 
 
 def _start(eom: Equations, q: Any, u: Any, rates: Any, given: dict[str, Any], t0: float) -> Array:
-    """(q, u), what is left out solved for where there are constraints."""
-    if eom.constraints.constraints:
+    """(q, u), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
+    if eom.constraints.constraints or rates is not None:
         found = assemble(eom, q=q, u=u, rates=rates, **given, t=t0)
-        return np.array([*found.q.values(), *found.u.values()])
-    speeds = u if rates is None else eom.speeds_from_rates(q, rates, parameters=given["parameters"], t=t0)
-    return start_state(eom, q, speeds)
+        q, u = found.q, found.u
+    return start_state(eom, q, u)
 
 
 def _check_start(motion: Motion, t0: float, start: Array) -> None:

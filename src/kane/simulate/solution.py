@@ -15,10 +15,11 @@ from kane.dynamics.equations import Equations
 from kane.dynamics.joint_reactions import Place, unsolved
 from kane.dynamics.values import evaluate_along
 from kane.errors import ValueMissingError, alike
+from kane.expr.evaluate import free_symbols
 from kane.expr.html import quietly
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Symbol
+from kane.expr.symbols import Reaction, Symbol
 from kane.model.constraints import Constraint
 from kane.model.events import Event
 from kane.space.frame import Frame
@@ -60,7 +61,9 @@ class Solution:
 
     `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
     name. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
-    `events` all that were met and their times.
+    `events` all that were met and their times. `segments` are the equations it was stepped with, `samples` for each time those whose
+    dependent speeds are determined there: accelerations and reactions are read off these. Where the constraints lose rank, reactions
+    have no value (NaN).
     """
 
     equations: Equations
@@ -76,6 +79,7 @@ class Solution:
     steps: int
     evaluations: int
     segments: tuple[Segment, ...] = ()
+    samples: tuple[Equations, ...] = ()
 
     @property
     def q(self) -> Array:
@@ -123,30 +127,39 @@ class Solution:
             vectors = [v for v in (found.force, found.torque) if v is not None]
             return [x for v in vectors for x in v.components(target)]
 
-        table = np.stack(self._by_segment(components), axis=-1)
+        table = np.stack(self._by_sample(components), axis=-1)
+        table[self._lost()] = np.nan
         return (table[:, :3] if table.shape[1] == 6 else None), table[:, -3:]
 
     def _values(self, exprs: Any) -> list[Array]:
-        return self._by_segment(lambda eom: exprs)
+        found = self._by_sample(lambda eom: exprs)
+        for e, values in zip(exprs, found, strict=True):
+            if any(isinstance(s, Reaction) for s in free_symbols([e])):
+                values[self._lost()] = np.nan
+        return found
 
-    def _by_segment(self, exprs: Callable[[Equations], Any]) -> list[Array]:
-        if len(self.segments) < 2:
-            stepped = self.segments[0].equations if self.segments else self.equations
-            return self._values_along(stepped, exprs(stepped), slice(None))
-        starts = [int(np.searchsorted(self.t, s.start)) for s in self.segments[1:]]
-        parts = [slice(a, b) for a, b in zip([0, *starts], [*starts, len(self.t)], strict=True)]
-        found = [
-            self._values_along(s.equations, exprs(s.equations), part)
-            for s, part in zip(self.segments, parts, strict=True)
-            if part.start < part.stop
-        ]
-        return [np.concatenate(pieces) for pieces in zip(*found, strict=True)]
+    def _lost(self) -> npt.NDArray[np.bool_]:
+        """Samples at which the constraints determine fewer speeds than elsewhere."""
+        ranks = np.array([len(eom.dependent_speeds) for eom in self.samples or (self.equations,) * len(self)])
+        return np.asarray(ranks < max(ranks.max(initial=0), len(self.equations.dependent_speeds)))
 
-    def _values_along(self, eom: Equations, exprs: Any, part: slice) -> list[Array]:
+    def _by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
+        """Values of what `exprs` makes of the equations that hold at each sample."""
+        places: dict[Equations, list[int]] = {}
+        for k, eom in enumerate(self.samples or (self.equations,) * len(self)):
+            places.setdefault(eom, []).append(k)
+        parts = [(at, self._values_along(eom, exprs(eom), at)) for eom, at in places.items()]
+        found = [np.empty(len(self)) for _ in parts[0][1]]
+        for at, values in parts:
+            for whole, part in zip(found, values, strict=True):
+                whole[at] = part
+        return found
+
+    def _values_along(self, eom: Equations, exprs: Any, part: list[int]) -> list[Array]:
         times = self.t[part]
         inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
         values = evaluate_along(eom, exprs, list(self.q[part].T), list(self.u[part].T), self.parameters, inputs, times)
-        return [np.broadcast_to(v, times.shape).copy() for v in values]
+        return [np.broadcast_to(v, times.shape) for v in values]
 
     @cached_property
     def constraint_residuals(self) -> Mapping[Constraint, Array]:

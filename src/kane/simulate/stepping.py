@@ -41,7 +41,8 @@ def integrate(
     t0, t1 = span
     values = motion.watch(t0, start)
     solver = _solver(method, motion, t0, start, t1, tolerances)
-    grid, rows, steps, evaluations = [t0], [start], 0, 0
+    grid, steps, evaluations = [t0], 0, 0
+    rows = [motion.sample(t0, start)]
     status, message = "finished", f"reached t = {t1:g}"
     hit: Event | None = None
     met: list[tuple[Event, float]] = []
@@ -60,7 +61,9 @@ def integrate(
             )
             break
         dense, end = solver.dense_output(), solver.t
-        after = motion.watch(end, solver.y)
+        kept, numbers = motion.keep(end, solver.y)
+        # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
+        after = motion.watch(end, kept)
         for event, t in crossings(motion.eom.events, motion.watch, dense, (solver.t_old, end), (values, after)):
             met.append((event, t))
             if event.terminal:
@@ -70,20 +73,20 @@ def integrate(
         inside = wanted[(wanted > grid[-1]) & (wanted < end)]
         for t in [*inside, end] if status == "event" or solver.status == "finished" else inside:
             grid.append(float(t))
-            rows.append(motion.keep(t, dense(t))[0])
+            rows.append(motion.sample(t, dense(t)))
         if status == "event" or solver.status == "finished":
             break
         values = after
-        kept, numbers = motion.keep(end, solver.y)
         changed = motion.settle(end, numbers)
+        if changed:
+            values = motion.watch(end, kept)
         if changed or not np.array_equal(kept, solver.y):
             solver, spent = _continued(solver, kept, changed, method, motion, t1, tolerances)
             evaluations += spent
-            values = motion.watch(end, kept)
     if status == "stopped" and solver.t > grid[-1] and np.all(np.isfinite(solver.y)):
         grid.append(float(solver.t))
-        rows.append(solver.y)
-    states = np.array(rows)
+        rows.append(motion.sample(solver.t, solver.y))
+    states = np.array([y for y, _ in rows])
     return Solution(
         motion.first,
         np.array(grid),
@@ -98,6 +101,7 @@ def integrate(
         steps,
         evaluations + int(solver.nfev),
         tuple(Segment(t, eom) for t, eom in motion.segments),
+        tuple(eom for _, eom in rows) if motion.segments else (),
     )
 
 

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from kane.dynamics.partition import choose
 from kane.dynamics.unsolved import Perturbations
 from kane.simulate.local import Slopes
+from kane.simulate.manifold import metric, sizes
 
 Array = npt.NDArray[np.float64]
 
@@ -63,6 +64,7 @@ def tangents(
     q: Array,
     slopes: Slopes,
     a: Array,
+    m: Array,
     given_q: Sequence[int],
     given_u: Sequence[int],
 ) -> Tangents:
@@ -72,24 +74,27 @@ def tangents(
     ----------
     slopes : derivatives in (q, u, r) at the point
     a : A
+    m : the mass matrix
     given_q, given_u : which perturbations and speeds are to be dependent, as far as the constraints determine them
     """
     nq, n = len(q), a.shape[1]
     t = spread(known, q)
     g = slopes.configuration[:, :nq] @ t
-    free_q, n_q, p = _solved(g, slopes.configuration[:, nq + n :], given_q)
+    w = np.vstack([slopes.rates[list(known.coordinates)], slopes.spins])[:, nq : nq + n]
+    root = metric(m)
+    free_q, n_q, p = _solved(g, slopes.configuration[:, nq + n :], w @ root, given_q)
     moved = slopes.motion[:, :nq] @ t
     shift = np.hstack([moved @ n_q, moved @ p + slopes.motion[:, nq + n :]])
-    free_u, b, eq = _solved(a, shift, given_u)
+    free_u, b, eq = _solved(a, shift, root, given_u)
     return Tangents(t, free_q, free_u, n_q, p, b, eq[:, : len(free_q)], eq[:, len(free_q) :])
 
 
-def _solved(a: Array, rest: Array, given: Sequence[int]) -> tuple[tuple[int, ...], Array, Array]:
-    """x of a x + rest y = 0 by its free part: x = first x_free + second y."""
+def _solved(a: Array, rest: Array, root: Array, given: Sequence[int]) -> tuple[tuple[int, ...], Array, Array]:
+    """x of a x + rest y = 0 by its free part: x = first x_free + second y; what is dependent is chosen by `sizes`."""
     count = a.shape[1]
     if not len(a):
         return tuple(range(count)), np.eye(count), np.zeros((count, rest.shape[1]))
-    found = choose(a, given)
+    found = choose(a, given, reach=sizes(a, root))
     free = found.independent(count)
     rows, held = list(found.rows), list(found.dependent)
     first, second = np.zeros((count, len(free))), np.zeros((count, rest.shape[1]))
