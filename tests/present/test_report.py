@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.dynamics.steps import shown_speeds
 from kane.expr.latex import latex_name
-from kane.gallery import four_bar
+from kane.gallery import four_bar, pure_rolling_disk
 from kane.gallery.pendulums import chain
 from kane.present.along import motion_checks
 from kane.present.chapters import chapters
 from kane.present.checks import Check
-from kane.present.declared import Tex
+from kane.present.declared import Tex, declared
 from tests.present.disk import derived, moved
 from tests.present.page import Page
 
@@ -167,7 +168,7 @@ def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
     eom = kn.derive(four_bar.system())
     step = chapters(eom)[3]
     (table,) = step.tables
-    assert [str(row[0]) for row in table.rows] == [str(Tex(latex_name(str(s)))) for s in eom.all_speeds]
+    assert [str(row[0]) for row in table.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom)]
     shown = {f.name: f.text for f in step.formulas}
     assert [u.name for u in eom.dependent_speeds] == [name for name in shown if name.startswith("u")] == ["u1", "u3"]
     at = {"q": {"q1": 0.7, "q2": -0.3, "q3": 1.9}, "u": {"u1": 0.0, "u2": 2.0, "u3": 0.0}}
@@ -201,3 +202,33 @@ def test_a_motion_is_checked_without_being_asked(page: Page, text: str) -> None:
 
 def test_provenance_is_left_out_where_there_are_too_many_speeds() -> None:
     assert [c.provenance for c in chapters(kn.derive(chain(11)))] == [None] * 7
+
+
+def test_a_motion_through_another_choice_of_speeds_is_checked() -> None:
+    """The equations of each sample are thinned with the samples."""
+    eom = kn.derive(pure_rolling_disk.system())
+    sol = kn.simulate(eom, (0, 5), **pure_rolling_disk.START)
+    assert len(sol) > 101
+    found = motion_checks(sol)
+    assert all(c.passed for c in found), [str(c) for c in found]
+    assert any("BᵀMB" in c.name for c in found)
+
+
+def test_constraints_are_held_by_reactions_with_a_direction_and_a_formula() -> None:
+    """Their auxiliary speeds move nothing, and have no row; their multipliers stand in step 7."""
+    eom = kn.derive(pure_rolling_disk.system())
+    rows = {str(s) for s in shown_speeds(eom)}
+    hidden = {str(s) for s in eom.all_speeds} - rows
+    assert len(hidden) == 2
+    for number, prefix in ((5, "F_"), (6, "F*_")):
+        names = {name for name, _ in eom.steps[number - 1].items}
+        assert {f"{prefix}{s}" for s in rows} | {f"~{prefix}{u.name}" for u in eom.independent_speeds} == names
+    items = dict(eom.steps[6].items)
+    state = {"q": {"q1": 0.3, "q2": 0.4, "q3": 0, "q4": 0, "q5": 0}, "u": {"u1": 0.5, "u2": -1.0, "u3": 6.0}}
+    at = kn.assemble(eom, **state)
+    values = zip(eom.reactions, eom.evaluate(list(eom.reaction_values), q=at.q, u=at.u), strict=True)
+    expected = {r.name: v for r, v in values}
+    for name in ("F_x", "F_y"):
+        assert eom.evaluate(items[name], q=at.q, u=at.u) == pytest.approx(expected[name], rel=1e-12)
+    (table,) = [t for t in declared(eom) if t.title.startswith("Reactions")]
+    assert [str(row[2]) for row in table.rows] == [str(Tex(rf"\hat{{n}}_{{{a}}}")) for a in "zxy"]

@@ -40,7 +40,8 @@ def motion_checks(solution: Solution, known: Sequence[Check] = ()) -> tuple[Chec
 
 def _thinned(solution: Solution) -> Solution:
     at = np.unique(np.linspace(0, len(solution) - 1, min(len(solution), _SAMPLES)).astype(int))
-    return replace(solution, t=solution.t[at], states=solution.states[at], work=solution.work[at])
+    equations = tuple(solution.samples[i] for i in at) if solution.samples else ()
+    return replace(solution, t=solution.t[at], states=solution.states[at], work=solution.work[at], samples=equations)
 
 
 def _at(solution: Solution) -> str:
@@ -94,7 +95,8 @@ def _mass(solution: Solution) -> Check:
     least, most = float(values.min()), float(values.max())
     condition = float((values[:, -1] / values[:, 0]).max()) if least > 0 else np.inf
     detail = f"scaled to a unit diagonal; eigenvalues {least:.3g} to {most:.3g}, {_at(solution)}"
-    return Check("M is positive definite; its condition number", condition, _CONDITION, detail)
+    what = "BᵀMB of the motions that the constraints permit" if len(solution.equations.b) else "M"
+    return Check(f"{what} is positive definite; its condition number", condition, _CONDITION, detail)
 
 
 def _permitted(solution: Solution, mass: Array) -> Array:

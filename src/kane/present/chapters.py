@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from kane.dynamics.contributions import Contributions
 from kane.dynamics.equations import Equations
-from kane.dynamics.steps import Step
+from kane.dynamics.steps import Step, shown_speeds
 from kane.expr.html import unit_text
 from kane.expr.latex import latex_name
 from kane.expr.node import ZERO
@@ -60,12 +60,12 @@ class Chapter:
 def chapters(eom: Equations) -> list[Chapter]:
     """One chapter for each of `eom.steps`."""
     names = item_names(eom)
-    terms = [eom.contributions(s) for s in eom.all_speeds] if _surveyable(eom) else []
+    terms = [eom.contributions(s) for s in shown_speeds(eom)] if _surveyable(eom) else []
     return [_chapter(eom, step, names, terms) for step in eom.steps]
 
 
 def _surveyable(eom: Equations) -> bool:
-    return len(eom.speeds) <= _WIDE and len(eom.all_speeds) <= _HIGH
+    return len(eom.speeds) <= _WIDE and len(shown_speeds(eom)) <= _HIGH
 
 
 def _chapter(eom: Equations, step: Step, names: dict[str, str], terms: list[Contributions]) -> Chapter:
@@ -79,7 +79,8 @@ def _chapter(eom: Equations, step: Step, names: dict[str, str], terms: list[Cont
         shown = [f for f in shown if "," not in f.name]
     if step.number == 7 and len(eom.speeds) <= _WIDE:
         entries = {f.name: f.right for f in shown}
-        displays = (r"M \dot{u} = f, \qquad M = " + _matrix(eom, entries),)
+        held = r" + A^{T} \lambda" if eom.embedding else ""
+        displays = (rf"M \dot{{u}} = f{held}, \qquad M = " + _matrix(eom, entries),)
         inside = {f"M[{r.name}, {s.name}]" for r in eom.speeds for s in eom.speeds}
         shown = [f for f in shown if f.name not in inside]
     solution, note = _solution(eom) if step.number == 7 else ((), "")
@@ -115,15 +116,17 @@ _PROSE = {
 
 
 def _prose(eom: Equations, step: Step) -> str:
-    return _PROSE.get(step.number, step.text) + (_EMBEDDED.get(step.number, "") if eom.embedding else "")
+    plain = _PROSE.get(step.number, step.text)
+    return _EMBEDDED.get(step.number, plain) if eom.embedding else plain
 
 
 _EMBEDDED = {
-    4: r" The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$, which stand last.",
-    7: r" The constraints are embedded: $\tilde F_r + \tilde F^{*}_r = 0$ with $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$. The forces "
-    r"that hold them are $\lambda$ in $M\dot{u} = f + A^{T} \lambda$.",
+    4: _PROSE[4] + r" The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$.",
+    5: _PROSE[5] + r" Of the independent speeds, $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$ over the dependent ones $D$.",
+    7: r"$\tilde F_r + \tilde F^{*}_r = 0$, or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$; the auxiliary equations give the "
+    "reactions.",
 }
-"""What constraints change in a step."""
+"""Of a system with constraints."""
 
 
 def _coordinates(eom: Equations) -> Table:
@@ -137,7 +140,7 @@ def _partials(eom: Equations, entries: dict[str, str]) -> Table:
     columns = [("w", r"\boldsymbol{\omega}", f) for f in eom.frames if f is not inertial]
     columns += [("v", r"\mathbf{v}", p) for p in eom.points if p.parent is not None]  # type: ignore[misc]
     rows: list[tuple[str | Tex, ...]] = []
-    for s in eom.all_speeds:
+    for s in shown_speeds(eom):
         name = str(s)
         cells = [entries.get(f"{kind}_{place.name},{name}", "0") for kind, _, place in columns]
         rows.append((Tex(latex_name(name)), *map(Tex, cells)))

@@ -127,8 +127,14 @@ def _reactions(eom: Equations) -> tuple[tuple[str | Tex, ...], ...]:
     for r, s in zip(eom.reactions, eom.auxiliary_speeds, strict=True):
         cut, held = cut_of(r) or cut_of(s), constraint_of(r)
         at = Tex(place_latex(cut.at.name)) if cut else held.name if held else ""
-        rows.append((Tex(latex_name(r.name)), at, vector_tex(cut.along) if cut else "", Tex(latex_name(s.name))))
+        along = cut.along if cut else _direction(held) if held else None
+        rows.append((Tex(latex_name(r.name)), at, vector_tex(along) if along else "", Tex(latex_name(s.name))))
     return tuple(rows)
+
+
+def _direction(held: Constraint) -> Vector | None:
+    """The first of the directions along which a constraint's multiplier acts."""
+    return next((v for _, v in (*held.forces, *held.torques)), None)
 
 
 def _parameters(eom: Equations, values: Any) -> tuple[str, tuple[str, ...], tuple[tuple[str | Tex, ...], ...]]:

@@ -36,7 +36,11 @@ def item_names(eom: Equations) -> dict[str, str]:
     for s in speeds:
         found[f"F_{s}"] = f"F_{{{latex_name(s)}}}"
         found[f"F*_{s}"] = f"F^{{*}}_{{{latex_name(s)}}}"
+        found[f"~F_{s}"] = rf"\tilde{{F}}_{{{latex_name(s)}}}"
+        found[f"~F*_{s}"] = rf"\tilde{{F}}^{{*}}_{{{latex_name(s)}}}"
         found[f"f[{s}]"] = f"f_{{{latex_name(s)}}}"
         for r in speeds:
             found[f"M[{s}, {r}]"] = rf"M_{{{latex_name(s)}\,{latex_name(r)}}}"
+    for c in eom.constraints.constraints:
+        found[f"(A u + b)[{c.name}]"] = rf"\left(A u + b\right)_{{{latex_name(c.name)}}}"
     return found
