@@ -42,6 +42,7 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "rolling disk, sliding": rolling_disk.system,
     "7R arm": lambda: arm("zyzyzyz"),
     "Whipple bicycle": whipple_bicycle.system,
+    "Whipple bicycle, spins as speeds": lambda: whipple_bicycle.system("spins"),
     "rolling disk, pure rolling": pure_rolling_disk.system,
     "four-bar": four_bar.system,
     "Bricard mechanism": bricard.system,

@@ -117,3 +117,17 @@ def test_power_balance_and_operations() -> None:
     rate, power = EOM.evaluate([EOM.time_derivative(EOM.energy), EOM.power], **state, inputs=INPUTS)
     assert rate == pytest.approx(power, rel=1e-12)
     assert kn.derive(BIKE.system).operations.total <= 2000
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_spins_as_speeds_give_the_same_motion(seed: int) -> None:
+    """The second derivatives of the coordinates do not depend on the choice of speeds."""
+    state = random_state(np.random.default_rng([21, seed]))
+    other = kn.derive(whipple_bicycle.system("spins"))
+    q = {s.name: x for s, x in state["q"].items()}
+    rates = dict(zip(q, EOM.evaluate(EOM.rates, **state), strict=True))
+    at = kn.assemble(other, q=q, rates=rates)
+    assert abs(at.u[other.speeds[3]] - state["u"][EOM.speeds[3]]) > 1e-2
+    expected = EOM.evaluate([EOM.time_derivative(r) for r in EOM.rates], **state, inputs=INPUTS)
+    found = other.evaluate([other.time_derivative(r) for r in other.rates], q=at.q, u=at.u, inputs=INPUTS)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
