@@ -104,6 +104,30 @@ def test_successive_rotations_about_one_axis_are_one_by_the_sum():
     assert numbers(third.angular_velocity(second).components(N), path.values()) == pytest.approx([0, 0, path.v[2]])
 
 
+@pytest.mark.parametrize("axis", "xyz")
+def test_a_turn_about_the_same_axis_is_seen_from_the_frame_before(axis):
+    """Of frames turned by a, a + b and a + b + c each sees its neighbour turned by one angle; siblings share sines and cosines."""
+    first = N.rotate("A", a, getattr(N, axis))
+    second = first.rotate("B", b, getattr(first, axis))
+    third = second.rotate("C", -c, getattr(second, axis))
+    y = "xyz"["xyz".index(axis) - 2]
+    assert getattr(first, y).dot(getattr(second, y)) is kn.cos(b)
+    assert getattr(second, y).dot(getattr(first, y)) is kn.cos(b)
+    assert getattr(second, y).dot(getattr(third, y)) is kn.cos(c)
+    path = Path(ANGLES, 7)
+    angles = path.values()
+    turn = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1]}[axis]
+    for one, other, angle in (
+        (first, second, angles[b]),
+        (third, second, angles[c]),
+        (first, third, angles[b] - angles[c]),
+    ):
+        expected = Rotation.from_rotvec(angle * np.array(turn)).as_matrix()
+        assert numbers(one.dcm(other), path.values()) == pytest.approx(expected, abs=1e-14)
+    sibling = N.rotate("D", d, getattr(N, axis))
+    assert getattr(first, y).dot(getattr(sibling, y)) is kn.cos(a) * kn.cos(d) + kn.sin(a) * kn.sin(d)
+
+
 def test_axis_in_another_frame_that_is_the_same_axis():
     A = N.rotate("A", a, N.z)
     assert N.rotate("B", b, A.z).angular_velocity(N).components(N)[2] is b.dt

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import NEG, SUB
 from kane.expr.symbols import Coordinate, QuasiRate
 
 if TYPE_CHECKING:
@@ -157,11 +159,35 @@ def express(v: Triple, source: Frame, target: Frame) -> Triple:
 
 def _walk(v: Triple, source: Frame, target: Frame) -> Triple:
     up, down = path(source, target)
+    between = _between(up, down)
+    if between is not None:
+        up, down = up[:-1], down[1:]
     for frame in up:
         v = leave(frame, v)
+    if between is not None:
+        v = _turn(between, v, between.s)
     for frame in down:
         v = enter(frame, v)
     return v
+
+
+def _between(up: Sequence[Frame], down: Sequence[Frame]) -> Orientation | None:
+    """The turn from the last frame of `up` to the first of `down`, both turned about one axis, where its angle is a plain one.
+
+    Of frames turned by θ and by θ + δ that is δ: their direction cosines are cos δ, not cos θ cos(θ + δ) + sin θ sin(θ + δ).
+    """
+    if not up or not down:
+        return None
+    a, b = up[-1].orientation, down[0].orientation
+    assert a is not None
+    assert b is not None
+    if a.axis is None or a.axis != b.axis or a.angle is None or b.angle is None:
+        return None
+    angle = sub(a.angle, b.angle)
+    size = angle.args[0] if angle.op is NEG else angle
+    if size.op is SUB:
+        return None
+    return Orientation(a.base, NOTHING, axis=a.axis, c=cos(angle), s=sin(angle), angle=angle)
 
 
 def single(v: Triple) -> int | None:
