@@ -185,8 +185,13 @@ class TestNesting:
 
         a, b = state(1), state(2)
         expected = RHS(0.0, a)
-        before = signal.signal(signal.SIGALRM, lambda *_: RHS(0.0, b))
-        signal.setitimer(signal.ITIMER_REAL, 1e-4, 1e-4)
+
+        def handler(*_):
+            RHS(0.0, b)
+            signal.setitimer(signal.ITIMER_REAL, 1e-4)  # not before it is done: a slow machine would nest without end
+
+        before = signal.signal(signal.SIGALRM, handler)
+        signal.setitimer(signal.ITIMER_REAL, 1e-4)
         try:
             right = all(np.array_equal(RHS(0.0, a), expected) for _ in range(20_000))
         finally:
