@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, settings
 # `quick` draws the same examples each time: a failure of `make test` is a failure for everyone.
 settings.register_profile(
     "quick",
-    max_examples=15,
+    max_examples=10,
     deadline=None,
     derandomize=True,
     print_blob=True,

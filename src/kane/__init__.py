@@ -149,6 +149,7 @@ from kane.simulate.linearize import Linearizer, linearize, linearizer
 from kane.simulate.point import OperatingPoint
 from kane.simulate.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.simulate.solution import Solution
+from kane.simulate.stability import Crossing
 from kane.simulate.trim import equilibrium, trim
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -209,7 +210,8 @@ __all__ = [
     "System", "derive", "Equations", "compile", "Compiled", "Handle", "assemble", "Assembled", "guess", "Guess", "signal", "Signal",
     "simulate", "Solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
-    "equilibrium", "OperatingPoint", "continuation", "Branch", "root_locus", "inverse", "Inverse", "plot", "report", "Check",
+    "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "plot", "report",
+    "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",

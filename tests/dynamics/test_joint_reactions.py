@@ -114,6 +114,23 @@ class TestFourBar:
         assert whole.name == "pin G"
         assert whole.point is FourBar.P3
 
+    @pytest.mark.parametrize(
+        ("names", "whole"),
+        [
+            (("pin G x", "pin G y"), "pin G"),
+            (("wheel on the road", "wheel 1"), "wheel"),
+            (("wheel on the road", "wheel"), "wheel"),
+            (("left", "right"), "left, right"),
+            (("foot on the left rail", "foot of the right leg"), "foot on the left rail, foot of the right leg"),
+        ],
+    )
+    def test_several_are_named_by_what_is_common(self, names, whole):
+        pair = [
+            kn.coincident(FourBar.P3, FourBar.ground, n, name=name)[0]
+            for n, name in zip((N.x, N.y), names, strict=True)
+        ]
+        assert FourBar.derive(holonomic=pair).reaction(pair).name == whole
+
     def test_along_a_motion_and_in_any_frame(self):
         """The samples are those of the reaction listed, in segments that were stepped with other dependent speeds too."""
         listed = [kn.reaction(f"O{k}", at=FourBar.O1, along=n) for k, n in (("x", N.x), ("y", N.y))]

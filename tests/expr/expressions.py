@@ -7,6 +7,7 @@ routes must agree to many digits.
 
 from __future__ import annotations
 
+import os
 import random
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from kane.expr.build import NODE_BUILDERS
 from kane.expr.node import Expr, as_expr, constant_value, pi, postorder
 from kane.expr.symbols import coordinates, parameter, speed
 
+DEEP = 100_000 if os.environ.get("KANE_FULL") else 20_000
+"""How deep a graph must be to show recursion: Python's own limit is at 1,000 calls."""
 MP = mpmath.mp.clone()
 MP.dps = 50
 

@@ -23,10 +23,9 @@ from kane.expr.node import Expr, as_expr, constant, constant_value, digest, inte
 from kane.expr.operators import rational
 from kane.expr.ops import ADD, MUL, OPS
 from kane.expr.symbols import Symbol, coordinate, coordinates, parameter, speed
-from tests.expr.expressions import Program, programs, random_program
+from tests.expr.expressions import DEEP, Program, programs, random_program
 
 x, y = coordinates("x, y")
-DEEP = 100_000
 
 
 def deep(n: int = DEEP) -> Expr:
@@ -181,7 +180,7 @@ def test_pickling_returns_the_same_nodes(program: Program) -> None:
     assert all(a is b for a, b in zip(pickle.loads(pickle.dumps(rates)), rates, strict=True))
 
 
-def test_pickling_a_graph_100000_deep() -> None:
+def test_pickling_a_deep_graph() -> None:
     e = deep()
     assert pickle.loads(pickle.dumps(e)) is e
 
@@ -214,7 +213,7 @@ def test_copies_are_the_same_object() -> None:
 
 
 def test_deallocation_of_a_graph_100000_deep() -> None:
-    e = deep()
+    e = deep(100_000)
     watch = weakref.ref(e)
     del e
     node.sweep()

@@ -204,3 +204,21 @@ def test_a_point_that_wanders_in_its_body_is_refused() -> None:
         kn.coincident(lowest, O, N.z)
     slider = hub.at("slider", x * B.y)  # x does not turn B
     assert kn.coincident(slider, O, N.z)[0].kind == "configuration"
+
+
+class TestRepr:
+    q, a = kn.coordinate("q"), kn.parameter("a")
+
+    def test_a_short_one_is_an_equation(self):
+        c = kn.configuration_constraint("short", self.q - self.a)
+        assert repr(c) == "Constraint('short': q - a = 0, configuration)"
+
+    @pytest.mark.parametrize("depth", [8, 4000])
+    def test_a_long_one_is_cut_and_is_none(self, depth):
+        f = self.q
+        for _ in range(depth):
+            f = (f * self.a + self.q).sin() + f
+        text = repr(kn.motion_constraint("long", f))
+        assert text.endswith(" …, motion)")
+        assert "=" not in text
+        assert len(text) < 100

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,6 @@ from tests.present.page import Page
 
 CONTRAST = (Path(__file__).parent / "contrast.js").read_text(encoding="utf-8")
 WIDTHS = (1280, 390)
-SCHEMES = ("light", "dark")
 PAPER = 688
 """A4 less margins of 14 mm, in pixels of CSS."""
 OPEN_ALL = "document.querySelectorAll('details').forEach(d => d.open = true)"
@@ -42,25 +42,36 @@ def browser() -> Iterator[Any]:
         yield found
 
 
-QUICK = ("rolling_disk", "free_body", "four_bar")
-"""The reports that the quick tests open too: reactions and friction, Euler parameters, constraints."""
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("reports")
+
+
+QUICK = ("rolling_disk", "slider_crank")
+"""The reports that the quick tests open too: reactions and friction, constraints."""
 
 
 @pytest.fixture(scope="module", params=[n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in GALLERY])
-def opened(request: pytest.FixtureRequest, browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
-    yield from opening(request.param, browser, tmp_path_factory.mktemp("reports"))
+def opened(request: pytest.FixtureRequest, browser: Any, reports: Path) -> Iterator[Opened]:
+    yield from opening(request.param, browser, reports)
 
 
 @pytest.fixture(scope="module")
-def disk(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
-    yield from opening("rolling_disk", browser, tmp_path_factory.mktemp("disk"))
+def disk(browser: Any, reports: Path) -> Iterator[Opened]:
+    yield from opening("rolling_disk", browser, reports)
 
 
-def opening(name: str, browser: Any, folder: Path) -> Iterator[Opened]:
+@cache
+def report(name: str, folder: Path) -> Path:
+    """The report of a system of the gallery, with a motion; written once."""
     found = model(name)
     eom = kn.derive(found.system)
     sol = kn.simulate(eom, (0.0, 0.2), samples=21, **found.start) if found.start else None
-    path = kn.report(eom, folder / f"{name}.html", solution=sol, title=found.title, sources=found.sources)
+    return kn.report(eom, folder / f"{name}.html", solution=sol, title=found.title, sources=found.sources)
+
+
+def opening(name: str, browser: Any, folder: Path) -> Iterator[Opened]:
+    path = report(name, folder)
     complaints: list[str] = []
     context = browser.new_context(viewport={"width": WIDTHS[0], "height": 900}, offline=True)
     view = context.new_page()
@@ -84,8 +95,15 @@ def test_every_formula_is_typeset(opened: Opened) -> None:
     assert opened.complaints == []
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize(
+    ("width", "scheme"),
+    [
+        (WIDTHS[0], "light"),
+        (WIDTHS[1], "dark"),
+        pytest.param(WIDTHS[0], "dark", marks=pytest.mark.slow),
+        pytest.param(WIDTHS[1], "light", marks=pytest.mark.slow),
+    ],
+)
 def test_fits_and_is_legible(opened: Opened, width: int, scheme: str) -> None:
     view = opened.view
     view.set_viewport_size({"width": width, "height": 900})

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from kane.dynamics.partition import dependencies, row_sizes
 from kane.dynamics.values import without_unknowns
 from kane.errors import ReactionError
 from kane.expr.evaluate import evaluate
+from kane.expr.excerpt import excerpt
 from kane.kinematics.constraints import unplaced
 from kane.kinematics.motion import acceleration_form
 from kane.model.bodies import RigidBody
@@ -95,7 +97,7 @@ def _looked_up(eom: Equations, place: Any) -> Joint | Point | Frame | tuple[Cons
     if isinstance(place, str):
         return _by_name(eom, place)
     wanted = (place,) if isinstance(place, Constraint) else tuple(place) if isinstance(place, Iterable) else (place,)
-    strangers = [getattr(c, "name", repr(c)[:60]) for c in wanted if c not in set(system.constraints)]
+    strangers = [getattr(c, "name", None) or excerpt(repr(c)) for c in wanted if c not in set(system.constraints)]
     if strangers or not wanted:
         raise ReactionError(
             f"Expected a joint, a point, a frame, constraints of the system or a name to find the reaction at, got "
@@ -254,8 +256,7 @@ def _gathered(
 
 def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReaction:
     """What constraints exert together on the point that the first force names first, and the frame that the first pure torque does."""
-    names = {c.name for c in constraints}
-    name = names.pop() if len(names) == 1 else constraints[0].name.rpartition(" ")[0]
+    name = _common_name([c.name for c in constraints])
     _check_placed(name, constraints)
     points = {c.forces[0][0]: c for c in constraints if c.forces}
     frames = {c.torques[0][0]: c for c in constraints if c.torques and not c.forces}
@@ -275,6 +276,17 @@ def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReacti
         f, t = share(c)
         force, torque = force + f * eom.multipliers[c], torque + t * eom.multipliers[c]
     return JointReaction(name, force, torque, point)
+
+
+def _common_name(names: Sequence[str]) -> str:
+    """The words that names begin with, where one of them has at most one more ("G" of "G x", "G y"); else all the names."""
+    words = [n.split() for n in names]
+    shared = words[0]
+    for other in words[1:]:
+        shared = [a for a, _ in takewhile(lambda pair: pair[0] == pair[1], zip(shared, other, strict=False))]
+    if shared and min(map(len, words)) <= len(shared) + 1:
+        return " ".join(shared)
+    return ", ".join(dict.fromkeys(names))
 
 
 # Checks ----------------------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import Any
 
 from kane.errors import UnitError
+from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.ops import OPS, SYMBOL
 from kane.expr.units import ANY, NUMBER, ONE, Unit, parse, power, product, quotient
@@ -59,14 +60,14 @@ def _common(node: Expr, terms: tuple[Expr, ...], units: tuple[Unit, ...]) -> Uni
             first, found = (first, found) if unit is ANY else (term, unit)
         elif unit is not ANY and not agree(found, unit):
             raise UnitError(
-                f"Expected terms of one unit in {node!s:.60}, got {_said(first, found)} and {_said(term, unit)}. "
+                f"Expected terms of one unit in {excerpt(node)}, got {_said(first, found)} and {_said(term, unit)}. "
                 f"{_cure(found, unit)}"
             )
     return found
 
 
 def _said(e: Expr, unit: Unit) -> str:
-    return f"{e!s:.40} [{'a number' if unit is NUMBER else spelled(unit, e)}]"
+    return f"{excerpt(e, 40)} [{'a number' if unit is NUMBER else spelled(unit, e)}]"
 
 
 def _cure(a: Unit, b: Unit) -> str:
@@ -95,7 +96,7 @@ def _bare(node: Expr, *units: Unit) -> Unit:
         if not agree(unit, ONE):
             cure = "Give angles in rad." if unit.is_bare else "Divide by a quantity of the same unit."
             raise UnitError(
-                f"Expected an angle (rad) or a ratio in {node.op.name}(…), got {_said(e, unit)} in {node!s:.60}. {cure}"
+                f"Expected an angle (rad) or a ratio in {node.op.name}(…), got {_said(e, unit)} in {excerpt(node)}. {cure}"
             )
     return ONE
 
@@ -107,7 +108,7 @@ def _power(node: Expr, base: Unit, exponent: Unit) -> Unit:
     try:
         return power(base, Fraction(value).limit_denominator(_FINEST))
     except OverflowError:
-        raise UnitError(f"Expected a power whose unit has a finite scale, got {node!s:.60}.") from None
+        raise UnitError(f"Expected a power whose unit has a finite scale, got {excerpt(node)}.") from None
 
 
 RULES: dict[object, Rule] = {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.errors import ModelError
+from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr, as_expr
 from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
@@ -67,7 +68,7 @@ class RigidBody:
         if not isinstance(inertia, Dyadic):
             raise ModelError(
                 f"Expected an inertia dyadic for {name}, such as kn.inertia({frame.name}, Ixx, Iyy, Izz), got "
-                f"{type(inertia).__name__} ({inertia!s:.60}). kn.rod, kn.thin_disk, kn.box, … make those of solids."
+                f"{type(inertia).__name__} ({excerpt(inertia)}). kn.rod, kn.thin_disk, kn.box, … make those of solids."
             )
         check_inertia(name, inertia)
         mass_center.frame._check(frame)

@@ -20,6 +20,7 @@ from kane.errors import ModelError
 from kane.expr.build import neg
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols
+from kane.expr.excerpt import excerpt
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Symbol, input_of
@@ -50,7 +51,8 @@ class Constraint:
         return bool(self.forces or self.torques)
 
     def __repr__(self) -> str:
-        return f"Constraint({self.name!r}: {self.expr!s:.60} = 0, {self.kind})"
+        f = excerpt(self.expr)
+        return f"Constraint({self.name!r}: {f if f.endswith('…') else f'{f} = 0'}, {self.kind})"
 
 
 def as_constraints(given: Any, kind: Kind) -> tuple[Constraint, ...]:

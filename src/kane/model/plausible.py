@@ -14,6 +14,7 @@ import numpy as np
 
 from kane.errors import KaneWarning, ModelError
 from kane.expr.evaluate import evaluate, free_symbols, sample
+from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.space.frame import Frame
@@ -42,7 +43,7 @@ def check_mass(name: str, mass: Expr) -> None:
         number = evaluate(mass, {})
     value = float(number)
     if value < 0:
-        what = "" if constant_value(mass) is not None else f"{mass!s:.60} = "
+        what = "" if constant_value(mass) is not None else f"{excerpt(mass)} = "
         raise ModelError(f"Expected a mass ≥ 0 for {name}, got {what}{value:g}. Check its sign, or the default.")
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from kane.errors import UnitError
 from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
+from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, rate
@@ -69,19 +70,29 @@ def check_units(system: System, symbols: Iterable[Symbol]) -> None:
     """Refuse units that contradict each other; a system whose symbols carry none costs nothing."""
     everything = dict.fromkeys((*symbols, *system.coordinates, *system.speeds, *system.reactions))
     carriers = [s for s in everything if s.unit]
-    if all(isinstance(s, _GIVEN) for s in carriers):
+    unasked = _unasked(system)
+    if all(isinstance(s, _GIVEN) or s in unasked for s in carriers):
         return
-    _check_scales(carriers)
-    known: Known = {}
-    for what, wanted, exprs in _quantities(system):
-        for e in exprs:
-            if e.op is not CONST:
-                _check(e, what, wanted, known)
+    _check_scales(carriers, unasked)
+    _check_quantities(system, dict.fromkeys(unasked))
     for r in system.reactions:
         _check_reaction(r)
 
 
-def _check_scales(carriers: Iterable[Symbol]) -> None:
+def _unasked(system: System) -> set[Symbol]:
+    """What joints gave a unit to without being asked, and the rates: shown in it, but a spring of 5 between them is not refused."""
+    named = [s for joint in system.joints for s in joint.named]
+    return {*named, *map(rate, named)}
+
+
+def _check_quantities(system: System, known: Known) -> None:
+    for what, wanted, exprs in _quantities(system):
+        for e in exprs:
+            if e.op is not CONST:
+                _check(e, what, wanted, known)
+
+
+def _check_scales(carriers: Iterable[Symbol], unasked: set[Symbol]) -> None:
     users: dict[Unit, Symbol] = {}
     for s in carriers:
         if not isinstance(s, _FOLLOWING):
@@ -98,9 +109,11 @@ def _check_scales(carriers: Iterable[Symbol]) -> None:
             f"Expected angles in rad and ratios in 1, got {names[0]}: functions take radians. Convert the values: "
             f"1 {users[odd].unit} = {odd.scale:.6g}."
         )
+    own = [s for u in found.units for s in [users.get(u)] if s in unasked]
+    cure = f" Joints name coordinates in rad and m: give {own[0]} as a symbol in another unit." if own else ""
     raise UnitError(
         f"Expected units that go together without factors, got {', '.join(names)}: a factor {found.factor:.6g} is left "
-        "over. Give all in one choice of base units, such as kg, m, s, N or t, mm, s, N."
+        f"over. Give all in one choice of base units, such as kg, m, s, N or t, mm, s, N.{cure}"
     )
 
 
@@ -168,7 +181,7 @@ def _check(e: Expr, what: str, wanted: Unit | None, known: Known) -> None:
     if _is_of_time(e):
         return
     raise UnitError(
-        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(found, e)}: {e!s:.80}, with {_listed(e)}. "
+        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(found, e)}: {excerpt(e, 80)}, with {_listed(e)}. "
         "Correct the expression, or the unit of a symbol in it."
     )
 
@@ -227,6 +240,17 @@ def _is_complete(system: System) -> bool:
     """Whether every symbol but the speeds carries a unit, and no quantity of a dimension is a number other than 0."""
     if not all(s.unit for s in (*system.coordinates, *system.parameters, *system.inputs, *system.reactions)):
         return False
+    if _unasked(system) and not _fits(system):
+        return False
     known: Known = {}
     dimensional = (exprs for _, wanted, exprs in _quantities(system) if wanted is not None and not wanted.is_bare)
     return all(infer(e, known) is not NUMBER for exprs in dimensional for e in exprs)
+
+
+def _fits(system: System) -> bool:
+    """Whether the units that joints chose fit the others."""
+    try:
+        _check_quantities(system, {})
+    except UnitError:
+        return False
+    return True

@@ -10,6 +10,7 @@ from typing import Any, cast
 from kane.errors import ModelError, NotAffineError, SpeedsError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
+from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, input_of, rate
 from kane.model.constraints import Constraint
@@ -142,7 +143,7 @@ def _check_definition(u: Speed, definition: Expr) -> None:
     for s in symbols:
         if isinstance(s, Speed):
             raise SpeedsError(
-                f"Expected the definition of {u} in rates such as q', got the speed {s} in {definition!s:.120}. Write what {s} "
+                f"Expected the definition of {u} in rates such as q', got the speed {s} in {excerpt(definition, 120)}. Write what {s} "
                 "stands for, in rates such as q.dt."
             )
     try:
@@ -159,7 +160,7 @@ def _check_definition(u: Speed, definition: Expr) -> None:
     if not row:
         q = next((s for s in symbols if isinstance(s, Coordinate)), None)
         cure = f"Write {q}.dt for the rate of {q}" if q is not None else "Define it by a rate, such as q.dt"
-        raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {definition!s:.120}. {cure}.")
+        raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {excerpt(definition, 120)}. {cure}.")
 
 
 def _rates_as_speeds(coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]) -> dict[Speed, Expr]:

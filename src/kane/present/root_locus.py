@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -16,6 +18,12 @@ from kane.expr.html import unit_text
 from kane.expr.latex import latex_name
 from kane.simulate.continuation import Branch
 
+Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+
+_ENDS = np.array([0.0, 1.0])
+_POINTS = 12
+"""Rows drawn on each side of a meeting."""
 _LINE, _GUIDE, _TURN, _GROWS = "#1f5fa8", "0.6", "#555555", "#b3261e"
 
 
@@ -39,18 +47,87 @@ def root_locus(branch: Branch, path: str | Path | None = None) -> Figure:
     plane = figure.add_subplot(grid[:, 1])
     unit = unit_text(branch.symbol.unit)
     label = f"${latex_name(branch.symbol.name)}$" + (f" [{unit}]" if unit else "")
-    _against(above, branch, branch.eigenvalues.real, "Re λ [1/s]")
-    _against(below, branch, branch.eigenvalues.imag, "Im λ [1/s]")
-    _grow(above, branch)
+    values, eigenvalues, _ = through_meetings(branch.values, branch.eigenvalues)
+    _against(above, branch, values, eigenvalues.real, "Re λ [1/s]")
+    _against(below, branch, values, eigenvalues.imag, "Im λ [1/s]")
+    _grow(above, values, eigenvalues)
     if above.get_legend_handles_labels()[0]:
         above.legend(frameon=False, fontsize=8)
     above.tick_params(labelbottom=False)
     below.set_xlabel(label)
-    mapped = _plane(plane, branch)
+    mapped = _plane(plane, branch, eigenvalues)
     figure.colorbar(mapped, ax=plane, label=label, pad=0.02)
+    figure.draw_without_rendering()  # the layout settles at the second drawing only
     if path is not None:
         figure.savefig(path)
     return figure
+
+
+# Between points --------------------------------------------------------------------------------------------------------------
+
+
+def through_meetings(values: Array, eigenvalues: Complex) -> tuple[Array, Complex, list[int]]:
+    """Values and eigenvalues with rows between, where two real eigenvalues become a pair or back; and where the given rows are.
+
+    Two that meet are m ± √D with m and D smooth: both are taken linear between the points, so that lines pass through D = 0 on the
+    real axis, where straight ones from ±σ to ±iω would pass beside it.
+    """
+    rows_v, rows_e, kept = [values[:1]], [eigenvalues[:1]], [0]
+    for k, (before, after) in enumerate(pairwise(eigenvalues)):
+        met = _meetings(before, after)
+        shares = np.unique(np.concatenate([_shares(before[[i, j]], after[[i, j]]) for i, j in met])) if met else _ENDS
+        between = before + shares[1:, None] * (after - before)
+        for i, j in met:
+            between[:, i], between[:, j] = _met(before[[i, j]], after[[i, j]], shares[1:])
+        rows_v.append(values[k] + shares[1:] * (values[k + 1] - values[k]))
+        rows_e.append(between)
+        kept.append(kept[-1] + len(between))
+    along, drawn = np.concatenate(rows_v), np.concatenate(rows_e)
+    along[kept], drawn[kept] = values, eigenvalues
+    return along, drawn, kept
+
+
+def _meetings(before: Complex, after: Complex) -> list[tuple[int, int]]:
+    """Columns that are real at one end and a conjugate pair at the other."""
+    found = []
+    for real, pair in ((before, after), (after, before)):
+        for i in np.flatnonzero((real.imag == 0) & (pair.imag > 0)):
+            away = np.where(real.imag == 0, np.abs(pair - pair[i].conj()), np.inf)
+            j = int(np.argmin(away))
+            if away[j] <= 1e-9 * abs(pair[i]):
+                found.append((int(i), j))
+    return found
+
+
+def _halves(ends: Complex) -> tuple[complex, complex, float]:
+    """m, δ and D = δ² of two eigenvalues m ± δ."""
+    middle, half = ends.sum() / 2, (ends[0] - ends[1]) / 2
+    return middle.real, half, (half**2).real
+
+
+def _shares(before: Complex, after: Complex) -> Array:
+    """Shares of the step from one end to the other, the meeting among them, close to it where √D is steep."""
+    (_, _, d0), (_, _, d1) = _halves(before), _halves(after)
+    at, x = d0 / (d0 - d1), np.linspace(0, 1, _POINTS) ** 2
+    return np.concatenate([at * (1 - x), at + (1 - at) * x])
+
+
+def _met(before: Complex, after: Complex, shares: Array) -> tuple[Complex, Complex]:
+    """Both eigenvalues m ± √D at the shares of a step; each keeps its column."""
+    (m0, h0, d0), (m1, h1, d1) = _halves(before), _halves(after)
+    d = d0 + shares * (d1 - d0)
+    way = np.where(d * d0 > 0, _unit(h0, d0), _unit(h1, d1))
+    half = way * np.sqrt(d + 0j)
+    middle = m0 + shares * (m1 - m0)
+    return middle + half, middle - half
+
+
+def _unit(half: complex, square: float) -> complex:
+    root = np.sqrt(square + 0j)
+    return complex(half / root) if root else 1.0
+
+
+# Axes ------------------------------------------------------------------------------------------------------------------------
 
 
 def _style(a: Axes) -> None:
@@ -60,10 +137,10 @@ def _style(a: Axes) -> None:
         a.spines[side].set_visible(False)
 
 
-def _against(a: Axes, branch: Branch, values: Any, label: str) -> None:
+def _against(a: Axes, branch: Branch, values: Array, parts: Array, label: str) -> None:
     _style(a)
     a.axhline(0, color=_GUIDE, linewidth=0.8)
-    a.plot(branch.values, values, color=_LINE, linewidth=1.4)
+    a.plot(values, parts, color=_LINE, linewidth=1.4)
     for k, i in enumerate(branch.turning):
         a.axvline(
             branch.values[i],
@@ -75,25 +152,25 @@ def _against(a: Axes, branch: Branch, values: Any, label: str) -> None:
     a.set_ylabel(label)
 
 
-def _grow(a: Axes, branch: Branch) -> None:
+def _grow(a: Axes, values: Array, eigenvalues: Complex) -> None:
     """The real parts above zero once more, in red."""
-    real = branch.eigenvalues.real
-    size = np.abs(branch.eigenvalues).max(initial=1.0)
+    real = eigenvalues.real
+    size = np.abs(eigenvalues).max(initial=1.0)
     above = np.where(real > 1e-7 * size, real, np.nan)
     if not np.all(np.isnan(above)):
-        lines = a.plot(branch.values, above, color=_GROWS, linewidth=2.2)
+        lines = a.plot(values, above, color=_GROWS, linewidth=2.2)
         lines[0].set_label("unstable")
 
 
-def _plane(a: Axes, branch: Branch) -> Any:
+def _plane(a: Axes, branch: Branch, lines: Complex) -> Any:
     _style(a)
     a.axhline(0, color=_GUIDE, linewidth=0.8)
     a.axvline(0, color=_GUIDE, linewidth=0.8)
     values = branch.eigenvalues
     colours = mpl.colormaps["viridis_r"]
     shown = None
+    a.plot(lines.real, lines.imag, color="0.8", linewidth=0.8, zorder=1)
     for column in values.T:
-        a.plot(column.real, column.imag, color="0.8", linewidth=0.8, zorder=1)
         shown = a.scatter(column.real, column.imag, c=branch.values, cmap=colours, s=9, zorder=2, linewidths=0)
     a.plot(
         values[0].real, values[0].imag, linestyle="", marker="o", markerfacecolor="none", color="black", markersize=6

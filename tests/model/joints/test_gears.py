@@ -13,6 +13,7 @@ from tests.model.joints.rates import power_and_rate
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
 D = kn.parameter("d", 0.6, "m")
+R_A, R_B = kn.parameter("R_a", 0.2, "m"), kn.parameter("R_b", 0.4, "m")
 G = 9.81
 
 
@@ -163,3 +164,46 @@ roving = kn.pin("roving", O.at("R", kn.coordinate("s") * N.x), N, axis=N.z)
 def test_faults_are_named(make, message):
     with pytest.raises(kn.ModelError, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    ("line", "teeth", "internal", "expected"),
+    [
+        (D * N.x, (20, 40), False, "d*q1/3 + 2*d*q2/3"),
+        (-D * N.y, (20, 40), True, "d*q1 - 2*d*q2"),
+        (D / 2 * N.x, (20, 40), False, "d*q1/6 + d*q2/3"),
+        (0.6 * D * N.x - 0.8 * D * N.y, (1, 2), False, "d*q1/3 + 2*d*q2/3"),
+        ((R_A + R_B) * N.x, (R_A, R_B), False, "R_a*q1 + R_b*q2"),
+        ((R_A - R_B) * N.x, (R_A, R_B), True, "R_a*q1 - R_b*q2"),
+        ((R_B - R_A) * N.y, (R_A, R_B), True, "R_a*q1 - R_b*q2"),
+    ],
+)  # fmt: skip
+def test_distances_and_radii_print_as_they_are(line, teeth, internal, expected):
+    """d is no √d², and pitch radii that add up to the distance are those of the constraint."""
+    a = kn.pin("a", O, N, axis=N.z, coordinates="q1")
+    b = kn.pin("b", O.at("P", line), N, axis=N.z, coordinates="q2")
+    mesh = kn.gear_pair("mesh", a, b, teeth=teeth, internal=internal)
+    assert str(mesh.expr) == expected
+    assert "sqrt" not in str([*mesh.forces, *mesh.torques])
+
+
+def test_a_line_of_centres_that_turns_round():
+    """The distance changes its sign: the constraint's rate is still the power of the tooth forces."""
+    d = kn.parameter("d", 0.6, "m")
+    a = kn.pin("a", O, N, axis=N.z)
+    b = kn.pin("b", O.at("P", d * N.x), N, axis=N.z)
+    mesh = kn.gear_pair("mesh", a, b, teeth=(20, 40))
+    eom = kn.derive(kn.System(N, bodies=[spinner(a, 1, 0.03), spinner(b, 2, 0.5)], joints=[a, b], holonomic=mesh,
+                              loads=[kn.Torque(a.frame, 5 * N.z)]))  # fmt: skip
+    found = []
+    for value in (0.6, -0.6):
+        state = kn.assemble(eom, q={"q_a": 0.4}, u={"u_a": 2.0}, parameters={d: value})
+        at = {"q": state.q, "u": state.u, "parameters": {d: value}}
+        found.append(
+            [
+                *numbers(eom, eom.accelerations, **at),
+                *np.abs(numbers(eom, eom.reaction("mesh").force.components(N), **at)),
+            ]
+        )
+    np.testing.assert_allclose(found[0], found[1], atol=1e-12)
+    assert found[0][0] == pytest.approx(5 / (0.03 + 0.5 / 4))

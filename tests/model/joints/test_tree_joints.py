@@ -257,3 +257,61 @@ class TestSystem:
 def test_faults_are_named(make, message):
     with pytest.raises(kn.ModelError, match=message):
         make()
+
+
+class TestUnits:
+    @pytest.mark.parametrize(
+        ("kind", "q", "u"),
+        [
+            ("pin", "rad", "rad/s"),
+            ("slider", "m", "m/s"),
+            ("screw", "rad", "rad/s"),
+            ("cylindrical", "rad m", "rad/s m/s"),
+            ("universal", "rad rad", "rad/s rad/s"),
+            ("planar", "m m rad", "m/s m/s rad/s"),
+            ("ball by Euler parameters", "1 1 1 1", "rad/s rad/s rad/s"),
+            ("free by Euler parameters", "m m m 1 1 1 1", "rad/s rad/s rad/s m/s m/s m/s"),
+            ("free", "m m m rad rad rad", "rad/s rad/s rad/s m/s m/s m/s"),
+        ],
+    )
+    def test_by_name(self, kind, q, u):
+        joint = MAKES[kind]("J", O, N)
+        assert " ".join(s.unit for s in joint.coordinates) == q
+        assert " ".join(s.unit for s in joint.speeds) == u
+        assert joint.named == {*joint.coordinates, *joint.speeds}
+
+    def test_speeds_follow_a_coordinate_of_ones_own(self):
+        joints = [
+            kn.slider("J", O, N, axis=N.x, coordinates=kn.coordinate("q", unit), speeds="u") for unit in ("mm", "")
+        ]
+        assert [s.unit for joint in joints for s in joint.speeds] == ["mm/s", ""]
+        assert [[s.name for s in joint.named] for joint in joints] == [["u"], ["u"]]
+
+    @staticmethod
+    def block(*loads, **options):
+        rail = kn.slider("rail", O, N, axis=N.x, **options)
+        own = [load(rail.point) for load in loads]
+        mass, g = kn.parameter("m", 2.0, "kg"), kn.parameter("g", 9.81, "m/s^2")
+        return kn.System(
+            N, bodies=[kn.Particle("p", rail.point, mass)], joints=[rail], loads=[kn.gravity(-g * N.x), *own]
+        )
+
+    def test_what_a_joint_chose_is_shown_and_refuses_no_numbers(self):
+        """A spring of 30 and 0.2, of which nobody said the unit, leaves that of the energy open; so do not parameters with units."""
+        bare = kn.derive(self.block(lambda p: kn.linear_spring(p, O, 30.0, 0.2)))
+        assert [bare.unit(x) for x in (bare.coordinates[0], bare.speeds[0], bare.energy)] == ["m", "m/s", ""]
+        k, l = kn.parameter("k", 30.0, "N/m"), kn.parameter("l", 0.2, "m")
+        whole = kn.derive(self.block(lambda p: kn.linear_spring(p, O, k, l)))
+        assert whole.unit(whole.energy) == "J"
+
+    def test_what_is_declared_is_checked(self):
+        with pytest.raises(kn.UnitError, match="Give the number a unit"):
+            self.block(lambda p: kn.linear_spring(p, O, 30.0, 0.2), coordinates=kn.coordinate("q", "m"))
+
+    def test_other_units_want_symbols(self):
+        l = kn.parameter("l", 20.0, "mm")
+        k = kn.parameter("k", 20.0, "kg/s^2")
+        rail = kn.slider("rail", O, N, axis=N.x)
+        bodies, loads = [kn.Particle("p", rail.point, 2)], [kn.linear_spring(rail.point, O, k, l)]
+        with pytest.raises(kn.UnitError, match=r"give q_rail as a symbol in another unit\."):
+            kn.System(N, bodies=bodies, joints=[rail], loads=loads)

@@ -35,7 +35,7 @@ def ball(
     free = [Twist(e, Vector()) for e in (frame.x, frame.y, frame.z)]
     stems = ("u_x", "u_y", "u_z")
     return made(
-        name, "ball", (at, parent), (reach(name, at), frame), q, speeds, spins(parent, frame), [], free, stems
+        name, "ball", (at, parent), (reach(name, at), frame), q, speeds, spins(parent, frame), [], free, stems, given=coordinates
     )  # fmt: skip
 
 

@@ -24,11 +24,11 @@ def cylindrical(
     """A child that turns by q about `axis` and slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
     check_place(name, at, parent)
     a = fixed(axis, parent, f"axis of {name!r}")
-    q, s = coordinates_of(name, coordinates, ("q", "s"))
+    q, s = coordinates_of(name, coordinates, {"q": "rad", "s": "m"})
     reached = (reach(name, at, a * s), parent.rotate(child or name, q, a))
     free = [Twist(a, Vector()), Twist(Vector(), a)]
     return made(
-        name, "cylindrical", (at, parent), reached, [q, s], speeds, [q.dt, s.dt], [a], free, ("u_q", "u_s")
+        name, "cylindrical", (at, parent), reached, [q, s], speeds, [q.dt, s.dt], [a], free, ("u_q", "u_s"), given=coordinates
     )  # fmt: skip
 
 

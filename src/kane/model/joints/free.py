@@ -34,7 +34,7 @@ def free(
     check_orientation(name, orientation)
     if velocity not in ("child", "parent"):
         raise ModelError(f"Expected velocity='child' or 'parent' for {name!r}, got {velocity!r}.")
-    q = coordinates_of(name, coordinates, ("x", "y", "z", *STEMS[orientation]))
+    q = coordinates_of(name, coordinates, {"x": "m", "y": "m", "z": "m"} | STEMS[orientation])
     x, y, z = q[:3]
     point = reach(name, at, parent.x * x + parent.y * y + parent.z * z)
     frame = oriented_child(parent, child or name, q[3:], orientation, sequence)
@@ -45,5 +45,5 @@ def free(
     loose += [Twist(Vector(), e) for e in (along.x, along.y, along.z)]
     stems = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")
     return made(
-        name, "free", (at, parent), (point, frame), q, speeds, definitions, [], loose, stems
+        name, "free", (at, parent), (point, frame), q, speeds, definitions, [], loose, stems, given=coordinates
     )  # fmt: skip

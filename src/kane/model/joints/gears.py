@@ -14,9 +14,12 @@ from __future__ import annotations
 from typing import Any
 
 from kane.errors import ModelError
-from kane.expr.build import add, mul, sub
+from kane.expr.build import add, div, mul, sqrt, sub
+from kane.expr.excerpt import excerpt
 from kane.expr.kinds import is_constant_in_time
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.ops import NEG
+from kane.expr.patterns import split
 from kane.model.constraints import Constraint, no_slip
 from kane.model.joints.joint import Joint, fixed, numbers
 from kane.space.frame import Frame
@@ -58,11 +61,11 @@ def gear_pair(
         raise ModelError(f"Expected axis=unit vector for the gears {name!r}, which are not given by pin joints.")
     z_a, z_b = (as_expr(z) for z in teeth)
     line = at_b.position(at_a)
-    size = line.magnitude()
+    size = _length(line)
     _check_layout(name, line, n, size, z_a, z_b, internal)
     whole = sub(z_b, z_a) if internal else add(z_a, z_b)
     e = -line / size if internal else line / size
-    r_a, r_b = size * z_a / whole, size * z_b / whole
+    r_a, r_b = _pitch_radius(size, z_a, whole), _pitch_radius(size, z_b, whole)
     tangent = n.cross(e).gathered()
     p = at_a.fixed_in(frame_a, f"{name} {frame_a.name}", (e * r_a).gathered())
     q = at_b.fixed_in(frame_b, f"{name} {frame_b.name}", (e * (r_b if internal else -r_b)).gathered())
@@ -76,6 +79,26 @@ def gear_pair(
     if numbers([a.axis.dot(n)])[0] < 0:
         way = -way
     return Constraint(name, "configuration", way, slip.forces, slip.torques, "N")
+
+
+def _length(v: Vector) -> Expr:
+    """|v|; of s (a, b, c) with numbers a, b, c it is s √(a² + b² + c²), where s > 0 at the parameters' defaults.
+
+    The sign of s is left to it where a parameter changes: a line of centres that turns round turns radii and tangent with it.
+    """
+    # a square has lost the sign that a number times s may have in front
+    terms = [split(x.args[0] if x.op is NEG else x) for x in v.gathered().scalars() if x is not ZERO]
+    factors = {s for _, s in terms}
+    if len(factors) != 1:
+        return v.magnitude()
+    (s,) = factors
+    size = mul(sqrt(sum((as_expr(k) ** 2 for k, _ in terms), start=ZERO)), s)
+    return -size if numbers([size])[0] < 0 else size
+
+
+def _pitch_radius(size: Expr, teeth: Expr, whole: Expr) -> Expr:
+    """size · teeth / whole; the radius itself where radii are given that add up to the distance."""
+    return teeth if size is whole else mul(size, div(teeth, whole))
 
 
 def _gear(name: str, gear: Any) -> tuple[Frame, Point]:
@@ -96,7 +119,7 @@ def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b
         )
     if not is_constant_in_time([size]):
         raise ModelError(
-            f"Expected centres of the gears {name!r} at a constant distance, got {size!s:.60}. Carry both by one frame."
+            f"Expected centres of the gears {name!r} at a constant distance, got {excerpt(size)}. Carry both by one frame."
         )
     if not (ta > 0 and tb > (ta if internal else 0)):
         raise ModelError(

@@ -2,7 +2,8 @@
 """What the tree joints return: a child frame and point, with coordinates and speeds between them and the parent's.
 
 Every joint function takes the joint's name, the parent's point `at` which it sits and the parent frame, in this order; axes are
-unit vectors fixed in the parent frame. With all coordinates zero the child frame has the parent's orientation.
+unit vectors fixed in the parent frame. With all coordinates zero the child frame has the parent's orientation. Coordinates and speeds
+by name are angles in rad, lengths in m, and their rates.
 """
 
 from __future__ import annotations
@@ -11,11 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from kane.errors import ModelError
+from kane.errors import ModelError, UnitError
 from kane.expr.evaluate import free_symbols, sample
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Coordinate, Speed, rate
+from kane.expr.symbols import Coordinate, Speed, Symbol, rate
+from kane.expr.units import parse
+from kane.expr.units_rules import unit_of
 from kane.model.directions import check_unit
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -38,7 +41,8 @@ class Joint:
 
     `frame` and `point` are the child's: build its body on them. `at` and `parent` are the parent's. `speeds` maps each of the
     joint's generalized speeds to its definition: `speeds={**hinge.speeds, **slider.speeds}`. `free` are the motions that the
-    joint lets free; the force and torque that it transmits do no work on them.
+    joint lets free; the force and torque that it transmits do no work on them. `named` are the coordinates and speeds that were
+    given by name or left out, whose units the joint chose.
     """
 
     name: str
@@ -51,6 +55,7 @@ class Joint:
     speeds: Mapping[Speed, Expr]
     axes: tuple[Vector, ...]
     free: tuple[Twist, ...]
+    named: frozenset[Symbol] = frozenset()
 
     @property
     def axis(self) -> Vector:
@@ -91,19 +96,25 @@ def made(
     axes: Sequence[Vector],
     free: Sequence[Twist],
     stems: Sequence[str] = ("u",),
+    *,
+    given: Names = None,
 ) -> Joint:
-    """The record; speeds by name, symbol, or with definitions of one's own."""
+    """The record; speeds by name, symbol, or with definitions of one's own. `given` is what the coordinates were named by."""
     if isinstance(speeds, Mapping):
         own = {u: as_expr(e) for u, e in speeds.items()}
+        named: Sequence[Symbol] = ()
     else:
-        symbols = _symbols(Speed, "speeds", name, speeds, stems, len(definitions))
+        units = [_rate_unit(e) for e in definitions]
+        symbols = _symbols(Speed, "speeds", name, speeds, stems, units)
         own = dict(zip(symbols, definitions, strict=True))
+        named = _chosen(symbols, speeds)
     if len(own) != len(definitions) or not all(isinstance(u, Speed) for u in own):
         raise ModelError(
             f"Expected {len(definitions)} definitions of speeds, by Speed, for the {kind} joint {name!r}, got {len(own)}: "
             f"{', '.join(map(str, own)) or 'none'}."
         )
-    return Joint(name, kind, *place, *reached, tuple(coordinates), own, tuple(axes), tuple(free))
+    unasked = frozenset((*_chosen(coordinates, given), *named))
+    return Joint(name, kind, *place, *reached, tuple(coordinates), own, tuple(axes), tuple(free), unasked)
 
 
 def check_place(name: Any, at: Any, parent: Any) -> None:
@@ -125,13 +136,32 @@ def fixed(axis: Any, frame: Frame, what: str) -> Vector:
     return v
 
 
-def coordinates_of(name: str, given: Names, stems: Sequence[str]) -> tuple[Coordinate, ...]:
-    """The joint's coordinates: as given, by name, or named after the joint."""
-    return _symbols(Coordinate, "coordinates", name, given, stems, len(stems))
+def coordinates_of(name: str, given: Names, stems: Mapping[str, str]) -> tuple[Coordinate, ...]:
+    """The joint's coordinates: as given, by name, or named after the joint; `stems` gives their units."""
+    return _symbols(Coordinate, "coordinates", name, given, tuple(stems), tuple(stems.values()))
 
 
-def _symbols(kind: type[Any], what: str, name: str, given: Any, stems: Sequence[str], count: int) -> tuple[Any, ...]:
-    label = "_".join(name.split())
+def _rate_unit(definition: Expr) -> str:
+    """The unit of a speed, "" where a coordinate of one's own has none; ω is in rad/s however it is written."""
+    if isinstance(definition, Symbol):
+        return definition.unit
+    try:
+        found = unit_of(definition)
+    except UnitError:  # the System that the joint comes into says so, and where
+        return ""
+    return "rad/s" if found and parse(found) is parse("rad/s") else found
+
+
+def _chosen(symbols: Sequence[Symbol], given: Any) -> tuple[Symbol, ...]:
+    """Of these symbols, those that came as no symbol."""
+    own = {given} if isinstance(given, str | Symbol) else set(given or ())
+    return tuple(s for s in symbols if s not in own)
+
+
+def _symbols(
+    kind: type[Any], what: str, name: str, given: Any, stems: Sequence[str], units: Sequence[str]
+) -> tuple[Any, ...]:
+    label, count = "_".join(name.split()), len(units)
     if given is None:
         if len(stems) == count:
             wanted: list[Any] = [f"{stem}_{label}" for stem in stems]
@@ -144,7 +174,9 @@ def _symbols(kind: type[Any], what: str, name: str, given: Any, stems: Sequence[
             f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {given!r:.80}. Left out, they are named after "
             "the joint."
         )
-    return tuple(kind.declare(x) if isinstance(x, str) else x for x in wanted)
+    return tuple(
+        kind.declare(x, None, unit) if isinstance(x, str) else x for x, unit in zip(wanted, units, strict=True)
+    )
 
 
 def reach(name: str, at: Point, offset: Vector | int = 0) -> Point:

@@ -13,8 +13,11 @@ from kane.space.frame import Frame
 
 Orientation = Literal["euler parameters", "angles"]
 
-STEMS: dict[str, tuple[str, ...]] = {"euler parameters": ("e0", "e1", "e2", "e3"), "angles": ("q1", "q2", "q3")}
-"""Coordinates of each kind."""
+STEMS: dict[str, dict[str, str]] = {
+    "euler parameters": dict.fromkeys(("e0", "e1", "e2", "e3"), "1"),
+    "angles": dict.fromkeys(("q1", "q2", "q3"), "rad"),
+}
+"""Coordinates of each kind, with their units."""
 
 
 def check_orientation(name: str, orientation: str) -> None:

@@ -29,13 +29,13 @@ def pin(
     at, parent : the parent's joint point and frame
     axis : a unit vector fixed in the parent frame
     child : name of the child frame
-    coordinates, speeds : names or symbols; speeds also as a mapping to definitions
+    coordinates, speeds : names or symbols; speeds also as a mapping to definitions. By name they are in rad, m and per second
     """
     check_place(name, at, parent)
     a = fixed(axis, parent, f"axis of {name!r}")
-    (q,) = coordinates_of(name, coordinates, ("q",))
+    (q,) = coordinates_of(name, coordinates, {"q": "rad"})
     reached = (reach(name, at), parent.rotate(child or name, q, a))
-    return made(name, "pin", (at, parent), reached, [q], speeds, [q.dt], [a], [Twist(a, Vector())])
+    return made(name, "pin", (at, parent), reached, [q], speeds, [q.dt], [a], [Twist(a, Vector())], given=coordinates)
 
 
 def close_pin(

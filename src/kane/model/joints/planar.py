@@ -40,12 +40,12 @@ def planar(
     check_place(name, at, parent)
     n = fixed(normal, parent, f"normal of {name!r}")
     e1, e2 = across(n, parent)
-    x, y, q = coordinates_of(name, coordinates, ("x", "y", "q"))
+    x, y, q = coordinates_of(name, coordinates, {"x": "m", "y": "m", "q": "rad"})
     reached = (reach(name, at, e1 * x + e2 * y), parent.rotate(child or name, q, n))
     free = [Twist(Vector(), e1), Twist(Vector(), e2), Twist(n, Vector())]
     stems = ("u_x", "u_y", "u_q")
     return made(
-        name, "planar", (at, parent), reached, [x, y, q], speeds, [x.dt, y.dt, q.dt], [n, e1, e2], free, stems
+        name, "planar", (at, parent), reached, [x, y, q], speeds, [x.dt, y.dt, q.dt], [n, e1, e2], free, stems, given=coordinates
     )  # fmt: skip
 
 

@@ -44,9 +44,9 @@ def screw(
     """
     check_place(name, at, parent)
     a, h = fixed(axis, parent, f"axis of {name!r}"), as_expr(pitch)
-    (q,) = coordinates_of(name, coordinates, ("q",))
+    (q,) = coordinates_of(name, coordinates, {"q": "rad"})
     reached = (reach(name, at, a * (h * q)), parent.rotate(child or name, q, a))
-    return made(name, "screw", (at, parent), reached, [q], speeds, [q.dt], [a], [Twist(a, a * h)])
+    return made(name, "screw", (at, parent), reached, [q], speeds, [q.dt], [a], [Twist(a, a * h)], given=coordinates)
 
 
 def close_screw(

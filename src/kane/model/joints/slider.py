@@ -35,9 +35,11 @@ def slider(
     """A child that slides by q along `axis` of the parent; u = q̇. Arguments as for `kn.pin`."""
     check_place(name, at, parent)
     a = fixed(axis, parent, f"axis of {name!r}")
-    (q,) = coordinates_of(name, coordinates, ("q",))
+    (q,) = coordinates_of(name, coordinates, {"q": "m"})
     reached = (reach(name, at, a * q), still(parent, child or name))
-    return made(name, "slider", (at, parent), reached, [q], speeds, [q.dt], [a], [Twist(Vector(), a)])
+    return made(
+        name, "slider", (at, parent), reached, [q], speeds, [q.dt], [a], [Twist(Vector(), a)], given=coordinates
+    )
 
 
 def close_slider(

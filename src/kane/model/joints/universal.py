@@ -43,13 +43,14 @@ def universal(
     """
     check_place(name, at, parent)
     first, second = _axes(name, axes, parent)
-    q1, q2 = coordinates_of(name, coordinates, ("q1", "q2"))
+    q1, q2 = coordinates_of(name, coordinates, {"q1": "rad", "q2": "rad"})
     cross = parent.rotate(f"{child or name}'", q1, first)
     turned = mirrored(second, parent, cross)
     reached = (reach(name, at), cross.rotate(child or name, q2, turned))
     free = [Twist(first, Vector()), Twist(turned, Vector())]
+    q, u = (q1, q2), (q1.dt, q2.dt)
     return made(
-        name, "universal", (at, parent), reached, [q1, q2], speeds, [q1.dt, q2.dt], [first, turned], free, ("u1", "u2")
+        name, "universal", (at, parent), reached, q, speeds, u, [first, turned], free, ("u1", "u2"), given=coordinates
     )  # fmt: skip
 
 
