@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 
 import numpy as np
@@ -142,3 +143,31 @@ def test_a_loop_that_moves_is_redundant():
     eom, (told,) = derived(point=middle, holonomic=rods)
     assert "'rod0', 'rod1', 'rod2' depend on each other: at least one of them is redundant" in told
     assert len(eom.redundant) == 2
+
+
+def test_a_drive_that_is_closed_at_the_start_only():
+    """Rods of 1 and 2.2 from O and from a pin at 3 + 5 t: beyond t = 0.04 they do not reach, as at most times drawn."""
+    moving = O.at("M", (3 + 5 * kn.time) * N.x)
+    _, told = derived(holonomic=[kn.distance(P, O, 1.0, name="left"), kn.distance(P, moving, 2.2, name="right")])
+    assert not told
+    _, (told,) = derived(holonomic=[kn.distance(P, O, 1.0, name="left"), kn.distance(P, moving, 1.2, name="right")])
+    assert re.search(r"got none from 12 starts at each of t = 0\.\d+, 0\.\d+, 0: ", told)
+
+
+def test_redundant_where_nothing_can_move():
+    """Two rods and the first one again: as many independent constraints as speeds."""
+    rods = [kn.distance(P, O, 1.0, name="left"), kn.distance(P, A, 2.5, name="right")]
+    twice = [*rods, kn.distance(P, O, 1.0, name="again")]
+    _, (told,) = derived(holonomic=twice)
+    assert (
+        "'left', 'again' depend on each other: at least one of them is redundant. The constraints leave none of 2 "
+        in told
+    )
+    assert "speeds free: nothing can move, and the forces that hold the parts are not determined one by one." in told
+    assert "all the same" not in told
+    driven = kn.distance(P, O.at("M", 0.1 * kn.sin(kn.time) * N.x), 1.0, name="driven")
+    same = kn.distance(P, O.at("M2", 0.1 * kn.sin(kn.time) * N.x), 1.0, name="again")
+    _, (told,) = derived(holonomic=[driven, same, rods[1]])
+    assert "nothing can move but as the constraints prescribe, and" in told
+    _, (told,) = derived(holonomic=[rods[0], twice[2]])
+    assert "The motion is determined all the same; the forces that hold the parts are not, one by one." in told

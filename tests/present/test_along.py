@@ -12,7 +12,10 @@ import kane as kn
 from kane.gallery import free_body
 from kane.present.along import motion_checks
 from kane.present.checks import Check
+from tests.dynamics.test_embed import N
 from tests.present.disk import moved
+from tests.simulate import test_massless as massless
+from tests.simulate import test_motion
 
 ENERGY, POWER, RESIDUAL, MASS, KINEMATICAL = range(5)
 
@@ -76,3 +79,36 @@ def test_a_check_of_the_energy_that_is_there_already_is_not_repeated() -> None:
     solution = moved()
     known = Check("energy", 0.0, 1.0, str(solution.energy_check))
     assert len(motion_checks(solution, [known])) == 4
+
+
+def test_what_the_constraints_exert_measures_a_row_without_mass() -> None:
+    """F_r and F*_r of a block without mass are zero: what is left there is small beside the constraints' forces."""
+    solution = kn.simulate(massless.QUICK, (0, 2), samples=41, **massless.START)
+    found = motion_checks(solution)
+    assert all(c.passed for c in found), [str(c) for c in found]
+    assert found[RESIDUAL].figure < 1e-12
+
+
+def test_the_reactions_equations_are_those_of_each_sample() -> None:
+    """They hold the dependent speeds eliminated: with those of the start their matrix is as bad as its pivot is small."""
+    block, crank, _ = massless.QUICK.speeds
+    first = kn.derive(massless.QUICK.system.replace(dependent_speeds=[crank, block]))
+    solution = kn.simulate(first, (0, 2), samples=41, **massless.START)
+    assert len({s.dependent_speeds for s in solution.samples}) > 1
+    expected = []
+    for k, eom in enumerate(solution.samples):
+        matrix = eom.evaluate(eom.solved.reaction_matrix, q=solution.q[k], u=solution.u[k])
+        expected.append(np.linalg.cond(np.asarray(matrix, dtype=float)))
+    (check,) = [c for c in motion_checks(solution) if c.name.startswith("condition number of the reactions")]
+    assert check.figure == pytest.approx(max(expected), rel=1e-6)
+
+
+def test_samples_where_rank_is_lost_are_left_out() -> None:
+    """A parallelogram laid flat: its reactions have no value there, and everything else passes."""
+    flat = test_motion.TestRankDrops()
+    close = flat.closed()
+    eom = flat.derive(close, loads=[kn.gravity(-9.81 * N.y)], reactions=[kn.reaction("T", constraint=close[0])])
+    start = dict(zip(flat.q, (0.0, 0.0, np.pi), strict=True))
+    solution = kn.simulate(eom, (0, 0.2), q=start, u=[1, 0, 1], samples=5)
+    assert solution.lost.tolist() == [True, False, False, False, False]
+    assert all(c.passed for c in motion_checks(solution)), [str(c) for c in motion_checks(solution)]

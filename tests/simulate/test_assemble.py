@@ -99,7 +99,7 @@ def test_parts_that_cannot_reach_each_other():
         match=r"satisfies the constraints, got none: the residual came from .* to .*, and 'far \d' resists most",
     ):
         kn.assemble(eom, q={q1: 0.5})
-    with pytest.raises(kn.SimulationError, match="free more coordinates, or guess nearer"):
+    with pytest.raises(kn.SimulationError, match="guess nearer, or leave q3 out, so that others are"):
         assemble(q={q1: 0.5, q2: 0.3, q3: kn.guess(0)})
 
 
@@ -152,3 +152,28 @@ def test_euler_parameters_come_to_unit_length():
     assert eom.evaluate(level.expr, q=found.q) == pytest.approx(0, abs=1e-12)
     with pytest.raises(kn.SimulationError, match=r"miss unit length of \(e0, e1, e2, e3\) by -0.19"):
         kn.assemble(eom, q=dict(zip(e, (0.9, 0, 0, 0), strict=True)))
+
+
+def test_guesses_that_lead_nowhere_may_be_left_out():
+    """Bennett's loop, sin α / a = sin β / b: from a poor guess no step closes it, from other starts it is closed."""
+    a, b, alpha = 0.2, 0.3, 0.5
+    beta = np.arcsin(b * np.sin(alpha) / a)
+    frame, point, hinges, bodies = N, O.at("base", 0), [], []
+    for k, (length, twist) in enumerate(((b, beta), (a, alpha), (b, beta)), start=1):
+        hinge = kn.pin(f"J{k}", point, frame, axis=frame.z, child=f"L{k}", coordinates=f"q{k}", speeds=f"u{k}")
+        hinges.append(hinge)
+        inertia = kn.inertia(hinge.frame, 0.01, 0.01, 0.01)
+        bodies.append(kn.RigidBody(f"l{k}", frame=hinge.frame, mass_center=hinge.point, mass=1, inertia=inertia))
+        point, frame = (
+            hinge.point.at(f"e{k}", length * hinge.frame.x),
+            hinge.frame.rotate(f"t{k}", twist, hinge.frame.x),
+        )
+    last = N.rotate("K", -alpha, N.x)
+    loop = kn.close_pin("J4", O.at("D", -a * N.x), last, point, frame, axis=last.z)
+    with pytest.warns(kn.KaneWarning, match="redundant"):
+        eom = kn.derive(kn.System(N, bodies=bodies, joints=hinges, holonomic=loop))
+    with pytest.raises(kn.SimulationError, match="guess nearer, or leave q2, q3 out, so that others are"):
+        kn.assemble(eom, q={"q1": 1.0, "q2": kn.guess(-1.5), "q3": kn.guess(1.0)})
+    found = kn.assemble(eom, q={"q1": 1.0}).q
+    # opposite angles of the loop are equal but for sign
+    assert list(found.values())[2] == pytest.approx(-1.0, abs=1e-9)

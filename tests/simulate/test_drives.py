@@ -138,3 +138,30 @@ def test_a_smooth_piecewise_motion_is_taken() -> None:
 def test_bad_signals(t: list[float], y: list[float], message: str) -> None:
     with pytest.raises(kn.SimulationError, match=message):
         kn.signal(t, y)
+
+
+def test_a_signal_that_ends_before_the_span() -> None:
+    eom = pendulum(r)
+    times = np.linspace(0, 1, 9)
+    short = kn.signal(times, 0.2 * np.sin(3 * times))
+    message = (
+        r"signal for the input r that covers the time span t = 0 … 2, got one from t = 0 to 1\. Give it points up to the ends of "
+        r"the span, or keep the span within it\."
+    )
+    for value in (short, (short, short.derivative(1), short.derivative(2))):
+        with pytest.raises(kn.SimulationError, match=message):
+            kn.simulate(eom, (0, 2), q=[0], u=[0], inputs={r: value, F: 0})
+    with pytest.raises(
+        kn.SimulationError, match=r"for the input F that covers the time span t = -1 … 1, got one from t = 0"
+    ):
+        kn.simulate(eom, (-1, 1), q=[0], u=[0], inputs={r: 0.0, F: short})
+    assert kn.simulate(eom, (0, 1), q=[0], u=[0], inputs={r: short, F: short}).status == "finished"
+
+
+@pytest.mark.parametrize("samples", [([0, 1, 2], [0, 1, 2]), (np.arange(3), np.arange(3)), [0, 1, 2], np.arange(3)])
+def test_samples_are_no_function_of_time(samples: Any) -> None:
+    for inputs in ({r: samples, F: 0}, {r: 0, F: samples}):
+        with pytest.raises(
+            kn.SimulationError, match=r"got samples\. Make them a smooth function of time: [rF]: kn\.signal\(t, y\)"
+        ):
+            input_functions(pendulum(r), inputs, (0, 1))

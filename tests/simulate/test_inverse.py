@@ -162,6 +162,18 @@ def test_a_state_off_the_constraints():
         kn.inverse(eom, ["tau"])(q=[0, 0, 0], u=[0, 0, 0], given={u.name + "'": 0 for u in eom.independent_speeds})
 
 
+def test_a_state_that_is_not_whole():
+    """Where constraints give the rest, it is said what completes it."""
+    eom = equations("four_bar")
+    need, given = kn.inverse(eom, ["tau"]), {u.name + "'": 0 for u in eom.independent_speeds}
+    with pytest.raises(
+        kn.ValueMissingError, match=r"got none for q2, .*kn\.assemble\(eom, q=…, u=…\) completes a state"
+    ):
+        need(q={"q1": 0.5}, u={}, given=given)
+    with pytest.raises(kn.ValueMissingError, match=r"got none for u2'\. Give them"):
+        need(q=[0, 0, 0], u=[0, 0, 0])
+
+
 @pytest.mark.filterwarnings("ignore::kane.KaneWarning")
 def test_which_constraints_follow_from_the_others_may_change_with_the_state():
     """Three of rank two, along a(θ), a(2θ), a(3θ + 1), hold a bead still beside a crank: τ = J θ̈ at every θ.

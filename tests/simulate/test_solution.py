@@ -145,3 +145,22 @@ class TestEnergyCheck:
         still = kn.simulate(EOM, (0, 1), q=[0.0], u=[0.0], inputs={T: 0})
         assert still.energy_check.relative == 0
         assert still.energy_check.drift == 0
+
+
+@pytest.mark.parametrize("offset", [0.0, 5e-6, 1e-3])
+def test_energy_all_but_at_rest(offset):
+    """A load hangs on its spring: E = m u²/2 + k (x − x0)²/2 + const, so that atol leaves (k |x − x0| + m |u|) atol open."""
+    x = kn.coordinate("x")
+    p = O.at("p", x * N.y)
+    loads = [kn.gravity(-9.81 * N.y), kn.linear_spring(p, O, 800.0), kn.linear_damper(p, O, 5.0)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("load", p, 2.0)], speeds="rates", loads=loads))
+    rest = -2 * 9.81 / 800
+    sol = kn.simulate(eom, (0, 5), q=[rest + offset], u=[0.0], samples=101)
+    check = sol.energy_check
+    assert check.relative < 1e-8
+    # the largest is among a few samples, the first included, where it is k x0
+    assert check.scale == pytest.approx(800 * offset, rel=0.2, abs=1e-6)
+    # the tighter the tolerance, the less is left open
+    tight = kn.simulate(eom, (0, 5), q=[rest + offset], u=[0.0], atol=1e-13, rtol=1e-9, samples=101).energy_check
+    assert tight.scale <= max(1e-4 * check.scale + 400 * offset**2, 1e-6)
+    assert replace(sol, work=sol.work + np.linspace(0, 1e-3 * check.scale, 101)).energy_check.relative > 1e-4

@@ -134,3 +134,27 @@ def test_moving_lets_an_acceleration_remain():
     eom = systems.cart()
     point = kn.trim(eom, q={"q1": 0, "q2": kn.guess(0)}, u=[0, 0], inputs={"F": 3.0}, moving=["u1"])
     assert np.tan(point["q2"]) == pytest.approx(-3.0 / (2.5 * 9.81), rel=1e-12)
+
+
+def test_the_time_of_a_point_goes_with_it():
+    """m ẍ = −k(t) (x − sin t), k(t) = 2 + cos t: about x = 0 it swings with k = 1 at t = π, with k = 3 at t = 0."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x")
+    P = O.at("P", x * N.x)
+    pull = kn.Force(P, -(2 + kn.cos(kn.time)) * (x - kn.sin(kn.time)) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", loads=[pull]))
+    point = kn.trim(eom, q={x: kn.guess(0.3)}, u=[0], t=np.pi)
+    assert point.arguments["t"] == np.pi
+    np.testing.assert_allclose(np.abs(kn.linearize(eom, **point.arguments, steady=False).eigenvalues), 1, rtol=1e-9)
+    assert eom.evaluate(eom.accelerations[0], **point.arguments) == pytest.approx(0, abs=1e-12)
+    first = kn.trim(eom, q={x: kn.guess(0.3)}, u=[0])
+    assert "t" not in first.arguments
+    np.testing.assert_allclose(
+        np.abs(kn.linearize(eom, **first.arguments, steady=False).eigenvalues), np.sqrt(3), rtol=1e-9
+    )
+    with pytest.raises(
+        kn.SimulationError, match=r"begins at the time of the start values, t = 3\.14159265, got one from 0\."
+    ):
+        kn.simulate(eom, (0, 1), **point.arguments)
+    assert kn.simulate(eom, (np.pi, 4), **point.arguments).t[0] == np.pi

@@ -16,7 +16,7 @@ from kane.expr.diff import jacobian
 from kane.expr.evaluate import compile_reference, free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, Expr
-from kane.expr.symbols import Parameter, Symbol, input_of
+from kane.expr.symbols import Parameter, Symbol, input_of, time
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
 
@@ -29,6 +29,8 @@ OFF = 1e-6
 """Residual, over the reach of the coordinates, above which no configuration was found."""
 TRIES = 12
 _STEPS = 60
+_TIMES = (1.0, 0.01, 0.0)
+"""Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,12 +130,13 @@ class Sampled:
 
     Nearest to constraints f that cannot hold, Gᵀ f = 0: there the rows of G depend on each other, whatever they do elsewhere.
     `missed` are those that resist there, with what is left of them, the worst first; `drawn` names what constraints depend on and is
-    no default: parameters without one, and inputs.
+    no default: parameters without one, and inputs. `times` are those that were tried, if constraints depend on the time.
     """
 
     values: dict[Symbol, float]
     missed: tuple[tuple[str, float], ...]
     drawn: tuple[str, ...]
+    times: tuple[float, ...] = ()
 
 
 def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 20047) -> dict[Symbol, float]:
@@ -157,14 +160,20 @@ def sampled(system: System, roots: Sequence[Expr], seed: int = 20047) -> Sampled
     if not known.f:
         return Sampled(values, (), ())
     moving = set(system.coordinates)
-    function = residual_function(system, known, {s: v for s, v in values.items() if s not in moving})
     start = np.array([values[q] for q in system.coordinates])
-    others = (start + generator.normal(size=len(start)) for _ in range(TRIES - 1))
-    best = closest(function, chain([start], others), range(len(start)))
-    missed = _missed(known, function, best)
-    if not missed:
-        values.update(zip(system.coordinates, best.q.tolist(), strict=True))
-    return Sampled(values, missed, _drawn(known))
+    times = [values[time] * share for share in _TIMES] if time in set(free_symbols(known.f)) else []
+    missed: tuple[tuple[str, float], ...] = ()
+    for at in [{time: t} for t in times] or [{}]:
+        function = residual_function(system, known, {s: v for s, v in (values | at).items() if s not in moving})
+        others = (start + generator.normal(size=len(start)) for _ in range(TRIES - 1))
+        best = closest(function, chain([start], others), range(len(start)))
+        left = _missed(known, function, best)
+        if not left:
+            values.update(at)
+            values.update(zip(system.coordinates, best.q.tolist(), strict=True))
+            return Sampled(values, (), _drawn(known))
+        missed = missed or left
+    return Sampled(values, missed, _drawn(known), tuple(times))
 
 
 def _missed(known: Closure, function: Residual, found: Closed) -> tuple[tuple[str, float], ...]:

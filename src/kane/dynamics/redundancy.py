@@ -19,7 +19,7 @@ from kane.dynamics.closure import TRIES, Sampled, closure, matrix_at, sampled
 from kane.dynamics.partition import dependencies, indeterminate, row_sizes, within
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.node import Expr, constant_value
+from kane.expr.node import ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Parameter, Time, input_of
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.constraints import Constraint
@@ -81,18 +81,24 @@ def check_determinate(system: System, rows: ConstraintRows, a: Array, released: 
     else:
         if loose:
             _check_asked(system, loose, a, released)
-        told = _not_closed(system, loose, found) if found.missed else _redundancy(loose)
+        told = _not_closed(system, loose, found) if found.missed else _redundancy(loose, rows, a)
     if told:
         warnings.warn(told, KaneWarning, stacklevel=4)
 
 
-def _redundancy(loose: Sequence[Constraint]) -> str:
+def _redundancy(loose: Sequence[Constraint], rows: ConstraintRows, a: Array) -> str:
     if not loose:
         return ""
-    return (
-        f"The {_named(loose)}{': at least one of them' if len(loose) > 1 else ': it'} is redundant. The motion is determined all "
-        "the same; the forces that hold the parts are not, one by one."
+    speeds = a.shape[1]
+    free = speeds - (len(a) - len(dependencies(a)))
+    driven = " but as the constraints prescribe" if any(x is not ZERO for x in rows.b) else ""
+    rest = (
+        "The motion is determined all the same; the forces that hold the parts are not, one by one."
+        if free
+        else f"The constraints leave none of {speeds} speeds free: nothing can move{driven}, and the forces that hold the parts are "
+        "not determined one by one."
     )
+    return f"The {_named(loose)}{': at least one of them' if len(loose) > 1 else ': it'} is redundant. {rest}"
 
 
 def _check_asked(system: System, loose: Sequence[Constraint], a: Array, released: Array) -> None:
@@ -115,9 +121,11 @@ def _not_closed(system: System, loose: Sequence[Constraint], found: Sampled) -> 
     (worst, left), *more = found.missed
     parameters = any(isinstance(s, Parameter) for s in free_symbols(c.expr for c in system.holonomic))
     given = [f"random values of {', '.join(found.drawn)}"] if found.drawn else []
+    when = ", ".join(f"{t:.3g}" for t in found.times)
     given += ["parameters at their defaults"] if parameters and not found.drawn else []
     return (
         f"Expected configuration constraints that some configuration satisfies, got none from {TRIES} starts"
+        f"{f' at each of t = {when}' if when else ''}"
         f"{f' with {given[0]}' if given else ''}: {worst!r} resists most, by {left:.3g}"
         f"{', then ' + ', '.join(repr(name) for name, _ in more[:3]) if more else ''}. "
         f"{f'The {_named(loose)} at a random configuration too. ' if loose else ''}"

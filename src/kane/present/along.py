@@ -29,17 +29,19 @@ def motion_checks(solution: Solution, known: Sequence[Check] = ()) -> tuple[Chec
     found = [Check("energy less the work of the loads, along the motion", energy.relative, _ENERGY, str(energy))]
     if any(c.detail == str(energy) for c in known):
         found = []
-    few = _thinned(solution)
-    found += [_power(few, energy), _residual(few), _mass(few), _kinematical(few)]
+    few = _thinned(solution, np.arange(len(solution)))
+    # where the constraints lose rank, reactions have no value
+    told = _thinned(solution, np.flatnonzero(~solution.lost))
+    found += [_power(few, energy), *([_residual(told)] if len(told) else []), _mass(few), _kinematical(few)]
     if len(solution.equations.b):
         found.append(_constraints(solution))
-    if len(solution.equations.reactions) > 1:
-        found.append(_reactions(few))
+    if len(solution.equations.reactions) > 1 and len(told):
+        found.append(_reactions(told))
     return tuple(found)
 
 
-def _thinned(solution: Solution) -> Solution:
-    at = np.unique(np.linspace(0, len(solution) - 1, min(len(solution), _SAMPLES)).astype(int))
+def _thinned(solution: Solution, places: npt.NDArray[np.int_]) -> Solution:
+    at = places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int))]
     equations = tuple(solution.samples[i] for i in at) if solution.samples else ()
     return replace(solution, t=solution.t[at], states=solution.states[at], work=solution.work[at], samples=equations)
 
@@ -59,30 +61,30 @@ def _power(solution: Solution, energy: EnergyCheck) -> Check:
 
 
 def _residual(solution: Solution) -> Check:
-    """Over the size of M u̇, F_r and F*_r, a row at a time; a row that is all but zero is measured by the largest."""
+    """Over the size of M u̇, F_r, F*_r and Aᵀλ, a row at a time; a row that is all but zero is measured by the largest."""
     eom = solution.equations
     active, inertia = np.array(solution[list(eom.Fr)]), np.array(solution[list(eom.Fr_star)])
     u_dot = np.array(solution[[rate(u) for u in eom.speeds]])
     mass = _matrix(solution, Matrix([*eom.mass_matrix.rows, *eom.auxiliary_mass_matrix.rows]))
-    size = (np.abs(active) + np.abs(inertia)).T + np.einsum("nij,jn->ni", np.abs(mass), np.abs(u_dot))
+    held, terms = _held(solution, active + inertia)
+    size = (np.abs(active) + np.abs(inertia) + terms).T + np.einsum("nij,jn->ni", np.abs(mass), np.abs(u_dot))
     scale = size.max(axis=0)
     scale = np.maximum(scale, 1e-6 * scale.max())
-    off = np.abs(active + inertia + _held(solution, active + inertia)).max(axis=1)
+    off = np.abs(active + inertia + held).max(axis=1)
     detail = f"Fᵣ and F*ᵣ from their terms, at the u̇ and reactions that were solved for, {_at(solution)}"
     name = "residual of Fᵣ + F*ᵣ + Aᵀλ = 0" if len(eom.b) else "residual of Fᵣ + F*ᵣ = 0"
     return Check(name, max(map(_ratio, off, scale)), _EXACT, detail)
 
 
-def _held(solution: Solution, left: Array) -> Array:
-    """What the constraints exert on each row: Aᵀλ, with the λ that balance the generalized speeds' rows best."""
+def _held(solution: Solution, left: Array) -> tuple[Array, Array]:
+    """What the constraints exert on each row, and the size of its terms: Aᵀλ, with the λ that balance the speeds' rows best."""
     eom, n = solution.equations, len(solution.equations.speeds)
     if not len(eom.b):
-        return np.zeros_like(left)
-    a = _matrix(solution, eom.A)
-    released = _matrix(solution, Matrix(eom.constraints.a_auxiliary, (len(eom.b), len(left) - n)))
-    forces = [np.linalg.lstsq(m.T, -f, rcond=1e-10)[0] for m, f in zip(a, left[:n].T, strict=True)]
-    pairs = zip(a, released, forces, strict=True)
-    return np.array([np.concatenate([m.T @ x, r.T @ x]) for m, r, x in pairs]).T
+        return np.zeros_like(left), np.zeros_like(left)
+    rows = [(*own, *more) for own, more in zip(eom.A.rows, eom.constraints.a_auxiliary, strict=True)]
+    a = _matrix(solution, Matrix(rows, (len(eom.b), len(left))))
+    forces = np.array([np.linalg.lstsq(m[:, :n].T, -f, rcond=1e-10)[0] for m, f in zip(a, left[:n].T, strict=True)])
+    return np.einsum("nkr,nk->rn", a, forces), np.einsum("nkr,nk->rn", np.abs(a), np.abs(forces))
 
 
 def _mass(solution: Solution) -> Check:
@@ -124,7 +126,10 @@ def _constraints(solution: Solution) -> Check:
 
 
 def _reactions(solution: Solution) -> Check:
-    matrix = _matrix(solution, solution.equations.solved.reaction_matrix)
+    # it holds the dependent speeds eliminated, and these change
+    size = len(solution.equations.reactions)
+    flat = solution.by_sample(lambda eom: [x for row in eom.solved.reaction_matrix.rows for x in row])
+    matrix = np.moveaxis(np.array(flat).reshape(size, size, len(solution)), -1, 0)
     return Check("condition number of the reactions' equations", _condition(matrix), _CONDITION, _at(solution))
 
 

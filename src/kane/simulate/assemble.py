@@ -145,7 +145,7 @@ def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]
             yield q
 
     best = closest(function, starts(), start.free)
-    _check_closed(known, function, start, best)
+    _check_closed(known, function, start, best, names)
     _check_determined(function, start, best.q, names)
     return best
 
@@ -164,15 +164,21 @@ def _as_given(known: Closure, function: Residual, q: Array) -> Closed:
     return close(function, q, range(len(q)))
 
 
-def _check_closed(known: Closure, function: Residual, start: Entries, best: Closed) -> None:
+def _check_closed(known: Closure, function: Residual, start: Entries, best: Closed, names: Sequence[str]) -> None:
     if best.size <= CLOSED:
         return
     first = np.abs(function(start.values)[0]).max()
+    moved = ", ".join(names[i] for i in start.guessed)
     worst = int(np.argmax(np.abs(best.residual)))
     raise SimulationError(
         f"Expected a configuration that satisfies the constraints, got none: the residual came from {first:.3g} to {best.size:.3g}, "
-        f"and {known.names[worst]!r} resists most. The parts cannot reach each other with the values given and these lengths; free "
-        "more coordinates, or guess nearer."
+        f"and {known.names[worst]!r} resists most. "
+        + (
+            f"Only starts near the guesses were tried: guess nearer, or leave {moved} out, so that others are. "
+            if moved
+            else ""
+        )
+        + "The parts may not reach each other with the values given and these lengths: free more coordinates, or correct the lengths."
     )
 
 

@@ -98,6 +98,7 @@ def input_functions(
     made: dict[Expr, Function] = {}
     for r in own:
         chain = [s for s in eom.inputs if input_of(s) is r]
+        _check_covered(r, given[r], span)
         functions = _derivatives(r, given[r], len(chain) - 1)
         for k, s in enumerate(chain):
             made[s] = _function(s.name, given[s]) if k and s in given else functions[k]
@@ -106,8 +107,26 @@ def input_functions(
     return {s: made[s] for s in eom.inputs}
 
 
+def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
+    """A signal has values from its first point to its last."""
+    for one in value if isinstance(value, tuple) else (value,):
+        if not isinstance(one, Signal):
+            continue
+        first, last = float(one.spline.x[0]), float(one.spline.x[-1])
+        if not (first <= span[0] and span[1] <= last):
+            raise SimulationError(
+                f"Expected a signal for the input {r.name} that covers the time span t = {span[0]:g} … {span[1]:g}, got one from "
+                f"t = {first:g} to {last:g}. Give it points up to the ends of the span, or keep the span within it."
+            )
+
+
 def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
     """The value as a function, and its derivatives up to `order`."""
+    if isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(_several, value))):
+        raise SimulationError(
+            f"Expected a number, a function of time or functions (f, f', …) for the input {r.name}, got samples. Make them a smooth "
+            f"function of time: {r.name}: kn.signal(t, y)."
+        )
     if isinstance(value, tuple):
         found = [_function(r.name, v) for v in value]
         if len(found) <= order:
@@ -123,6 +142,10 @@ def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
             f"got a bare function. Pass {r.name}: (f, f', f''), or kn.signal(t, y) for a spline through points."
         )
     return [value, *(value.derivative(k) for k in range(1, order + 1))]
+
+
+def _several(value: Any) -> bool:
+    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str) and np.ndim(value) > 0
 
 
 def _function(name: str, value: Any) -> Function:

@@ -22,7 +22,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
 from kane.expr.symbols import time
 from kane.simulate.local import Slopes, State, Values, slopes_at, solver, values_at
-from kane.simulate.manifold import metric, quality, sizes
+from kane.simulate.manifold import mobility, quality, sizes
 from kane.simulate.routines import once, routine
 from kane.simulate.tangents import Tangents, cross, tangents
 
@@ -97,7 +97,7 @@ def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
     if eom.embedding is None:
         return ()
     partition = eom.embedding.partition
-    return partition.dependent if quality(a, partition, sizes(a, metric(m))) > _POOR else ()
+    return partition.dependent if quality(a, partition, sizes(a, mobility(m, a))) > _POOR else ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -71,7 +71,8 @@ class Inverse:
         missing = [s.name for s in (*eom.coordinates, *eom.speeds, *self.known) if s not in values]
         if missing:
             raise ValueMissingError(
-                f"Expected values of all coordinates, speeds and of what is not unknown, got none for {', '.join(missing)}."
+                f"Expected values of all coordinates, speeds and of what is not unknown, got none for {', '.join(missing)}. "
+                f"{self._cure(missing)}"
             )
         constants = parameter_values(eom, parameters)
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
@@ -86,6 +87,12 @@ class Inverse:
         p = np.array([constants[s] for s in eom.parameters])
         found = self._solved(np.broadcast_to(times, shape), x, p, r, full)
         return {s: found[..., k][()] for k, s in enumerate(self.unknowns)}
+
+    def _cure(self, missing: Sequence[str]) -> str:
+        state = {s.name for s in (*self.eom.coordinates, *self.eom.speeds)}
+        if self.eom.constraints.constraints and any(name in state for name in missing):
+            return "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
+        return "Give them, by symbol or name."
 
     def _given(self, given: Mapping[Any, Any] | None) -> dict[Expr, Any]:
         found = named_values("quantities that are given", self.known, given)

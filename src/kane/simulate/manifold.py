@@ -32,6 +32,10 @@ RANK = 1e-4
 """Singular values σ of A without units below this share of the largest count as zero. Where a linkage comes through a position at
 which the constraints lose rank, what rounding leaves of f becomes f/σ in q and f/σ² in u, however short the steps: f = c ≠ 0 does
 not go through there, but turns off."""
+LIGHT = 1e-6
+"""Inertia given to a coordinate without mass, over what the constraints reflect onto it: others take that share of its changes."""
+_DEFINITE = 1e-10
+"""Least eigenvalue of M, scaled to a unit diagonal, over the largest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,11 +106,24 @@ class Manifold:
 
 def step(m: Array, a: Array, right: Array, reach: Array | float = 0.0) -> Array:
     """The δ of least δᵀM δ with A δ = right, in the least-squares sense where the rows of A are dependent."""
-    scale = metric(m)
+    scale = metric(m, np.maximum(reach, np.abs(a)))
     combined, sigma = combinations(a, reach)
     sure = combined[sigma > RANK * sigma[0]]
     y, *_ = np.linalg.lstsq(sure @ a @ scale, sure @ right, rcond=1e-14)
     return np.asarray(scale @ y)
+
+
+def nearest(m: Array, a: Array, f: Array, right: Array, reach: Array | float = 0.0) -> Array:
+    """The x of least ½ xᵀ M x − fᵀ x with A x = right: M x + Aᵀ λ = f, M being definite where A leaves x free."""
+    size = np.sqrt(reflected(_diagonal(m), np.maximum(reach, np.abs(a))))
+    combined, sigma = combinations(a, reach)
+    sure = combined[sigma > RANK * sigma[0]]
+    rows = sure @ a / size
+    tall = np.linalg.norm(rows, axis=1, keepdims=True)
+    rows, wanted = rows / tall, sure @ right / tall[:, 0]
+    whole = np.block([[m / np.outer(size, size), rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+    found = np.linalg.lstsq(whole, np.append(f / size, wanted), rcond=1e-14)[0]
+    return np.asarray(found[: len(size)] / size)
 
 
 def combinations(a: Array, reach: Array | float = 0.0) -> tuple[Array, Array]:
@@ -143,6 +160,11 @@ def quality(a: Array, partition: Partition, reach: Array | None = None) -> float
     return found
 
 
+def mobility(m: Array, a: Array) -> Array:
+    """S with S Sᵀ = M⁻¹, where what has no mass moves as the masses do that the constraints join to it."""
+    return metric(m, a, 1.0)
+
+
 def sizes(a: Array, root: Array) -> Array:
     """How large the entries of A could be: a row's largest share of A S, over what the mass lets each x move, S Sᵀ = M⁻¹ in x.
 
@@ -153,13 +175,45 @@ def sizes(a: Array, root: Array) -> Array:
     return np.asarray((np.abs(a) * mobile).max(axis=1, keepdims=True, initial=0) / mobile)
 
 
-def metric(m: Array) -> Array:
-    """S with S Sᵀ = M⁻¹; directions that move no mass are made a little heavy, so that they are free to move but not arbitrary."""
-    size = np.sqrt(np.maximum(np.diag(m), np.finfo(float).tiny))
-    scaled = m / np.outer(size, size)
-    values, vectors = np.linalg.eigh(scaled)
-    values = np.maximum(values, 1e-10 * values[-1])
+def metric(m: Array, a: Array | None = None, light: float = LIGHT) -> Array:
+    """S with S Sᵀ = M⁻¹; directions that move no mass are made a little heavy, so that they are free to move but not arbitrary.
+
+    For a coordinate alone that means: it has `light` of the inertia that the constraints reflect onto it, whatever its unit.
+    """
+    own = _diagonal(m)
+    added = np.maximum(light * reflected(own, np.zeros((0, len(m))) if a is None else a) - own, 0.0)
+    heavy = m + np.diag(added)
+    size = np.sqrt(np.diag(heavy))
+    values, vectors = np.linalg.eigh(heavy / np.outer(size, size))
+    values = np.maximum(values, _DEFINITE * values[-1])
     return np.asarray((vectors / np.sqrt(values)) / size[:, None])
+
+
+def _diagonal(m: Array) -> Array:
+    """The diagonal of M, where what rounding left of zero in a partial velocity comes squared."""
+    own = np.diag(m)
+    return np.where(own > _ROUNDING**2 * own.max(initial=0), own, 0.0)
+
+
+def reflected(mass: Array, a: Array) -> Array:
+    """What each x has of inertia: its own mass, or without one m (a_i/a)² of the lightest m that a row a of A joins to it.
+
+    Row after row, so that it comes through chains of parts without mass. Where no mass is joined at all, x is measured by its rows.
+    """
+    if np.all(mass > 0):
+        return mass
+    a = np.where(np.abs(a) > _ROUNDING * np.abs(a).max(initial=0), np.abs(a), 0.0)
+    found = mass.copy()
+    for _ in range(len(a)):
+        known = found > 0
+        pace = (a[:, known] / np.sqrt(found[known])).max(axis=1, initial=0)
+        joined = np.where(known, 0.0, (a[pace > 0] / pace[pace > 0, None]).max(axis=0, initial=0))
+        if not joined.any():
+            break
+        found = np.where(known, found, joined**2)
+    rows = np.maximum(a.max(axis=1, keepdims=True, initial=0), np.finfo(float).tiny)
+    alone = (a / rows).max(axis=0, initial=0)
+    return np.asarray(np.where(found > 0, found, np.where(alone > 0, alone, 1.0) ** 2))
 
 
 def manifold(eom: Equations) -> Manifold | None:

@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kane.dynamics.closure import OFF, close, closure, residual_function
 from kane.dynamics.derive import repartition
 from kane.dynamics.equations import Equations
-from kane.dynamics.partition import Partition, choose
+from kane.dynamics.partition import Partition, balanced, choose
 from kane.dynamics.values import without_unknowns
 from kane.errors import ReactionError, SimulationError
+from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import time
+from kane.expr.symbols import input_of, time
 from kane.model.events import Event
 from kane.program.equations import rate_names
 from kane.program.handle import Handle
@@ -29,10 +31,10 @@ from kane.simulate.manifold import (
     Numbers,
     combinations,
     manifold,
-    metric,
+    mobility,
+    nearest,
     quality,
     sizes,
-    step,
 )
 from kane.simulate.routines import once, routine
 
@@ -40,6 +42,8 @@ Array = npt.NDArray[np.float64]
 
 _POOR, _BETTER = 0.02, 4.0
 """Reciprocal condition of the dependent block below which another is sought, and by how much that must be better."""
+_SHORT_OF_RANK = 0.02
+"""Least singular value of A over the largest below which a motion that broke off may have come to a lock."""
 _SHORT = 1e-3
 """Reciprocal condition below which a sample between two steps is read off with other dependent speeds than it was stepped with."""
 
@@ -80,6 +84,7 @@ class Motion:
         self.segments: list[tuple[float, Equations]] = []
         self.changes: list[tuple[Event, float]] = []
         self.lost = False
+        self.side = 0.0
         self.reach: Array = np.zeros((len(eom.b), len(eom.speeds)))
         self._take(eom)
 
@@ -114,6 +119,29 @@ class Motion:
         """What is not finite first."""
         return self.handle.explain(t, y[: self.width], self.fixed, self.inputs(t))
 
+    def held_up(self, t: float, y: Array, later: float) -> str:
+        """Which constraint a drive cannot hold beyond t, as no configuration near y closes it at `later`; "" without that evidence."""
+        driving = free_symbols(c.expr for c in self.eom.system.holonomic)
+        if self.manifold is None or not any(s is time or input_of(s) is not None for s in driving):
+            return ""
+        kept, numbers = self.keep(t, y)
+        if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
+            return ""
+        sigma = combinations(numbers.a, self.reach)[1]
+        least = float(sigma[len(self.eom.dependent_speeds) - 1] / sigma[0])
+        known, moving = closure(self.eom.system), set(self.eom.coordinates)
+        rest = {s: v for s, v in self.values(later, kept).items() if s not in moving}
+        found = close(residual_function(self.eom.system, known, rest), kept[: len(moving)], range(len(moving)))
+        if not (least < _SHORT_OF_RANK and OFF < found.size < np.inf):
+            return ""
+        worst = int(np.argmax(np.abs(found.residual)))
+        return (
+            f"{known.names[worst]!r} cannot be held beyond t = {t:.6g}, where the constraints lose rank (least singular value "
+            f"{least:.1e} of the largest): at t = {later:.6g} {found.residual[worst]:.2g} is left of it in the nearest "
+            "configuration. The drive carries the parts further than they reach: end before, drive them another way, or correct the "
+            "lengths"
+        )
+
     # Constraints ---------------------------------------------------------------------------------------------------------
 
     def keep(self, t: float, y: Array) -> tuple[Array, Numbers | None]:
@@ -136,7 +164,7 @@ class Motion:
             return kept, self.eom
         sigma = combinations(numbers.a, self.reach)[1]
         rank = int((sigma > RANK * sigma[0]).sum())
-        reach = np.maximum(self.reach, sizes(numbers.a, metric(numbers.m)))
+        reach = np.maximum(self.reach, sizes(numbers.a, mobility(numbers.m, self.reach)))
         if rank >= len(e.partition.rows) and quality(numbers.a, e.partition, reach) >= _SHORT:
             return kept, self.eom
         found = _first(choose(numbers.a, reach=reach), min(rank, len(e.partition.rows)))
@@ -162,15 +190,34 @@ class Motion:
                 self._take(eom)
                 given = ", ".join(u.name for u in eom.dependent_speeds)
                 self._note(t, f"dependent speeds {given}", "the dependent speeds were changed")
-        sigma = combinations(numbers.a, self.reach)[1]
-        lost = bool(sigma[len(self.eom.dependent_speeds) - 1] < RANK * sigma[0])
+        lost = self._loses(numbers)
         if lost and not self.lost:
             self._check_loose(t)
             self._note(t, "rank of the constraints drops", "the accelerations of least size were taken")
         self.lost = lost
+        self.side = 0.0 if lost else self._side(numbers)
         if before[0] is not self.eom or not self.segments:
             self.segments.append((t, self.eom))
         return before != (self.eom, self.lost)
+
+    def jumped(self, numbers: Numbers | None) -> bool:
+        """Whether the dependent block was singular since `settle` was last called: its determinant has changed sign.
+
+        On the way its inverse was as large as chance would have it, and none of the solver's error estimates need have seen it.
+        """
+        if not self.side or numbers is None or not np.all(np.isfinite(numbers.a)):
+            return False
+        return self.side * self._side(numbers) < 0 and not self._loses(numbers)
+
+    def _side(self, numbers: Numbers) -> float:
+        assert self.eom.embedding is not None
+        partition = self.eom.embedding.partition
+        block = balanced(numbers.a, self.reach)[np.ix_(partition.rows, partition.dependent)]
+        return float(np.linalg.slogdet(block)[0])
+
+    def _loses(self, numbers: Numbers) -> bool:
+        sigma = combinations(numbers.a, self.reach)[1]
+        return bool(sigma[len(self.eom.dependent_speeds) - 1] < RANK * sigma[0])
 
     def _note(self, t: float, name: str, message: str) -> None:
         self.changes.append((Event(name, ZERO, terminal=False, message=message), t))
@@ -183,14 +230,13 @@ class Motion:
             )
 
     def _least(self, t: float, y: Array, found: Array) -> Array:
-        """u̇ = M⁻¹ f + the least change with A u̇ = −(Ȧ u + ḃ)."""
+        """The u̇ nearest to M⁻¹ f in the mass metric with A u̇ = −(Ȧ u + ḃ)."""
         assert self.manifold is not None
         eom, x, r = self.eom, y[: self.width], self.inputs(t)
         numbers = self.manifold.numbers(t, x, self.fixed, r)
         nq, n = len(eom.coordinates), len(eom.speeds)
         loose = once(eom, "loose", lambda: _loose(eom))(t, x, self.fixed, r)
-        free = np.linalg.lstsq(numbers.m, loose[nq : nq + n], rcond=None)[0]
-        u_dot = free + step(numbers.m, numbers.a, -loose[nq + n :] - numbers.a @ free, self.reach)
+        u_dot = nearest(numbers.m, numbers.a, loose[nq : nq + n], -loose[nq + n :], self.reach)
         return np.concatenate([loose[:nq], u_dot, found[-1:]])
 
 

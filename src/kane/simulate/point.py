@@ -29,7 +29,7 @@ _CLOSED, _ROUNDS = 1e-15, 4
 class OperatingPoint:
     """Values by symbol: `kn.simulate(eom, span, **point.arguments)`, `kn.linearize(eom, **point.arguments)`.
 
-    The time is not among them, as a span has its own; where it enters the equations, give `linearize` t=point.t as well.
+    A time t other than 0 is among them: what is linearized or evaluated is so at t, and a span must begin there.
     """
 
     q: dict[Symbol, float]
@@ -40,8 +40,9 @@ class OperatingPoint:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """q, u, parameters and inputs without the time, as `simulate`, `linearize` and `Equations.evaluate` take them."""
-        return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs}
+        """q, u, parameters and inputs, and t where it is not 0, as `simulate`, `linearize` and `Equations.evaluate` take them."""
+        at = {"t": self.t} if self.t else {}
+        return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs, **at}
 
     def __getitem__(self, what: Any) -> float:
         name = what.name if isinstance(what, Symbol) else what
@@ -53,7 +54,7 @@ class OperatingPoint:
 
     def __repr__(self) -> str:
         values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items(), *self.inputs.items()))
-        return f"OperatingPoint({values})"
+        return f"OperatingPoint({values}{f'; t = {self.t:g}' if self.t else ''})"
 
 
 def point_of(eom: Equations, state: State) -> OperatingPoint:

@@ -33,6 +33,7 @@ def simulate(
     rates: Mapping[Any, float] | Sequence[float] | Array | None = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
+    t: float | None = None,
     method: str = "DOP853",
     rtol: float = 1e-9,
     atol: float = 1e-9,
@@ -53,6 +54,7 @@ def simulate(
     rates : the rates of the coordinates at the start, by coordinate, in place of `u`
     parameters : values by symbol or name; those left out take their defaults
     inputs : a number or a function of time for each input
+    t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
     method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
     rtol, atol : relative and absolute tolerance
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
@@ -65,6 +67,11 @@ def simulate(
         if the start is not admissible, or the integration fails
     """
     t0, t1 = check_span(span)
+    if t is not None and not np.isclose(t, t0, rtol=1e-12, atol=1e-12):
+        raise SimulationError(
+            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
+            "take start values that hold at its beginning."
+        )
     tolerances = {"rtol": check_tolerance("rtol", rtol), "atol": check_tolerance("atol", atol)}
     if method not in SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")

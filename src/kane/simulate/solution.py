@@ -27,12 +27,16 @@ from kane.space.vector import Vector
 
 Array = npt.NDArray[np.float64]
 
+_FEW = 25
+"""At as many samples, at most, it is asked what tolerances mean for the energy."""
+
 
 @dataclass(frozen=True, slots=True)
 class EnergyCheck:
     """How well E − ∫P dt stayed constant.
 
-    `drift` is the largest |E(t) − E(0) − ∫P dt|, `scale` the largest of |E − E(0)|, K and ∫|P| dt, `relative` their ratio.
+    `drift` is the largest |E(t) − E(0) − ∫P dt|, `scale` the largest of |E − E(0)|, K, |∫P dt| and δE/rtol, `relative` their ratio.
+    δE is what the absolute tolerance leaves open: the change of E with coordinates and speeds off by `atol`, one at a time.
     """
 
     drift: float
@@ -80,6 +84,8 @@ class Solution:
     evaluations: int
     segments: tuple[Segment, ...] = ()
     samples: tuple[Equations, ...] = ()
+    rtol: float = 1.0
+    atol: float = 0.0
 
     @property
     def q(self) -> Array:
@@ -127,24 +133,25 @@ class Solution:
             vectors = [v for v in (found.force, found.torque) if v is not None]
             return [x for v in vectors for x in v.components(target)]
 
-        table = np.stack(self._by_sample(components), axis=-1)
-        table[self._lost()] = np.nan
+        table = np.stack(self.by_sample(components), axis=-1)
+        table[self.lost] = np.nan
         return (table[:, :3] if table.shape[1] == 6 else None), table[:, -3:]
 
     def _values(self, exprs: Any) -> list[Array]:
-        found = self._by_sample(lambda eom: exprs)
+        found = self.by_sample(lambda eom: exprs)
         for e, values in zip(exprs, found, strict=True):
             if any(isinstance(s, Reaction) for s in free_symbols([e])):
-                values[self._lost()] = np.nan
+                values[self.lost] = np.nan
         return found
 
-    def _lost(self) -> npt.NDArray[np.bool_]:
+    @cached_property
+    def lost(self) -> npt.NDArray[np.bool_]:
         """Samples at which the constraints determine fewer speeds than elsewhere."""
         ranks = np.array([len(eom.dependent_speeds) for eom in self.samples or (self.equations,) * len(self)])
         return np.asarray(ranks < max(ranks.max(initial=0), len(self.equations.dependent_speeds)))
 
-    def _by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
-        """Values of what `exprs` makes of the equations that hold at each sample."""
+    def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
+        """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
         places: dict[Equations, list[int]] = {}
         for k, eom in enumerate(self.samples or (self.equations,) * len(self)):
             places.setdefault(eom, []).append(k)
@@ -182,8 +189,22 @@ class Solution:
         """E − ∫P dt must stay constant; see EnergyCheck."""
         kinetic, total = self._values([self.equations.kinetic_energy, self.equations.energy])
         change = total - total[0]
-        scale = max(np.abs(change).max(), kinetic.max(), np.abs(self.work).max())
+        scale = max(np.abs(change).max(), kinetic.max(), np.abs(self.work).max(), self._open() / self.rtol)
         return EnergyCheck(float(np.abs(change - self.work).max()), float(scale))
+
+    def _open(self) -> float:
+        """The largest Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), at a few of the samples."""
+        at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
+        width = self.states.shape[1]
+        shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
+        x = (self.states[at] + shifts[:, None, :]).reshape(-1, width)
+        times = np.tile(self.t[at], len(shifts))
+        inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
+        eom, nq = self.equations, len(self.equations.coordinates)
+        energy = evaluate_along(eom, eom.energy, list(x[:, :nq].T), list(x[:, nq:].T), self.parameters, inputs, times)
+        table = np.broadcast_to(energy, times.shape).reshape(len(shifts), -1)
+        up, down = np.split(np.abs(table[1:] - table[0]), 2)
+        return float(np.maximum(up, down).sum(axis=0).max(initial=0))
 
     @quietly
     def _repr_html_(self) -> str:

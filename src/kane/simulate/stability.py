@@ -20,6 +20,8 @@ Spectrum = Callable[[Array], Complex]
 GROWS = 1e-7
 """Real part, over the largest eigenvalue, above which a mode grows: below it is what rounding leaves of zero."""
 _BISECTIONS, _CLOSE = 60, 1e-13
+_ALIKE = 1e-7
+"""Distance along the branch below which two crossings of equal frequency are one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,29 +79,48 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
     found = []
     for k, (first, last) in enumerate(pairwise(roots)):
         before, after = tracked([first, last])
-        for start, end in zip(before.tolist(), after.tolist(), strict=True):
+        met: list[Change] = []
+        for j, (start, end) in enumerate(zip(before.tolist(), after.tolist(), strict=True)):
             grows = end.real > least
-            # of a conjugate pair one is enough
-            if (start.real > least) != grows and (start + end).imag >= 0:
-                y, root = _bisected((path[k], start), (path[k + 1], end), least, middle, spectrum)
-                found.append(Change(k, y, root, grows))
+            if (start.real > least) == grows or (start.imag < 0 and end.imag < 0):
+                continue
+            y, root = _bisected((path[k], before), (path[k + 1], after), j, least, middle, spectrum)
+            new = Change(k, y, root, grows)
+            # of a conjugate pair one is enough; where a pair is real at one end only, both of it come here
+            if (start.imag == 0 and end.imag == 0) or not any(_same(new, c, least) for c in met):
+                met.append(new)
+        found += met
     return found
 
 
+def _same(one: Change, other: Change, least: float) -> bool:
+    """Whether two changes are those of a pair."""
+    apart = np.linalg.norm(one.y - other.y)
+    return bool(one.grows == other.grows and apart < _ALIKE and abs(one.root - other.root) <= 10 * least)
+
+
 def _bisected(
-    a: tuple[Array, complex], b: tuple[Array, complex], least: float, middle: Middle, spectrum: Spectrum
+    a: tuple[Array, Complex], b: tuple[Array, Complex], k: int, least: float, middle: Middle, spectrum: Spectrum
 ) -> tuple[Array, complex]:
-    """Y and λ where Re λ passes zero; where one end lies on the axis but for rounding, where it leaves it."""
-    level = 0.0 if min(abs(a[1].real), abs(b[1].real)) > least else least
+    """Y and i |ω| where Re λ of mode k passes zero; where one end lies on the axis but for rounding, where it leaves it."""
+    level = 0.0 if min(abs(a[1][k].real), abs(b[1][k].real)) > least else least
     for _ in range(_BISECTIONS):
         y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > _CLOSE else None
         if y is None:
             break
-        roots = spectrum(y)
-        root = complex(roots[np.argmin(np.abs(roots - (a[1] + b[1]) / 2))])
-        if (root.real > level) == (b[1].real > level):
-            b = y, root
+        roots = _between(a[1], b[1], spectrum(y))
+        if (roots[k].real > level) == (b[1][k].real > level):
+            b = y, roots
         else:
-            a = y, root
-    y, root = min(a, b, key=lambda end: abs(end[1].real))
-    return y, complex(0.0, root.imag)
+            a = y, roots
+    y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
+    frequency = abs(roots[k].imag)
+    return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
+
+
+def _between(a: Complex, b: Complex, roots: Complex) -> Complex:
+    """Eigenvalues in the order of those before and after: the modes together, so that none takes another's place."""
+    from scipy.optimize import linear_sum_assignment
+
+    cost = np.abs(a[:, None] - roots) + np.abs(b[:, None] - roots)
+    return np.asarray(roots[linear_sum_assignment(cost)[1]])

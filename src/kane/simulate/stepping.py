@@ -25,6 +25,11 @@ _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 _DRIFT = 10.0
 """Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
 
+_AHEAD = 1e-3
+"""Share of the time after which a motion that broke off is asked whether its constraints can be held there."""
+_NARROW = 1e-12
+"""Share of the time below which a step is not halved any more."""
+
 
 def integrate(
     motion: Motion,
@@ -46,6 +51,7 @@ def integrate(
     status, message = "finished", f"reached t = {t1:g}"
     hit: Event | None = None
     met: list[tuple[Event, float]] = []
+    beyond = np.inf
     while solver.status == "running":
         if steps >= max_steps:
             status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
@@ -55,13 +61,19 @@ def integrate(
         steps += 1
         if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
             status = "stopped"
-            message = (
+            locked = motion.held_up(before, last, before + _AHEAD * (t1 - t0))
+            message = locked or (
                 f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
                 f"{nearly_singular(motion.eom, motion.values(before, last))}"
             )
             break
         dense, end = solver.dense_output(), solver.t
         kept, numbers = motion.keep(end, solver.y)
+        if motion.jumped(numbers) and end - before > _NARROW * max(abs(end), t1 - t0):
+            # the place is closed in on by halves, until a state lies so near to it that `settle` sees it
+            evaluations += int(solver.nfev)
+            solver, beyond = _solver(method, motion, before, last, t1, tolerances, (end - before) / 2), end
+            continue
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
         after = motion.watch(end, kept)
         for event, t in crossings(motion.eom.events, motion.watch, dense, (solver.t_old, end), (values, after)):
@@ -83,6 +95,9 @@ def integrate(
         if changed or not np.array_equal(kept, solver.y):
             solver, spent = _continued(solver, kept, changed, method, motion, t1, tolerances)
             evaluations += spent
+        beyond = beyond if end < beyond and not changed else np.inf
+        if np.isfinite(beyond) and hasattr(solver, "h_abs"):
+            solver.h_abs = min(solver.h_abs, (beyond - end) / 2)
     if status == "stopped" and solver.t > grid[-1] and np.all(np.isfinite(solver.y)):
         grid.append(float(solver.t))
         rows.append(motion.sample(solver.t, solver.y))
@@ -102,13 +117,22 @@ def integrate(
         evaluations + int(solver.nfev),
         tuple(Segment(t, eom) for t, eom in motion.segments),
         tuple(eom for _, eom in rows) if motion.segments else (),
+        **tolerances,
     )
 
 
-def _solver(method: str, motion: Motion, t: float, y: Array, t1: float, tolerances: Mapping[str, float]) -> Any:
+def _solver(
+    method: str,
+    motion: Motion,
+    t: float,
+    y: Array,
+    t1: float,
+    tolerances: Mapping[str, float],
+    first_step: float | None = None,
+) -> Any:
     from scipy import integrate as scipy_integrate
 
-    return getattr(scipy_integrate, method)(motion.rate, t, y, t1, **tolerances)
+    return getattr(scipy_integrate, method)(motion.rate, t, y, t1, first_step=first_step, **tolerances)
 
 
 def _advance(solver: Any) -> str | None:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from kane.dynamics.partition import choose
 from kane.dynamics.unsolved import Perturbations
 from kane.simulate.local import Slopes
-from kane.simulate.manifold import metric, sizes
+from kane.simulate.manifold import mobility, sizes
 
 Array = npt.NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def tangents(
     t = spread(known, q)
     g = slopes.configuration[:, :nq] @ t
     w = np.vstack([slopes.rates[list(known.coordinates)], slopes.spins])[:, nq : nq + n]
-    root = metric(m)
+    root = mobility(m, a)
     free_q, n_q, p = _solved(g, slopes.configuration[:, nq + n :], w @ root, given_q)
     moved = slopes.motion[:, :nq] @ t
     shift = np.hstack([moved @ n_q, moved @ p + slopes.motion[:, nq + n :]])
