@@ -17,10 +17,10 @@ demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write 
 	$(BIN)/kane demo --out out
 
 test: $(VENV)/.dev-stamp  ## the quick tests (5 minutes at most)
-	$(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=quick -q
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=quick -q
 
 test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at most)
-	KANE_FULL=1 $(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=full -q
+	KANE_FULL=1 $(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=full -q --durations=15
 
 test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at the lowest versions allowed
 	bash requirements/package.sh $(PYTHON)
