@@ -36,7 +36,9 @@ def test_the_states_kept_decide_what_is_met(kept, dense, expected):
     assert met(kept, dense, 1) == []
 
 
-@pytest.mark.parametrize("method", ["RK23", "DOP853", "Radau", "BDF", "LSODA"])
+@pytest.mark.parametrize(
+    "method", ["DOP853", "Radau", *(pytest.param(m, marks=pytest.mark.slow) for m in ("RK23", "BDF", "LSODA"))]
+)
 def test_every_turn_of_a_pendulum_is_counted_once(method):
     """x² + y² = 1: a turning pendulum passes x = 0 twice a turn, however far projection moves the steps' ends."""
     N = kn.Frame("N")

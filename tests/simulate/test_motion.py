@@ -129,7 +129,7 @@ def test_samples_where_the_dependent_speed_is_not_determined(dependent):
     np.testing.assert_allclose(np.linalg.norm(sol.reaction(rod)[0], axis=1), 2, atol=1e-5)
 
 
-@pytest.mark.parametrize("method", ["RK45", "BDF"])
+@pytest.mark.parametrize("method", ["RK45", pytest.param("BDF", marks=pytest.mark.slow)])
 def test_a_pull_across_changes_of_the_dependent_speeds(method):
     """From rest at y = 0 a pendulum pulls with −3 m g y/l, here with a mass and a length other than those declared."""
     x, y = kn.coordinates("x y")
