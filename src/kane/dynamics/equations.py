@@ -17,6 +17,7 @@ from kane.dynamics.embed import Embedding, multipliers
 from kane.dynamics.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.loads import loads_in_speeds
 from kane.dynamics.reduce import Blocks, Solved
+from kane.dynamics.singular import Pivot, pivots
 from kane.dynamics.steps import Step, seven_steps
 from kane.dynamics.values import evaluate_along, speeds_from_rates
 from kane.errors import ExpressionError
@@ -303,6 +304,11 @@ class Equations:
     def b_n(self) -> tuple[Expr, ...]:
         """b_n of u_D = A_n u_I + b_n."""
         return self.embedding.b_n if self.embedding else ()
+
+    @cached_property
+    def pivots(self) -> tuple[Pivot, ...]:
+        """What A_n and b_n are divided by, where it changes with the state, with the dependent speed that it gives."""
+        return pivots(self)
 
     @property
     def redundant(self) -> tuple[Constraint, ...]:

@@ -73,7 +73,7 @@ def check_pivots(
     """
     kept = list(numbers)
     below = _denominators(roots)
-    found = [p for p in pivots(eom) if below.intersection(p.divisors)] if below else []
+    found = [p for p in eom.pivots if below.intersection(p.divisors)] if below else []
     for p, where in zip(found, _vanishing([p.value for p in found], eom, values), strict=True):
         if not where.any():
             continue

@@ -17,6 +17,7 @@ from kane.errors import SimulationError
 from kane.expr.html import unit_text
 from kane.expr.latex import latex_name
 from kane.simulate.continuation import Branch
+from kane.simulate.stability import GROWS
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -156,7 +157,7 @@ def _grow(a: Axes, values: Array, eigenvalues: Complex) -> None:
     """The real parts above zero once more, in red."""
     real = eigenvalues.real
     size = np.abs(eigenvalues).max(initial=1.0)
-    above = np.where(real > 1e-7 * size, real, np.nan)
+    above = np.where(real > GROWS * size, real, np.nan)
     if not np.all(np.isnan(above)):
         lines = a.plot(values, above, color=_GROWS, linewidth=2.2)
         lines[0].set_label("unstable")
