@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import kane as kn
-from kane.program import native as llvm
+from kane.program.native import machine_code as llvm
 
 Array = npt.NDArray[np.float64]
 

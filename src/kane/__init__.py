@@ -8,10 +8,18 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from kane.analysis.assemble import Assembled, Guess, assemble, guess
+from kane.analysis.continuation import Branch, continuation
+from kane.analysis.inverse import Inverse, inverse
+from kane.analysis.linear import Linear, Mode, SecondOrder
+from kane.analysis.linearize import Linearizer, linearize, linearizer
+from kane.analysis.point import OperatingPoint
+from kane.analysis.stability import Crossing
+from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
+from kane.analysis.trim import equilibrium, trim
 from kane.dynamics.derive import derive
 from kane.dynamics.equations import Equations
-from kane.dynamics.joint_reactions import JointReaction
-from kane.dynamics.linearize import SymbolicLinear, linearize_symbolic
+from kane.dynamics.readings.joint_reactions import JointReaction
 from kane.errors import (
     ArgumentError,
     ExpressionError,
@@ -54,7 +62,6 @@ from kane.expr.functions import (
     tanh,
     where,
 )
-from kane.expr.latex import to_latex
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, pi
 from kane.expr.operators import rational as Rational
@@ -78,8 +85,6 @@ from kane.expr.symbols import (
     speeds,
     time,
 )
-from kane.expr.text import to_text
-from kane.expr.units_rules import unit_of
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import (
     Constraint,
@@ -138,22 +143,17 @@ from kane.model.loads import (
 )
 from kane.model.reactions import auxiliary_speed, reaction
 from kane.model.system import System
+from kane.motion.drives import Signal, signal
+from kane.motion.run import simulate  # not lazy: the subpackage of that name would take its place
+from kane.motion.solution import Solution
 from kane.program.compiled import Compiled, compile
-from kane.program.handle import Handle
-from kane.simulate.assemble import Assembled, Guess, assemble, guess
-from kane.simulate.continuation import Branch, continuation
-from kane.simulate.drives import Signal, signal
-from kane.simulate.inverse import Inverse, inverse
-from kane.simulate.linear import Linear, Mode, SecondOrder
-from kane.simulate.linearize import Linearizer, linearize, linearizer
-from kane.simulate.point import OperatingPoint
-from kane.simulate.run import simulate  # not lazy: the subpackage of that name would take its place
-from kane.simulate.solution import Solution
-from kane.simulate.stability import Crossing
-from kane.simulate.trim import equilibrium, trim
+from kane.program.native.handle import Handle
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
+from kane.units.rules import unit_of
+from kane.write.latex import to_latex
+from kane.write.text import to_text
 
 if TYPE_CHECKING:
     from kane.interop.sympy import from_sympy, to_sympy

@@ -94,11 +94,3 @@ def test_main_without_warnings() -> None:
     code = "import sys; sys.argv = ['kane', '--version']; from kane.cli import main; main()"
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_simulate_stays_the_function() -> None:
-    """Importing the subpackage `kane.simulate` must not take the place of `kane.simulate`, the function."""
-    code = (
-        "import kane.simulate.solution, kane; assert kane.simulate.__name__ == 'simulate' and callable(kane.simulate)"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

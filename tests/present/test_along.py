@@ -12,10 +12,10 @@ import kane as kn
 from kane.gallery import free_body
 from kane.present.along import motion_checks
 from kane.present.checks import Check
-from tests.dynamics.test_embed import N
+from tests.dynamics.constraints.test_embed import N
+from tests.motion import test_massless as massless
+from tests.motion import test_steps
 from tests.present.disk import moved
-from tests.simulate import test_massless as massless
-from tests.simulate import test_motion
 
 ENERGY, POWER, RESIDUAL, MASS, KINEMATICAL = range(5)
 
@@ -105,7 +105,7 @@ def test_the_reactions_equations_are_those_of_each_sample() -> None:
 
 def test_samples_where_rank_is_lost_are_left_out() -> None:
     """A parallelogram laid flat: its reactions have no value there, and everything else passes."""
-    flat = test_motion.TestRankDrops()
+    flat = test_steps.TestRankDrops()
     close = flat.closed()
     eom = flat.derive(close, loads=[kn.gravity(-9.81 * N.y)], reactions=[kn.reaction("T", constraint=close[0])])
     start = dict(zip(flat.q, (0.0, 0.0, np.pi), strict=True))

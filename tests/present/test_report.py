@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.steps import shown_speeds
-from kane.expr.latex import latex_name
+from kane.dynamics.readings.steps import shown_speeds
 from kane.gallery import four_bar, pure_rolling_disk
 from kane.gallery.pendulums import chain
 from kane.present.along import motion_checks
 from kane.present.chapters import chapters
 from kane.present.checks import Check
 from kane.present.declared import Tex, declared
+from kane.write.latex import latex_name
 from tests.present.disk import derived, moved
 from tests.present.page import Page
 

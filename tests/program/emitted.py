@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.program.emit_c import emit_c
-from kane.program.emit_numpy import emit_numpy
+from kane.program.emit.c import emit_c
+from kane.program.emit.numpy import emit_numpy
 from kane.program.program import Program
 from tests.program.programs import by_port, compiler
 

@@ -19,8 +19,8 @@ from kane.expr.node import Expr, postorder
 from kane.expr.ops import OPS
 from kane.expr.symbols import Symbol, coordinates, input, parameters, time
 from kane.program.draft import Draft, Goal
+from kane.program.passes.tiers import assembled
 from kane.program.program import Port, Program
-from kane.program.tiers import assembled
 from tests.expr.expressions import Program as Drawn
 
 EXACT = ("add", "sub", "mul", "div", "neg", "sqrt", "abs", "sign", "min", "max", "less", "where")

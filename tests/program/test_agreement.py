@@ -15,8 +15,8 @@ from kane.expr.evaluate import compile_reference
 from kane.expr.node import intern_node
 from kane.expr.ops import OPS
 from kane.program.build import Wanted, build_program
-from kane.program.handle import Handle
 from kane.program.machine import Settings
+from kane.program.native.handle import Handle
 from kane.program.program import Port
 from tests.program.emitted import from_c, from_numpy
 

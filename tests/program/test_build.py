@@ -16,12 +16,12 @@ from kane.errors import ProgramError
 from kane.expr.ops import DIV, MUL, OPS
 from kane.gallery.pendulums import chain
 from kane.program.build import Wanted, build_program
+from kane.program.passes.schedule import live_ranges
+from kane.program.passes.split import split
+from kane.program.passes.verify import verified
 from kane.program.program import Port, Program
 from kane.program.receipt import receipt
 from kane.program.reference import explain, values
-from kane.program.schedule import live_ranges
-from kane.program.split import split
-from kane.program.verify import verified
 
 a, b = kn.parameters("a b")
 q, s = kn.coordinates("q s")
@@ -83,7 +83,7 @@ class TestBuild:
     def test_text_is_the_same_under_any_hash_seed(self):
         code = (
             "import hashlib, kane as kn\nfrom kane.gallery.pendulums import chain\n"
-            "from kane.program import equations\nfrom kane.program.emit_llvm import emit_llvm, Options\n"
+            "from kane.program import equations\nfrom kane.program.emit.llvm import emit_llvm, Options\n"
             "p = equations.program(kn.derive(chain(4)))\n"
             "print(hashlib.sha256(emit_llvm(p, Options()).encode()).hexdigest())"
         )

@@ -11,7 +11,7 @@ app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of comp
 @app.command("info")
 def _info() -> None:
     """Say where the cache is and how much is in it."""
-    from kane.program import store
+    from kane.program.native import store
 
     place = store.folder()
     if place is None:
@@ -24,7 +24,7 @@ def _info() -> None:
 @app.command("clear")
 def _clear() -> None:
     """Remove all compiled code; it is compiled anew when needed."""
-    from kane.program import store
+    from kane.program.native import store
 
     typer.echo(f"Removed {_amount(*store.clear())}.")
 

@@ -11,23 +11,23 @@ import numpy as np
 import typer
 
 import kane as kn
+from kane.analysis.start import check_masses, start_state
 from kane.cli import screen
 from kane.cli.doubts import doubts
 from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, shown
 from kane.cli.models import Model, model
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
+from kane.dynamics.constraints.partition import choose
 from kane.dynamics.derive import repartition
-from kane.dynamics.partition import choose
-from kane.dynamics.values import finite_number, parameter_values
+from kane.dynamics.readings.values import finite_number, parameter_values
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
-from kane.kinematics.rank import null_direction
 from kane.model.bodies import Body, RigidBody
 from kane.model.reactions import constraint_of, cut_of
+from kane.motion.drives import check_prescribed, input_functions
+from kane.motion.singular import check_regular
+from kane.numeric.rank import null_direction
 from kane.program.equations import rate_names
-from kane.simulate.drives import check_prescribed, input_functions
-from kane.simulate.singular import check_regular
-from kane.simulate.start import check_masses, start_state
 
 _LONG = 70
 

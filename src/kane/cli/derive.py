@@ -12,11 +12,11 @@ from kane.cli import screen
 from kane.cli.faults import own_code
 from kane.cli.models import Model, model
 from kane.cli.options import AsJson, Name
-from kane.dynamics.steps import Step
-from kane.expr.latex import latex_name
+from kane.dynamics.readings.steps import Step
 from kane.present.formulas import Formula, formulas
 from kane.present.names import item_names
 from kane.present.text import step_text
+from kane.write.latex import latex_name
 
 
 def derive(

@@ -18,9 +18,9 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.constraints import ConstraintRows, unplaced
 from kane.kinematics.motion import Kinematics
-from kane.kinematics.rank import null_direction
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
+from kane.numeric.rank import null_direction
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 

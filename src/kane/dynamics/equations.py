@@ -10,21 +10,20 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from kane.dynamics import energy, forces
-from kane.dynamics.assemble import Moving
-from kane.dynamics.contributions import Contributions, MassContribution, contributions, mass_contributions
-from kane.dynamics.embed import Embedding, multipliers
-from kane.dynamics.joint_reactions import JointReaction, Place, reaction
+from kane.dynamics.constraints.embed import Embedding, multipliers
+from kane.dynamics.constraints.singular import Pivot, pivots
 from kane.dynamics.loads import loads_in_speeds
-from kane.dynamics.reduce import Blocks, Solved
-from kane.dynamics.singular import Pivot, pivots
-from kane.dynamics.steps import Step, seven_steps
-from kane.dynamics.values import evaluate_along, speeds_from_rates
+from kane.dynamics.readings import energy, forces
+from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
+from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
+from kane.dynamics.readings.steps import Step, seven_steps
+from kane.dynamics.readings.values import evaluate_along, speeds_from_rates
+from kane.dynamics.routes.classical import Moving
+from kane.dynamics.routes.reduce import Blocks, Solved
 from kane.errors import ExpressionError
 from kane.expr.build import add, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.diff import tangent
-from kane.expr.html import quietly
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, Time, input_of, rate
@@ -39,6 +38,7 @@ from kane.model.units import unit_in
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
+from kane.write.html import quietly
 
 if TYPE_CHECKING:
     from kane.program.compiled import compile
@@ -427,7 +427,7 @@ class Equations:
 
     def in_speeds(self, e: Any) -> Expr:
         """The expression with every rate q̇ written in speeds, and every q̈ in u̇."""
-        from kane.dynamics.values import without_rates
+        from kane.dynamics.readings.values import without_rates
 
         return without_rates(self, as_expr(e))
 
@@ -480,7 +480,7 @@ class Equations:
 
     @quietly
     def _repr_html_(self) -> str:
-        from kane.dynamics.html import equations_html
+        from kane.dynamics.readings.html import equations_html
 
         return equations_html(self)
 

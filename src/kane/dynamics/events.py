@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kane.dynamics.reduce import Solved
+from kane.dynamics.routes.reduce import Solved
 from kane.expr.build import div
 from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time

@@ -10,8 +10,8 @@ import numpy as np
 
 from kane.errors import ExpressionError
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.html import quietly
 from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.write.html import quietly
 
 
 class Matrix:
@@ -106,7 +106,7 @@ class Matrix:
 
     @quietly
     def _repr_latex_(self) -> str:
-        from kane.expr.display import matrix, matrix_words
+        from kane.write.display import matrix, matrix_words
 
         return matrix(self).dollars(f"A {matrix_words(self)},")
 

@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 import numpy as np
 
 from kane.errors import ExpressionError
-from kane.expr.html import quietly
 from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
+from kane.write.html import quietly
 
 Number = int | float | Fraction
 T = TypeVar("T", covariant=True)
@@ -116,7 +116,7 @@ class Expr:
         return np.frompyfunc(build, len(boxed), 1)(*boxed)
 
     def __str__(self) -> str:
-        from kane.expr.text import to_text
+        from kane.write.text import to_text
 
         return to_text(self)
 
@@ -125,7 +125,7 @@ class Expr:
 
     @quietly
     def _repr_latex_(self) -> str:
-        from kane.expr.display import expression
+        from kane.write.display import expression
 
         return expression(self).dollars("An expression")
 

@@ -25,7 +25,7 @@ from kane.expr.node import (
     enter,
 )
 from kane.expr.ops import SYMBOL
-from kane.expr.units import per_second
+from kane.units.table import per_second
 
 
 def _place_key(place: Hashable) -> object:

@@ -15,9 +15,9 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert, structural_rank
 from kane.expr.substitute import substitute
 from kane.expr.symbols import Parameter, QuasiRate, Rate, Speed, input_of, rate
-from kane.kinematics.rank import null_direction
 from kane.kinematics.speeds import Speeds
 from kane.model.system import System
+from kane.numeric.rank import null_direction
 
 
 def generalized_speeds(system: System) -> Speeds:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.errors import ModelError
-from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr, as_expr
 from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic
+from kane.write.excerpt import excerpt
 
 
 def _check_center(name: str, point: Any) -> None:

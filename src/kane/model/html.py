@@ -6,9 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from kane.expr.display import expression
-from kane.expr.html import either, escaped, folded, listed, math, paragraph, table, unit_text
-from kane.expr.latex import latex_name
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody
@@ -17,6 +14,9 @@ from kane.model.loads import Load
 from kane.model.reactions import cut_of
 from kane.space.latex import dyadic_formula, place_latex, vector_formula
 from kane.space.vector import Vector
+from kane.write.display import expression
+from kane.write.html import either, escaped, folded, listed, math, paragraph, table, unit_text
+from kane.write.latex import latex_name
 
 if TYPE_CHECKING:
     from kane.model.system import System

@@ -14,11 +14,11 @@ import numpy as np
 
 from kane.errors import KaneWarning, ModelError
 from kane.expr.evaluate import evaluate, free_symbols, sample
-from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic
+from kane.write.excerpt import excerpt
 
 SLACK = 1e-9
 """Relative slack of the inequalities: a thin disk meets the triangle inequality with equality."""

@@ -10,7 +10,6 @@ from typing import Any, Literal
 from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols
-from kane.expr.html import quietly
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
@@ -42,6 +41,7 @@ from kane.model.variables import (
 )
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.write.html import quietly
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)

@@ -13,11 +13,16 @@ from typing import TYPE_CHECKING
 from kane.errors import UnitError
 from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
-from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, rate
-from kane.expr.units import (
+from kane.model.bodies import RigidBody
+from kane.model.reactions import cut_of
+from kane.space.point import Point
+from kane.space.vector import Dyadic
+from kane.units.rules import Known, infer, unit_of
+from kane.units.scales import conflict
+from kane.units.table import (
     ANY,
     ENERGY,
     FORCE,
@@ -33,13 +38,8 @@ from kane.expr.units import (
     product,
     quotient,
 )
-from kane.expr.units_rules import Known, infer, unit_of
-from kane.expr.units_scales import conflict
-from kane.expr.units_text import spelled
-from kane.model.bodies import RigidBody
-from kane.model.reactions import cut_of
-from kane.space.point import Point
-from kane.space.vector import Dyadic
+from kane.units.text import spelled
+from kane.write.excerpt import excerpt
 
 if TYPE_CHECKING:
     from kane.model.system import System

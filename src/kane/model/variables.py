@@ -10,12 +10,12 @@ from typing import Any, cast
 from kane.errors import ModelError, NotAffineError, SpeedsError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
-from kane.expr.excerpt import excerpt
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, input_of, rate
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.vector import Vector
+from kane.write.excerpt import excerpt
 
 
 @dataclass(frozen=True, slots=True, eq=False)

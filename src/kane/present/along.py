@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
+from kane.motion.solution import EnergyCheck, Solution
 from kane.present.checks import Check
-from kane.simulate.solution import EnergyCheck, Solution
 
 Array = npt.NDArray[np.float64]
 _SAMPLES = 101

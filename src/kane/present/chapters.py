@@ -6,11 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from kane.dynamics.contributions import Contributions
 from kane.dynamics.equations import Equations
-from kane.dynamics.steps import Step, shown_speeds
-from kane.expr.html import unit_text
-from kane.expr.latex import latex_name
+from kane.dynamics.readings.contributions import Contributions
+from kane.dynamics.readings.steps import Step, shown_speeds
 from kane.expr.node import ZERO
 from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas
@@ -22,6 +20,8 @@ from kane.present.provenance import (
     mass_provenance,
     noncontributing,
 )
+from kane.write.html import unit_text
+from kane.write.latex import latex_name
 
 LONG = 300
 """Formulas longer than this, as text, are folded away."""

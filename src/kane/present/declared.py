@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.dynamics.equations import Equations
-from kane.expr.html import unit_text
-from kane.expr.latex import latex_name, to_latex
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody
@@ -20,6 +18,8 @@ from kane.present.formulas import formulas
 from kane.space.frame import Frame
 from kane.space.latex import place_latex, unit_vector_latex
 from kane.space.vector import Vector
+from kane.write.html import unit_text
+from kane.write.latex import latex_name, to_latex
 
 _FEW = 4
 """Places of a load that are listed."""

@@ -15,15 +15,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kane.errors import ArgumentError, UnitError
-from kane.expr.html import unit_text
-from kane.expr.latex import latex_name
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
-from kane.expr.text import to_text
 from kane.model.system import System
 from kane.model.units import unit_in
-from kane.simulate.solution import Solution
+from kane.motion.solution import Solution
 from kane.space.vector import Vector
+from kane.write.html import unit_text
+from kane.write.latex import latex_name
+from kane.write.text import to_text
 
 FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Endings of the files that can be written, and the metadata that makes them the same each time."""

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kane.expr.latex import latex_lines, latex_name
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
-from kane.expr.text import text_lines
 from kane.present.wrap import is_sum, opposite
 from kane.space.frame import Frame
 from kane.space.latex import unit_vector_latex
 from kane.space.vector import Vector
+from kane.write.latex import latex_lines, latex_name
+from kane.write.text import text_lines
 
 Item = tuple[str, Any]
 

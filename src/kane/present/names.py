@@ -4,10 +4,10 @@ r"""LaTeX of the names in the seven steps: `w_C` is {}^N\boldsymbol\omega^C, `v_
 from __future__ import annotations
 
 from kane.dynamics.equations import Equations
-from kane.expr.latex import latex_name
 from kane.space.frame import Frame
 from kane.space.latex import place_latex
 from kane.space.point import Point
+from kane.write.latex import latex_name
 
 
 def quantity_latex(letter: str, place: Frame | Point, inertial: Frame, speed: str = "") -> str:

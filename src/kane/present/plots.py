@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.expr.html import unit_text
-from kane.expr.latex import latex_name
 from kane.model.reactions import cut_of
+from kane.motion.solution import Solution
 from kane.present.svg import FAINT, INK, SERIES, legend, panels, to_svg
-from kane.simulate.solution import Solution
 from kane.space.latex import place_latex
 from kane.space.point import Point
+from kane.write.html import unit_text
+from kane.write.latex import latex_name
 
 Array = npt.NDArray[np.float64]
 _PANELS = 7

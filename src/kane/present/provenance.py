@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kane.dynamics.contributions import Contribution, Contributions
 from kane.dynamics.equations import Equations
-from kane.expr.latex import latex_name
+from kane.dynamics.readings.contributions import Contribution, Contributions
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
@@ -19,6 +18,7 @@ from kane.present.formulas import Formula, formulas
 from kane.present.names import quantity_latex
 from kane.space.frame import Frame
 from kane.space.latex import place_latex
+from kane.write.latex import latex_name
 
 _MOST = 400
 """Terms beyond which provenance is left out of a report."""

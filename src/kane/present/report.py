@@ -13,15 +13,15 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from kane.dynamics.equations import Equations
-from kane.expr.html import unit_text
-from kane.expr.latex import latex_name
+from kane.motion.solution import Solution
 from kane.present.along import motion_checks
 from kane.present.assets import asset
 from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check
 from kane.present.declared import Table, Tex, declared
 from kane.present.receipt import receipt
-from kane.simulate.solution import Solution
+from kane.write.html import unit_text
+from kane.write.latex import latex_name
 
 
 def report(

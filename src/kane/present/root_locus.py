@@ -13,11 +13,11 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from kane.analysis.continuation import Branch
+from kane.analysis.stability import GROWS
 from kane.errors import SimulationError
-from kane.expr.html import unit_text
-from kane.expr.latex import latex_name
-from kane.simulate.continuation import Branch
-from kane.simulate.stability import GROWS
+from kane.write.html import unit_text
+from kane.write.latex import latex_name
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from kane.dynamics.equations import Equations
-from kane.dynamics.steps import Step
+from kane.dynamics.readings.steps import Step
 from kane.expr.symbols import Symbol
 from kane.present.formulas import text_formulas
 from kane.present.wrap import WIDTH, wrapped

@@ -7,7 +7,7 @@ import platform
 import sys
 from importlib.metadata import PackageNotFoundError, version
 
-from kane.program import native, store
+from kane.program.native import machine_code, store
 
 _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich", "typer", "jinja2", "platformdirs")
 
@@ -15,8 +15,8 @@ _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich"
 def versions() -> dict[str, str]:
     """Versions of kane, of Python and of what kane is built on; the processor that code is compiled for; the cache."""
     found = {name: _version(name) for name in _PACKAGES}
-    found["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in native.versions())
-    here = native.host()
+    found["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine_code.versions())
+    here = machine_code.host()
     place = store.folder()
     return {
         **found,

@@ -13,10 +13,10 @@ from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, SYMBOL, Op
 from kane.expr.symbols import Symbol
 from kane.program.draft import Draft, Goal
+from kane.program.passes.reciprocal import with_reciprocals
+from kane.program.passes.tiers import assembled
+from kane.program.passes.verify import sound
 from kane.program.program import Port, Program
-from kane.program.reciprocal import with_reciprocals
-from kane.program.tiers import assembled
-from kane.program.verify import sound
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,13 +13,13 @@ import numpy.typing as npt
 
 from kane.dynamics.equations import Equations
 from kane.errors import ArgumentError
-from kane.expr.html import quietly
-from kane.program import arguments
 from kane.program.equations import ROUTINES, Output, ports, program, resolved
-from kane.program.handle import Handle, NotFinite
 from kane.program.machine import Settings
+from kane.program.native import arguments
+from kane.program.native.handle import Handle, NotFinite
 from kane.program.program import Program
 from kane.program.receipt import Receipt, receipt
+from kane.write.html import quietly
 
 Array = npt.NDArray[np.float64]
 
@@ -105,8 +105,8 @@ class Compiled:
         """
         from importlib.metadata import version
 
-        from kane.program.emit_c import emit_c, emit_header
-        from kane.program.emit_numpy import emit_numpy
+        from kane.program.emit.c import emit_c, emit_header
+        from kane.program.emit.numpy import emit_numpy
 
         release = version("kane")
         chosen = (routines,) if isinstance(routines, str) else routines

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.dynamics.equations import Equations
-from kane.dynamics.values import without_unknowns
+from kane.dynamics.readings.values import without_unknowns
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix

@@ -6,14 +6,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from kane.expr.html import escaped, math, paragraph, table
-from kane.expr.latex import latex_name
 from kane.program.program import Port, Program, Routine
 from kane.program.receipt import receipt
+from kane.write.html import escaped, math, paragraph, table
+from kane.write.latex import latex_name
 
 if TYPE_CHECKING:
     from kane.program.compiled import Compiled
-    from kane.program.handle import Handle
+    from kane.program.native.handle import Handle
 
 _FEW = 12
 """Names of a vector that are listed."""

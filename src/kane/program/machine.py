@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kane.program.emit_llvm import Options, emit_llvm
-from kane.program.native import Library, compile_text, target
+from kane.program.emit.llvm import Options, emit_llvm
+from kane.program.native.machine_code import Library, compile_text, target
 from kane.program.program import Program
 
 

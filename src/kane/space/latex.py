@@ -7,12 +7,12 @@ import re
 from collections.abc import Sequence
 
 from kane.expr.build import add, mul
-from kane.expr.display import Formula, typeset
-from kane.expr.latex import latex_name, tree_latex
 from kane.expr.node import ZERO, Expr
-from kane.expr.trees import Minus, NumberTree, Sum, Tree
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic, Vector
+from kane.write.display import Formula, typeset
+from kane.write.latex import latex_name, tree_latex
+from kane.write.trees import Minus, NumberTree, Sum, Tree
 
 
 def place_latex(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from kane.expr.build import neg
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.ops import ADD, NEG, SUB
-from kane.expr.text import to_text
+from kane.write.text import to_text
 
 if TYPE_CHECKING:
     from kane.space.vector import Vector

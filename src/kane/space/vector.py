@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from kane.errors import SpaceError
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
-from kane.expr.html import quietly
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.space.rotation import NOTHING, UNITS, Triple, common_base, connected, cost, cross3, dot3, express, single
+from kane.write.html import quietly
 
 if TYPE_CHECKING:
     from kane.space.frame import Frame

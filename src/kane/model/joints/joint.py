@@ -17,12 +17,12 @@ from kane.expr.evaluate import free_symbols, sample
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
-from kane.expr.units import parse
-from kane.expr.units_rules import unit_of
 from kane.model.directions import check_unit
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
+from kane.units.rules import unit_of
+from kane.units.table import parse
 
 Names = str | Coordinate | Sequence[str | Coordinate] | None
 SpeedNames = str | Speed | Sequence[str | Speed] | Mapping[Speed, Any] | None

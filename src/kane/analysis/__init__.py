@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Questions to equations that are no motions: assembly, linearization, trim, continuation, inverse dynamics."""

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.constraints.closure import (
+    CLOSED,
+    Closed,
+    Closure,
+    Residual,
+    close,
+    closest,
+    closure,
+    residual_function,
+)
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.values import finite_number, named_values, parameter_values
+from kane.errors import SimulationError, ValueMissingError
+from kane.expr.evaluate import evaluate
+from kane.expr.node import Expr
+from kane.expr.symbols import Coordinate, Speed, Symbol, time
+
+Array = npt.NDArray[np.float64]
+
+GIVEN = 1e-8
+"""Residual up to which a start that is given whole is taken as meant, and moved onto the constraints."""
+_TRIES = 24
+_ROUNDING = 1e-7
+"""Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A value near which one is solved for."""
+
+    value: float
+
+
+def guess(value: float) -> Guess:
+    """A start value that assembly may move: `q={q1: 1.2, q2: kn.guess(-1)}`. It also says which branch of the closure is meant."""
+    return Guess(finite_number("guess", "assembly", value))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assembled:
+    """A state on the constraints: `q` and `u` by symbol, ready for `simulate(q=…, u=…)`, and the largest `residual`."""
+
+    q: dict[Coordinate, float]
+    u: dict[Speed, float]
+    residual: float
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items()))
+        return f"Assembled({values}; residual {self.residual:.1e})"
+
+
+def assemble(
+    eom: Equations,
+    *,
+    q: Mapping[Any, Any] | Sequence[float] | None = None,
+    u: Mapping[Any, Any] | Sequence[float] | None = None,
+    rates: Mapping[Any, Any] | None = None,
+    parameters: Mapping[Any, float] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    t: float = 0.0,
+) -> Assembled:
+    """A state that satisfies all constraints.
+
+    Values that are given are kept, guesses (`kn.guess(value)`) may move, what is left out is solved for: coordinates by
+    Gauss–Newton steps from the guesses (from several starts where there is none), speeds by linear least squares.
+
+    Parameters
+    ----------
+    eom : Equations
+    q : coordinates by symbol or name
+    u : speeds by symbol or name; left out altogether, the system is at rest as far as the constraints let it
+    rates : rates of coordinates by coordinate, in place of `u`
+    inputs : values at `t` of the inputs (and of their derivatives) that constraints hold
+
+    Raises
+    ------
+    ValueMissingError
+        if the constraints do not determine what is left out
+    SimulationError
+        if no state satisfies the constraints with the values that are given; says which constraint resists, and by how much
+    """
+    constants: dict[Expr, Any] = {**parameter_values(eom, parameters), time: float(t)}
+    constants.update(named_values("inputs", eom.inputs, inputs))
+    configuration = _configuration(eom, _entries("coordinates", eom.coordinates, q), constants)
+    at: dict[Expr, Any] = {**constants, **dict(zip(eom.coordinates, configuration.q.tolist(), strict=True))}
+    if u is not None and rates is not None:
+        raise SimulationError("Expected either u= or rates= to assemble with, got both.")
+    speeds, left = _motion(eom, _wanted_speeds(eom, u, rates), at, rates is not None)
+    return Assembled(
+        dict(zip(eom.coordinates, configuration.q.tolist(), strict=True)),
+        dict(zip(eom.speeds, speeds.tolist(), strict=True)),
+        max(configuration.size, left),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """Start values in order, and which of them are guessed or left out."""
+
+    values: Array
+    guessed: tuple[int, ...]
+    missing: tuple[int, ...]
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """What may move."""
+        return tuple(sorted((*self.guessed, *self.missing)))
+
+
+def _entries(what: str, symbols: Sequence[Symbol], given: Any) -> Entries:
+    found = named_values(what, symbols, given)
+    values = np.zeros(len(symbols))
+    guessed, missing = [], []
+    for i, s in enumerate(symbols):
+        value = found.get(s)
+        if isinstance(value, Guess):
+            guessed.append(i)
+            value = value.value
+        if s in found:
+            values[i] = finite_number("start value", s.name, value)
+        else:
+            missing.append(i)
+    return Entries(values, tuple(guessed), tuple(missing))
+
+
+def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]) -> Closed:
+    known = closure(eom.system)
+    names = [q.name for q in eom.coordinates]
+    if not known.f:
+        _refuse_missing("coordinates", [names[i] for i in start.missing])
+        return Closed(start.values, np.zeros(0), 0)
+    function = residual_function(eom.system, known, constants)
+    if not start.free:
+        return _as_given(known, function, start.values)
+    generator = np.random.default_rng(20048)
+
+    def starts() -> Iterator[Array]:
+        yield start.values
+        for k in range(1, _TRIES if start.missing else 1):
+            q = start.values.copy()
+            q[list(start.missing)] += generator.normal(size=len(start.missing)) * (0.3 + 0.15 * k)
+            yield q
+
+    best = closest(function, starts(), start.free)
+    _check_closed(known, function, start, best, names)
+    _check_determined(function, start, best.q, names)
+    return best
+
+
+def _as_given(known: Closure, function: Residual, q: Array) -> Closed:
+    residual, _ = function(q)
+    size = np.abs(residual)
+    if not np.all(size <= GIVEN):
+        bad = ", ".join(
+            f"{n} by {v:.3g}" for n, v, s in zip(known.names, residual, size, strict=True) if not s <= GIVEN
+        )
+        raise SimulationError(
+            f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them with "
+            "kn.guess(…), to have them solved for."
+        )
+    return close(function, q, range(len(q)))
+
+
+def _check_closed(known: Closure, function: Residual, start: Entries, best: Closed, names: Sequence[str]) -> None:
+    if best.size <= CLOSED:
+        return
+    first = np.abs(function(start.values)[0]).max()
+    moved = ", ".join(names[i] for i in start.guessed)
+    worst = int(np.argmax(np.abs(best.residual)))
+    raise SimulationError(
+        f"Expected a configuration that satisfies the constraints, got none: the residual came from {first:.3g} to {best.size:.3g}, "
+        f"and {known.names[worst]!r} resists most. "
+        + (
+            f"Only starts near the guesses were tried: guess nearer, or leave {moved} out, so that others are. "
+            if moved
+            else ""
+        )
+        + "The parts may not reach each other with the values given and these lengths: free more coordinates, or correct the lengths."
+    )
+
+
+def _check_determined(function: Residual, start: Entries, q: Array, names: Sequence[str]) -> None:
+    """What is left out must follow from the constraints, what is given and the guesses."""
+    if not start.missing:
+        return
+    unknown, count = _undetermined(function(q)[1][:, list(start.free)], start, names)
+    if unknown:
+        raise ValueMissingError(
+            f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
+            f"{count} of them, or a guess for each: kn.guess(value)."
+        )
+
+
+def _undetermined(block: Array, start: Entries, names: Sequence[str]) -> tuple[list[str], int]:
+    """What is left out and may still move where `block`, over what is free, holds the rest; and how many values are too few."""
+    _, sigma, right = np.linalg.svd(block)
+    rank = int((sigma > 1e-9 * sigma[0]).sum()) if sigma.size else 0
+    loose = np.abs(right[rank:]).max(axis=0, initial=0) > 1e-7
+    return [names[i] for i, x in zip(start.free, loose, strict=True) if x and i in start.missing], len(right) - rank
+
+
+def _refuse_missing(what: str, names: Sequence[str]) -> None:
+    if names:
+        raise ValueMissingError(f"Expected a start value for all {what}, got none for {', '.join(names)}.")
+
+
+def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
+    if rates is not None:
+        return _entries("rates, by coordinate,", eom.coordinates, rates)
+    if u is None:
+        n = len(eom.speeds)
+        return Entries(np.zeros(n), tuple(range(n)), ())
+    return _entries("speeds", eom.speeds, u)
+
+
+def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
+    """u with A u + b = 0; with rates u = Y q̇ + z."""
+    n, m = len(eom.speeds), len(eom.b)
+    y = np.asarray(evaluate(eom.Y, at), dtype=float)[:n] if by_rates else np.eye(n)
+    z = np.array(evaluate(list(eom.z), at), dtype=float)[:n] if by_rates else np.zeros(n)
+    a = np.asarray(evaluate(eom.A, at), dtype=float).reshape(m, n)
+    b = np.array(evaluate(list(eom.b), at), dtype=float) if m else np.zeros(0)
+    names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
+    rows, rest = a @ y, a @ z + b
+    x = start.values.copy()
+    size = np.abs(rows).max(axis=1, initial=0)
+    # a row that vanishes here but for rounding holds nothing
+    scale = np.maximum(size, max(_ROUNDING * size.max(initial=0), np.finfo(float).tiny))
+    free = list(start.free)
+    if free:
+        block = rows[:, free] / scale[:, None]
+        unknown, count = _undetermined(block, start, names)
+        if unknown:
+            raise ValueMissingError(
+                f"Expected a start value for all {'rates' if by_rates else 'speeds'} that the constraints do not give, got too few: "
+                f"{', '.join(unknown)} are not determined. Give {count} of them."
+            )
+        if m:
+            x[free] += np.linalg.lstsq(block, -(rows @ x + rest) / scale, rcond=1e-10)[0]
+    left = np.abs((rows @ x + rest) / scale)
+    limit = GIVEN * max(1.0, np.abs(x).max(initial=0))
+    if not np.all(left <= limit):
+        bad = ", ".join(
+            f"{c.name} by {v:.3g}"
+            for c, v, s in zip(eom.system.constraints, rows @ x + rest, left, strict=True)
+            if not s <= limit
+        )
+        raise SimulationError(
+            f"Expected start {'rates' if by_rates else 'speeds'} that satisfy the constraints A u + b = 0, got values that miss "
+            f"{bad}. Leave some out, or mark them with kn.guess(…), to have them solved for."
+        )
+    return y @ x + z, float(left.max(initial=0))

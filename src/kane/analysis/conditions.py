@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The conditions of an equilibrium or a steady motion, F(X) = 0, and their exact Jacobian in X = (q, u, inputs, parameters).
+
+f = 0,   eᵀe = 1,   A u + b = 0,   u̇_I = 0,   q̇ = 0 of the coordinates that matter
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.flow import Choice, flow_at
+from kane.analysis.local import State, slopes_at, solver, values_at
+from kane.analysis.symbolic import dependence
+from kane.dynamics.constraints.closure import close
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.unsolved import Perturbations
+from kane.expr.symbols import Symbol
+
+Array = npt.NDArray[np.float64]
+
+_NEAR = (3, 8)
+"""Seeds of the states near the start at which it is asked what depends on what."""
+_LINK = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Conditions:
+    """F and ∂F/∂X; `symbols` names X, `still` are the perturbations whose rates must vanish, `steady` the speeds.
+
+    Dependent speeds that follow from what matters are among `steady`: at a dead centre the acceleration of the independent ones alone
+    may vanish though nothing is at rest.
+    """
+
+    eom: Equations
+    known: Perturbations
+    t: float
+    symbols: tuple[Symbol, ...]
+    still: tuple[int, ...]
+    steady: tuple[int, ...]
+    constraints_only: bool = False
+
+    @property
+    def labels(self) -> tuple[tuple[str, str], ...]:
+        """A name and a unit for each condition."""
+        eom, known = self.eom, self.known
+        held = [c.name for c in eom.system.holonomic], [c.name for c in eom.constraints.constraints]
+        found = [(n, "") for n in held[0]] + [("unit length of Euler parameters", "")] * len(known.sets)
+        found += [(n, "") for n in held[1]]
+        if self.constraints_only:
+            return tuple(found)
+        found += [(f"{known.names[i]}'", _unit(known.symbols[i])) for i in self.still]
+        return (*found, *((f"{eom.speeds[i].name}'", _unit(eom.speeds[i])) for i in self.steady))
+
+    def state(self, x: Array) -> State:
+        """The state at X."""
+        eom = self.eom
+        at = np.cumsum([len(eom.coordinates) + len(eom.speeds), len(eom.inputs)])
+        own, r, p = np.split(x, at)
+        return State(self.t, own, p, r)
+
+    def __call__(self, x: Array) -> tuple[Array, Array]:
+        """F and ∂F/∂X."""
+        eom, known, state = self.eom, self.known, self.state(x)
+        nq, n, wide = len(eom.coordinates), len(eom.speeds), len(x)
+        values = values_at(eom, state)
+        if self.constraints_only:
+            z = np.zeros(values.right.shape)
+        else:
+            solve = solver(eom, values)
+            z = solve(values.right)
+        first = slopes_at(eom, state, z)
+        second = slopes_at(eom, state, z, eom.parameters) if eom.parameters else None
+
+        def both(name: str) -> Array:
+            left: Array = getattr(first, name)
+            return np.hstack([left, getattr(second, name)]) if second is not None else left
+
+        norms, norm_slopes = np.zeros(len(known.sets)), np.zeros((len(known.sets), wide))
+        for k, places in enumerate(known.sets):
+            e = x[list(places)]
+            norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
+        f = [values.configuration, norms, values.motion]
+        j = [both("configuration"), norm_slopes, both("motion")]
+        if not self.constraints_only:
+            plain = list(known.coordinates)
+            rates, moved = (
+                np.append(values.rates[plain], values.spins),
+                np.vstack([both("rates")[plain], both("spins")]),
+            )
+            free = list(self.steady)
+            f += [rates[list(self.still)], z[:n][free]]
+            j += [moved[list(self.still)], -solve(both("residual"))[:n][free]]
+        assert nq + n + len(eom.inputs) + len(eom.parameters) == wide
+        return np.concatenate(f), np.vstack(j)
+
+
+def _unit(s: Symbol | None) -> str:
+    return f"{s.unit}/s" if s is not None and s.unit else ""
+
+
+def conditions(
+    eom: Equations,
+    known: Perturbations,
+    t: float,
+    start: Array,
+    choice: Choice,
+    moving: Sequence[str],
+) -> Conditions:
+    """The conditions that apply: coordinates on which no speed depends near the start may move, and so may `moving`."""
+    symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs, *eom.parameters)
+    bare = Conditions(eom, known, t, symbols, (), (), constraints_only=True)
+    nq, n = len(eom.coordinates), len(eom.speeds)
+    still: set[int] = set()
+    steady = set(range(n))
+    for seed in _NEAR:
+        x = start.copy()
+        x[: nq + n] += np.random.default_rng(seed).uniform(-0.1, 0.1, nq + n)
+        flow = flow_at(eom, known, bare.state(onto(bare, x)), choice)
+        tangent = flow.tangents
+        matters = dependence(flow.a, len(tangent.free_q))[: len(tangent.free_q)]
+        still |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
+        by_cyclic = np.abs(tangent.e[:, ~matters]).max(axis=1, initial=0)
+        steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
+    return Conditions(
+        eom,
+        known,
+        t,
+        symbols,
+        tuple(sorted(i for i in still if known.names[i] not in moving)),
+        tuple(sorted(i for i in steady if eom.speeds[i].name not in moving)),
+    )
+
+
+def onto(bare: Conditions, x: Array) -> Array:
+    """X on the constraints, q and u moved."""
+    if not bare.eom.constraints.constraints and not bare.known.sets:
+        return x
+    count = len(bare.eom.coordinates) + len(bare.eom.speeds)
+    return close(bare, x, range(count)).q

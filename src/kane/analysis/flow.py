@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The flow on the constraints at a state, and its exact derivative: ẋ = F(x, r) in x = (ξ_I, u_I).
+
+δẋ = A δx + B δr,   y = h(q, u, u̇, λ, R, r):   δy = C δx + D δr
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.local import Slopes, State, Values, slopes_at, solver, values_at
+from kane.analysis.manifold import mobility, quality, sizes
+from kane.analysis.routines import once, routine
+from kane.analysis.tangents import Tangents, cross, tangents
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.unsolved import Perturbations, partial_columns, unsolved
+from kane.dynamics.readings.values import without_rates
+from kane.errors import ArgumentError, ValueMissingError
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.substitute import substitute
+from kane.expr.symbols import time
+
+Array = npt.NDArray[np.float64]
+
+_POOR = 0.02
+"""Quality of the dependent block below which other dependent speeds are taken than those of the equations."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """Which perturbations and speeds are to be dependent, as far as the constraints determine them."""
+
+    q: tuple[int, ...] = ()
+    u: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flow:
+    """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, r) of δ(ξ_I, u_I, r)."""
+
+    state: State
+    values: Values
+    slopes: Slopes
+    z: Array
+    tangents: Tangents
+    rest: Array
+    a: Array
+    b: Array
+    mass: Array
+    moves: Array
+    answers: Array
+
+
+def flow_at(eom: Equations, known: Perturbations, state: State, choice: Choice) -> Flow:
+    """F and its derivatives at a state on the constraints."""
+    nq, n, nr = len(eom.coordinates), len(eom.speeds), len(eom.inputs)
+    values = values_at(eom, state)
+    solve = solver(eom, values)
+    z = solve(values.right)
+    slopes = slopes_at(eom, state, z)
+    held = values.constraints(n)
+    m = values.matrix[:n, :n]
+    given_u = choice.u or _own(eom, held, m)
+    tangent = tangents(known, state.x[:nq], slopes, held, m, choice.q, given_u)
+    count, free = len(tangent.free_q), len(tangent.free_u)
+    turned = np.hstack([tangent.n, np.zeros((len(tangent.n), free)), tangent.p])
+    moves = np.vstack(
+        [
+            tangent.t @ turned,
+            np.hstack([tangent.e, tangent.b, tangent.q]),
+            np.hstack([np.zeros((nr, count + free)), np.eye(nr)]),
+        ]
+    )
+    answers = -solve(slopes.residual @ moves)
+    plain = list(known.coordinates)
+    own = np.vstack([slopes.rates[plain], slopes.spins]) @ moves
+    for k in range(len(known.sets)):
+        at = slice(len(plain) + 3 * k, len(plain) + 3 * k + 3)
+        own[at] -= cross(values.spins[3 * k : 3 * k + 3]) @ turned[at]
+    rows = np.vstack([own[list(tangent.free_q)], answers[:n][list(tangent.free_u)]])
+    rates = np.concatenate([values.rates[plain], values.spins])
+    rest = np.concatenate([rates[list(tangent.free_q)], z[:n][list(tangent.free_u)]])
+    mass = tangent.b.T @ m @ tangent.b
+    return Flow(
+        state, values, slopes, z, tangent, rest, rows[:, : count + free], rows[:, count + free :], mass, moves, answers
+    )
+
+
+def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
+    """The dependent speeds of the equations, where they are well determined."""
+    if eom.embedding is None:
+        return ()
+    partition = eom.embedding.partition
+    return partition.dependent if quality(a, partition, sizes(a, mobility(m, a))) > _POOR else ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outputs:
+    """Named expressions of q, u, u̇, λ, R, inputs and t."""
+
+    names: tuple[str, ...]
+    roots: tuple[Expr, ...]
+
+
+def outputs_of(eom: Equations, given: Mapping[str, Any] | Sequence[Any] | None) -> Outputs:
+    """The outputs with every rate written in speeds; a sequence is named by its expressions."""
+    if given is None:
+        return Outputs((), ())
+    pairs = given.items() if isinstance(given, Mapping) else [(str(e), e) for e in given]
+    names, roots = [], []
+    for name, e in pairs:
+        try:
+            root = without_rates(eom, as_expr(e))
+        except TypeError as error:
+            raise ArgumentError(f"Expected a scalar expression as the output {name!r}, got {e!r:.60}.") from error
+        names.append(str(name))
+        roots.append(substitute(root, dict.fromkeys(eom.auxiliary_speeds, ZERO)))
+    allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unsolved(eom).unknowns}
+    unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
+    if unknown:
+        raise ValueMissingError(
+            f"Expected outputs in symbols of the system, got {', '.join(unknown)}. A reaction must be listed in System(reactions=…)."
+        )
+    return Outputs(tuple(names), tuple(roots))
+
+
+def output_slopes(eom: Equations, flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
+    """(h, δh of δ(ξ_I, u_I, r)) at the state."""
+    if not outputs.roots:
+        return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
+
+    def make() -> Any:
+        more = unsolved(eom).unknowns
+        columns = partial_columns(outputs.roots, (*eom.coordinates, *eom.speeds, *eom.inputs, *more))
+        return routine(eom, "outputs", [*outputs.roots, *(x for column in columns for x in column)], more)
+
+    handle = once(eom, ("outputs", *outputs.roots), make)
+    state, count = flow.state, len(outputs.roots)
+    flat = handle(state.t, np.append(state.x, flow.z), state.p, state.r)
+    columns = flat[count:].reshape(-1, count).T
+    return flat[:count], columns @ np.vstack([flow.moves, flow.answers])

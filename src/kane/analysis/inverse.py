@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`inverse`: inverse and mixed dynamics. Any of the accelerations, inputs and reactions are unknown, the others are given.
+
+    M u̇ − Aᵀ λ − G R − H r = f₀,   A u̇ = −(Ȧ u + ḃ),   M_a u̇ − A_aᵀ λ − G_a R − H_a r = f_a0
+
+is linear in (u̇, λ, R, r): the columns of what is given go to the right. The multipliers are always unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.assemble import GIVEN
+from kane.analysis.local import independent_rows
+from kane.analysis.routines import once, routine
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.unsolved import Unsolved, unsolved
+from kane.dynamics.readings.values import named_values, parameter_values
+from kane.errors import NotAffineError, SimulationError, SingularError, ValueMissingError
+from kane.expr.affine import affine_forms
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Symbol, rate
+
+if TYPE_CHECKING:
+    from kane.motion.solution import Solution
+
+Array = npt.NDArray[np.float64]
+
+_RANK = 1e-11
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inverse:
+    """`inverse(q=…, u=…, given={…})` gives the unknowns by symbol; `unknowns` names them, `known` what `given` must hold."""
+
+    eom: Equations
+    unknowns: tuple[Symbol, ...]
+    known: tuple[Symbol, ...]
+    driven: tuple[Symbol, ...]
+
+    def __call__(
+        self,
+        *,
+        q: Any,
+        u: Any,
+        given: Mapping[Any, Any] | None = None,
+        parameters: Mapping[Any, float] | None = None,
+        t: Any = 0.0,
+    ) -> dict[Symbol, Any]:
+        """The unknowns at a state, or at many: values may be arrays, which broadcast.
+
+        Parameters
+        ----------
+        q, u : the state, by symbol or name or in order; it must satisfy the constraints
+        given : the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
+
+        Raises
+        ------
+        SingularError
+            if the unknowns are not determined; names the combination that is left open. If the constraints lose rank at a state
+        """
+        eom = self.eom
+        values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
+        values |= self._given(given)
+        missing = [s.name for s in (*eom.coordinates, *eom.speeds, *self.known) if s not in values]
+        if missing:
+            raise ValueMissingError(
+                f"Expected values of all coordinates, speeds and of what is not unknown, got none for {', '.join(missing)}. "
+                f"{self._cure(missing)}"
+            )
+        constants = parameter_values(eom, parameters)
+        arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
+        times = np.asarray(t, dtype=float)
+        shape = np.broadcast_shapes(times.shape, *(a.shape for a in arrays.values()))
+        full = {s: np.broadcast_to(a, shape) for s, a in arrays.items()}
+        x = np.stack([full[s] for s in (*eom.coordinates, *eom.speeds)], axis=-1)
+        r = np.zeros((*shape, len(eom.inputs)))
+        for k, s in enumerate(eom.inputs):
+            if s in full:
+                r[..., k] = full[s]
+        p = np.array([constants[s] for s in eom.parameters])
+        found = self._solved(np.broadcast_to(times, shape), x, p, r, full)
+        return {s: found[..., k][()] for k, s in enumerate(self.unknowns)}
+
+    def _cure(self, missing: Sequence[str]) -> str:
+        state = {s.name for s in (*self.eom.coordinates, *self.eom.speeds)}
+        if self.eom.constraints.constraints and any(name in state for name in missing):
+            return "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
+        return "Give them, by symbol or name."
+
+    def _given(self, given: Mapping[Any, Any] | None) -> dict[Expr, Any]:
+        found = named_values("quantities that are given", self.known, given)
+        return dict(found)
+
+    def along(self, solution: Solution, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
+        """The unknowns along a motion; what `given` does not hold is taken from the motion itself."""
+        own = self._given(given)
+        rest = [s for s in self.known if s not in own]
+        taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}
+        return self(
+            q=list(solution.q.T),
+            u=list(solution.u.T),
+            given=own | taken,
+            parameters=dict(solution.parameters),
+            t=solution.t,
+        )
+
+    def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
+        eom = self.eom
+        n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
+        handle = once(eom, ("inverse", *self.driven), lambda: _routine(eom, self.driven))
+        flat = handle(t, x, p, r)
+        size, d = n + m + s, len(self.driven)
+        at = np.cumsum([size * size, size * d, size, len(eom.system.holonomic)])
+        matrix, drive, right, f, motion = np.split(flat, at, axis=-1)
+        _check_state(eom, f, motion)
+        whole = np.concatenate(
+            [matrix.reshape(*flat.shape[:-1], size, size), -drive.reshape(*flat.shape[:-1], size, d)], axis=-1
+        )
+        rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
+        columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
+        columns |= {a: n + m + i for i, a in enumerate(eom.reactions)}
+        columns |= {a: size + i for i, a in enumerate(self.driven)}
+        for a in self.known:
+            if a in columns:
+                right = right - whole[..., columns[a]] * full[a][..., None]
+        flat_whole, flat_right = whole.reshape(-1, *whole.shape[-2:]), right.reshape(-1, size)
+        _check_finite(flat_whole)
+        held: dict[tuple[int, ...], list[int]] = {}
+        for k, state in enumerate(flat_whole):
+            held.setdefault(independent_rows(eom, state[n : n + m, :n]), []).append(k)
+        found = np.empty((len(flat_whole), len(self.unknowns)))
+        for independent, places in held.items():
+            rows = [*range(n), *(n + i for i in independent), *range(n + m, size)]
+            taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
+            square = flat_whole[np.ix_(places, rows, taken)]
+            self._check_regular(square)
+            solved = np.linalg.solve(square, flat_right[np.ix_(places, rows)][..., None])
+            found[places] = solved[:, : len(self.unknowns), 0]
+        return found.reshape(*flat.shape[:-1], len(self.unknowns))
+
+    def _check_regular(self, square: Array) -> None:
+        count = square.shape[-1]
+        for matrix in square.reshape(-1, count, count):
+            rows = np.abs(matrix).max(axis=1, keepdims=True)
+            scaled = matrix / np.where(rows > 0, rows, 1.0)
+            columns = np.abs(scaled).max(axis=0)
+            columns = np.where(columns > 0, columns, 1.0)
+            _, sigma, right = np.linalg.svd(scaled / columns)
+            if sigma[-1] > _RANK * sigma[0]:
+                continue
+            open_ = right[-1] / columns
+            own = open_[: len(self.unknowns)]
+            own = own / (np.abs(own).max(initial=0) or 1.0)
+            terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > 1e-6]
+            raise SingularError(
+                f"Expected unknowns that the equations determine, got a combination they leave open: {' '.join(terms)} "
+                "can be added without any effect. Give one of these, or take another unknown in its place."
+            )
+
+
+def _routine(eom: Equations, driven: Sequence[Symbol]) -> Any:
+    made = unsolved(eom)
+    forms = affine_forms(made.right, driven)
+    drive = [c.get(s, ZERO) for c, _ in forms for s in driven]
+    matrix = [x for row in made.matrix for x in row]
+    return routine(eom, "inverse", [*matrix, *drive, *(rest for _, rest in forms), *made.configuration, *made.motion])
+
+
+def _check_finite(whole: Array) -> None:
+    if not np.all(np.isfinite(whole)):
+        raise SingularError(
+            "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or parameters "
+            "are singular there. Take other states."
+        )
+
+
+def _check_state(eom: Equations, f: Array, motion: Array) -> None:
+    names = [c.name for c in eom.system.holonomic], [c.name for c in eom.system.constraints]
+    for what, labels, left in (("coordinates", names[0], f), ("speeds", names[1], motion)):
+        size = np.abs(left).reshape(-1, left.shape[-1]).max(axis=0, initial=0) if left.size else np.zeros(0)
+        bad = [f"{name} by {v:.3g}" for name, v in zip(labels, size, strict=False) if not v <= GIVEN]
+        if bad:
+            raise SimulationError(
+                f"Expected a state on the constraints, got {what} that miss {', '.join(bad)}. Assemble it with kn.assemble."
+            )
+
+
+def inverse(eom: Equations, unknowns: Sequence[Any]) -> Inverse:
+    """Inverse or mixed dynamics: a function that gives `unknowns` where everything else is given.
+
+    As many are unknown as there are equations: one for each speed and one for each reaction. Where fewer are listed, the
+    accelerations of the dependent speeds and the reactions are added, if that makes the count right.
+
+    Parameters
+    ----------
+    eom : Equations
+    unknowns : accelerations (`u1.dt` or "u1'"), inputs and reactions, by symbol or name
+
+    Raises
+    ------
+    SimulationError
+        if there are too many or too few
+    NotAffineError
+        if an unknown input does not enter linearly
+    """
+    possible: tuple[Symbol, ...] = (*map(rate, eom.speeds), *eom.inputs, *eom.reactions)
+    by_name = {s.name: s for s in possible}
+    wanted: list[Symbol] = []
+    for item in unknowns:
+        name = item.name if isinstance(item, Symbol) else item
+        found = by_name.get(name) if isinstance(name, str) else None
+        if found is None or (isinstance(item, Symbol) and item is not found):
+            raise ValueMissingError(f"Expected unknowns among {', '.join(by_name)}, got {item!r}.")
+        if found in set(wanted):
+            raise SimulationError(f"Expected different unknowns, got {found.name} twice.")
+        wanted.append(found)
+    wanted += _added(eom, wanted)
+    driven = tuple(s for s in eom.inputs if s in set(wanted))
+    _check_affine(unsolved(eom), driven)
+    return Inverse(eom, tuple(wanted), tuple(s for s in possible if s not in set(wanted)), driven)
+
+
+def _added(eom: Equations, wanted: Sequence[Symbol]) -> list[Symbol]:
+    """What completes the unknowns."""
+    count = len(eom.speeds) + len(eom.reactions)
+    listed = set(wanted)
+    given = [rate(u) for u in eom.dependent_speeds if rate(u) not in listed]
+    felt = [r for r in eom.reactions if r not in listed]
+    choices: list[list[Symbol]] = [[], [*given], [*felt], [*given, *felt]]
+    for more in choices:
+        if len(wanted) + len(more) == count:
+            return more
+    head = (
+        f"Expected {count} unknowns, one for each of {len(eom.speeds)} speeds and {len(eom.reactions)} reactions, got {len(wanted)} "
+        f"({', '.join(s.name for s in wanted)}): "
+    )
+    if len(wanted) > count:
+        raise SimulationError(f"{head}too many. Give the others.")
+    own = ", ".join(s.name for s in choices[-1]) or "none here"
+    raise SimulationError(
+        f"{head}too few. The accelerations of the dependent speeds and the reactions ({own}) are added only where that makes the "
+        "count right; list what else is unknown."
+    )
+
+
+def _check_affine(made: Unsolved, driven: Sequence[Symbol]) -> None:
+    chosen = set(driven)
+    inside = [s.name for s in free_symbols([x for row in made.matrix for x in row]) if s in chosen]
+    try:
+        affine_forms(made.right, driven)
+    except NotAffineError as error:
+        raise NotAffineError(
+            f"Expected unknown inputs that enter the loads linearly, got one that does not: {error} Make a force or torque itself the "
+            "input, and solve for the rest afterwards."
+        ) from error
+    if inside:
+        raise NotAffineError(
+            f"Expected unknown inputs that enter the loads linearly, got {', '.join(inside)}, which multiplies a reaction or an "
+            "acceleration. Give it, or make the force itself the input."
+        )

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The linearized equations: ẋ = A x + B r, y = C x + D r, their eigenvalues and modes, and M q̈ + C q̇ + K q = F r."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.point import OperatingPoint
+from kane.errors import SimulationError, ValueMissingError
+from kane.expr.symbols import Symbol
+from kane.write.html import quietly
+
+Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+
+_LINK = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mode:
+    """One eigenvalue λ (1/s), one of each conjugate pair, and its vector, the largest component 1.
+
+    `shape` gives the vector by state. `frequency` is |λ| (rad/s), `damping` −Re λ/|λ|.
+    """
+
+    eigenvalue: complex
+    names: tuple[str, ...]
+    vector: Complex
+
+    @property
+    def shape(self) -> dict[str, complex]:
+        """The vector by name."""
+        return dict(zip(self.names, self.vector.tolist(), strict=True))
+
+    @property
+    def frequency(self) -> float:
+        """|λ|, in rad/s."""
+        return abs(self.eigenvalue)
+
+    @property
+    def damping(self) -> float:
+        """−Re λ/|λ|: 1 dies out without swinging, 0 swings for ever, below 0 grows."""
+        return -self.eigenvalue.real / self.frequency if self.frequency else 0.0
+
+    def __repr__(self) -> str:
+        return f"Mode(λ = {self.eigenvalue:.6g}, frequency {self.frequency:.4g} rad/s, damping {self.damping:.3g})"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SecondOrder:
+    """M q̈ + C q̇ + K q = F r in the coordinates `names`."""
+
+    names: tuple[str, ...]
+    inputs: tuple[str, ...]
+    M: Array
+    C: Array
+    K: Array
+    F: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Linear:
+    """ẋ = A x + B r, y = C x + D r for small deviations x, r, y from `point`.
+
+    `states` names x: the independent perturbations of the coordinates (for Euler parameters three small angles `theta…` along the
+    axes of the frame they turn), then the independent speeds. `rates` is ẋ at the point itself, `values` what the outputs are
+    there, `mass` the mass matrix of the independent speeds, `cyclic` the states on which no speed depends.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    point: OperatingPoint
+    rates: Array
+    values: Array
+    mass: Array
+    cyclic: tuple[str, ...]
+
+    @property
+    def speeds(self) -> tuple[str, ...]:
+        """The independent speeds, the last of the states."""
+        return self.states[len(self.coordinates) :]
+
+    @cached_property
+    def eigenvalues(self) -> Complex:
+        """Eigenvalues of A (1/s), by falling real part."""
+        found = np.asarray(np.linalg.eigvals(self.A), dtype=complex)
+        return found[np.lexsort((-found.imag, -found.real))]
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """The modes, by falling real part; one of each conjugate pair."""
+        values, vectors = np.linalg.eig(self.A)
+        order = np.lexsort((-values.imag, -values.real))
+        made = []
+        for k in order:
+            if values[k].imag < 0:
+                continue
+            v = np.asarray(vectors[:, k], dtype=complex)
+            made.append(Mode(complex(values[k]), self.states, v / v[np.argmax(np.abs(v))]))
+        return tuple(made)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every eigenvalue has a negative real part."""
+        return bool(np.all(self.eigenvalues.real < 0))
+
+    def _places(self, given: Sequence[Any]) -> list[int]:
+        names = [x.name if isinstance(x, Symbol) else x for x in given]
+        unknown = [str(n) for n in names if n not in self.states]
+        if unknown:
+            raise ValueMissingError(
+                f"Expected states among {', '.join(self.states)}, got {', '.join(unknown)}. The others follow from the constraints; "
+                "independent= chooses which."
+            )
+        return [self.states.index(n) for n in names]
+
+    def without(self, *states: Any) -> Linear:
+        """The same without some states that nothing else depends on; `without("cyclic")` leaves out all the cyclic ones.
+
+        Raises
+        ------
+        SimulationError
+            if a state that is kept, or an output, depends on one that is left out
+        """
+        names = self.cyclic if states == ("cyclic",) else states
+        gone = self._places(names)
+        keep = [i for i in range(len(self.states)) if i not in gone]
+        own = [self.states[i] for i in keep]
+        self._check_untied(self.A[keep], self.A, own if states != ("cyclic",) else [], gone)
+        self._check_untied(self.C, self.C, [f"the output {name}" for name in self.outputs], gone)
+        held = [i for i in keep if i >= len(self.coordinates)]
+        speeds = [i - len(self.coordinates) for i in held]
+        return replace(
+            self,
+            states=tuple(self.states[i] for i in keep),
+            coordinates=tuple(n for i, n in enumerate(self.coordinates) if i in keep),
+            A=self.A[np.ix_(keep, keep)],
+            B=self.B[keep],
+            C=self.C[:, keep],
+            rates=self.rates[keep],
+            mass=self.mass[np.ix_(speeds, speeds)],
+            cyclic=tuple(n for n in self.cyclic if self.states.index(n) in keep),
+        )
+
+    def _check_untied(self, rows: Array, whole: Array, labels: Sequence[str], gone: Sequence[int]) -> None:
+        tied = np.argwhere(np.abs(rows[:, gone]) > _LINK * np.abs(whole).max(initial=0))
+        if labels and len(tied):
+            i, j = tied[0]
+            raise SimulationError(
+                f"Expected states that nothing depends on, got {self.states[gone[j]]}: {labels[i]} depends on it. Those on which no "
+                f"speed depends are {', '.join(self.cyclic) or 'none'}."
+            )
+
+    def second_order(self, coordinates: Sequence[Any] | Literal["all"] = "all") -> SecondOrder:
+        """M q̈ + C q̇ + K q = F r of the coordinates, or of some that the rest does not disturb.
+
+        With q̇ = G q + H u and u̇ = P q + Q u + B r,
+
+            M = (H M_u⁻¹ Hᵀ)⁻¹,   C = −M (G + H Q H⁺),   K = −M (H P − H Q H⁺ G),   F = M H B
+
+        H⁺ = M_u⁻¹ Hᵀ M: M_u is the mass matrix of the independent speeds, and what the coordinates do not show of these moves freely.
+        Any choice of independent speeds gives the same.
+
+        Raises
+        ------
+        SimulationError
+            if the speeds do not move the coordinates one by one, or these depend on others or on more of the speeds than their rates
+        """
+        count = len(self.coordinates)
+        q = list(range(count)) if coordinates == "all" else self._places(coordinates)
+        wrong = [self.states[i] for i in q if i >= count]
+        if wrong:
+            raise SimulationError(f"Expected coordinates for the second-order form, got the speeds {', '.join(wrong)}.")
+        u = slice(count, len(self.states))
+        h = self.A[q, u]
+        back = np.linalg.solve(self.mass, h.T)
+        mobility = h @ back
+        length = np.sqrt(np.diag(mobility))
+        if not np.all(length > 0) or np.linalg.cond(mobility / np.outer(length, length)) > 1 / _LINK:
+            raise SimulationError(
+                f"Expected as many speeds as coordinates, got {len(q)} coordinates ({', '.join(self.states[i] for i in q)}) moved by "
+                f"{len(self.speeds)} independent speeds ({', '.join(self.speeds)}), which do not move them one by one. Name the "
+                "coordinates that are left when the cyclic ones are left out: second_order([…])."
+            )
+        m = np.linalg.inv(mobility)
+        m = (m + m.T) / 2
+        inverse = back @ m
+        g, turn = self.A[np.ix_(q, q)], h @ self.A[u, u]
+        self._check_closed(q, h, turn @ (np.eye(len(self.mass)) - inverse @ h))
+        if np.abs(self.B[q]).max(initial=0) > 0:
+            raise SimulationError("Expected inputs that move no coordinate directly, got some that do: use A and B.")
+        damping, stiffness = g + turn @ inverse, h @ self.A[u, q] - turn @ inverse @ g
+        names = tuple(self.states[i] for i in q)
+        return SecondOrder(names, self.inputs, m, -m @ damping, -m @ stiffness, m @ h @ self.B[u])
+
+    def _check_closed(self, q: Sequence[int], h: Array, hidden: Array) -> None:
+        """q̇ and q̈ must hold no other coordinates, and nothing of the speeds beyond q̇."""
+        count = len(self.coordinates)
+        rest = [j for j in range(count) if j not in q]
+        size = np.abs(self.A).max(initial=0)
+        most = (np.abs(h) @ np.abs(self.A[count:])).max(initial=0)
+        pairs = [
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(self.A[np.ix_(q, rest)]) > _LINK * size)),
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(h @ self.A[count:, rest]) > _LINK * most)),
+            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(np.abs(hidden) > _LINK * most)),
+        ]
+        if pairs:
+            i, other = pairs[0]
+            raise SimulationError(
+                f"Expected coordinates that move by themselves, got {self.states[q[i]]}, which depends on {other}. Name all that "
+                "depend on each other, or use A and B."
+            )
+
+    def state_space(self) -> Any:
+        """A `control.StateSpace` with these names; all states are outputs where none were named.
+
+        Raises
+        ------
+        SimulationError
+            if python-control is not installed
+        """
+        try:
+            import control
+        except ModuleNotFoundError as error:
+            raise SimulationError(
+                "Expected python-control for a StateSpace, got none: pip install control. A, B, C and D are there without it."
+            ) from error
+        n, nr = len(self.states), len(self.inputs)
+        c, d, names = (self.C, self.D, self.outputs) if self.outputs else (np.eye(n), np.zeros((n, nr)), self.states)
+        return control.StateSpace(
+            self.A, self.B, c, d, states=list(self.states), inputs=list(self.inputs), outputs=[f"{x}" for x in names]
+        )
+
+    @quietly
+    def _repr_html_(self) -> str:
+        from kane.analysis.linear_html import linear_html
+
+        return linear_html(self)
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{v:.4g}" for v in self.eigenvalues)
+        return f"Linear({', '.join(self.states)}; eigenvalues {values})"

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The operating point: complete values on the constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.assemble import GIVEN, Guess, assemble
+from kane.analysis.local import State, slopes_at, values_at
+from kane.analysis.start import start_state
+from kane.analysis.tangents import spread
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.unsolved import Perturbations
+from kane.dynamics.readings.values import finite_number, named_values, parameter_values
+from kane.errors import SimulationError, ValueMissingError
+from kane.expr.symbols import Symbol
+
+Array = npt.NDArray[np.float64]
+
+_CLOSED, _ROUNDS = 1e-15, 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OperatingPoint:
+    """Values by symbol: `kn.simulate(eom, span, **point.arguments)`, `kn.linearize(eom, **point.arguments)`.
+
+    A time t other than 0 is among them: what is linearized or evaluated is so at t, and a span must begin there.
+    """
+
+    q: dict[Symbol, float]
+    u: dict[Symbol, float]
+    parameters: dict[Symbol, float]
+    inputs: dict[Symbol, float]
+    t: float
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """q, u, parameters and inputs, and t where it is not 0, as `simulate`, `linearize` and `Equations.evaluate` take them."""
+        at = {"t": self.t} if self.t else {}
+        return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs, **at}
+
+    def __getitem__(self, what: Any) -> float:
+        name = what.name if isinstance(what, Symbol) else what
+        for group in (self.q, self.u, self.parameters, self.inputs):
+            for s, value in group.items():
+                if s.name == name:
+                    return value
+        raise ValueMissingError(f"Expected a coordinate, speed, parameter or input of the point, got {what!r}.")
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items(), *self.inputs.items()))
+        return f"OperatingPoint({values}{f'; t = {self.t:g}' if self.t else ''})"
+
+
+def point_of(eom: Equations, state: State) -> OperatingPoint:
+    """The state by symbol."""
+    nq = len(eom.coordinates)
+    return OperatingPoint(
+        dict(zip(eom.coordinates, state.x[:nq].tolist(), strict=True)),
+        dict(zip(eom.speeds, state.x[nq:].tolist(), strict=True)),
+        dict(zip(eom.parameters, state.p.tolist(), strict=True)),
+        dict(zip(eom.inputs, state.r.tolist(), strict=True)),
+        state.t,
+    )
+
+
+def state_at(
+    eom: Equations,
+    known: Perturbations,
+    q: Any,
+    u: Any,
+    parameters: Mapping[Any, Any] | None,
+    inputs: Mapping[Any, Any] | None,
+    t: float,
+) -> State:
+    """The state at a point on the constraints; what is left out is solved for.
+
+    Raises
+    ------
+    SimulationError
+        if the point is off the constraints
+    """
+    constants = parameter_values(eom, parameters)
+    p = np.array([constants[s] for s in eom.parameters])
+    given = named_values("inputs", eom.inputs, inputs)
+    r = np.array([finite_number("value", s.name, given.get(s, 0.0)) for s in eom.inputs])
+    if u is None and not eom.constraints.constraints:
+        u = np.zeros(len(eom.speeds))
+    if eom.constraints.constraints and not (_complete(q, eom.coordinates) and _complete(u, eom.speeds)):
+        found = assemble(
+            eom, q=q, u=u, parameters=parameters, inputs=dict(zip(eom.inputs, r.tolist(), strict=True)), t=t
+        )
+        q, u = found.q, found.u
+    return closed(eom, known, State(float(t), start_state(eom, q, u), p, r))
+
+
+def _complete(given: Any, symbols: tuple[Symbol, ...]) -> bool:
+    if given is None:
+        return False
+    values = list(given.values()) if isinstance(given, Mapping) else list(given)
+    return len(values) == len(symbols) and not any(isinstance(v, Guess) for v in values)
+
+
+def closed(eom: Equations, known: Perturbations, state: State) -> State:
+    """The state moved onto the constraints by rounding's worth; further off is an error."""
+    values = values_at(eom, state)
+    _check(eom, "coordinates", [c.name for c in eom.system.holonomic], values.configuration)
+    nq, n = len(eom.coordinates), len(eom.speeds)
+    x = state.x.copy()
+    zero = np.zeros(values.right.shape)
+    for places in known.sets:
+        x[list(places)] /= np.linalg.norm(x[list(places)])
+    for _ in range(_ROUNDS):
+        if not np.abs(values.configuration).max(initial=0) > _CLOSED:
+            break
+        g = slopes_at(eom, State(state.t, x, state.p, state.r), zero).configuration[:, :nq]
+        t = spread(known, x[:nq])
+        x[:nq] -= t @ np.linalg.lstsq(g @ t, values.configuration, rcond=1e-10)[0]
+        values = values_at(eom, State(state.t, x, state.p, state.r))
+    _check(eom, "speeds", [c.name for c in eom.system.constraints], values.motion)
+    if len(values.motion):
+        x[nq:] -= np.linalg.lstsq(values.constraints(n), values.motion, rcond=1e-10)[0]
+    return State(state.t, x, state.p, state.r)
+
+
+def _check(eom: Equations, what: str, names: list[str], residual: Array) -> None:
+    if np.all(np.abs(residual) <= GIVEN):
+        return
+    bad = ", ".join(f"{n} by {v:.3g}" for n, v in zip(names, residual, strict=True) if not abs(v) <= GIVEN)
+    raise SimulationError(
+        f"Expected an operating point on the constraints, got {what} that miss {bad}. Assemble one first, kn.assemble(eom, q=…, u=…), "
+        "leave some values out to have them solved for, or find one with kn.trim."
+    )

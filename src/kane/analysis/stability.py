@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where, along a branch of steady motions, an eigenvalue crosses the imaginary axis: Re λ = 0, by bisection on the branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.point import OperatingPoint
+
+Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+Middle = Callable[[Array, Array], Array | None]
+Spectrum = Callable[[Array], Complex]
+
+GROWS = 1e-7
+"""Real part, over the largest eigenvalue, above which a mode grows: below it is what rounding leaves of zero."""
+_BISECTIONS, _CLOSE = 60, 1e-13
+_ALIKE = 1e-7
+"""Distance along the branch below which two crossings of equal frequency are one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Crossing:
+    """An eigenvalue on the imaginary axis: i ω of a pair where swinging sets in, 0 where the motion begins to fall over.
+
+    `value` is that of the symbol that changes, `point` the steady motion there, `between` the indices of the branch's points before
+    and after it; `grows` says whether the mode grows after it, or no longer.
+    """
+
+    value: float
+    eigenvalue: complex
+    point: OperatingPoint
+    between: tuple[int, int]
+    grows: bool
+
+    def __repr__(self) -> str:
+        return f"Crossing({self.value:.9g}, λ = {self.eigenvalue:.6g}, {'grows' if self.grows else 'decays'} after it)"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Change:
+    """The place Y in interval k of a path at which the eigenvalue `root` comes to grow, or to decay."""
+
+    interval: int
+    y: Array
+    root: complex
+    grows: bool
+
+
+def tracked(rows: Sequence[Complex]) -> Complex:
+    """Rows of numbers, each put in the order that is nearest to the row before."""
+    from scipy.optimize import linear_sum_assignment
+
+    found = [np.asarray(rows[0])]
+    for row in rows[1:]:
+        guess = 2 * found[-1] - found[-2] if len(found) > 1 else found[-1]
+        cost = np.abs(guess[:, None] - row[None, :])
+        found.append(row[linear_sum_assignment(cost)[1]])
+    return np.array(found)
+
+
+def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spectrum: Spectrum) -> list[Change]:
+    """Where modes come to grow or to decay along a path.
+
+    Parameters
+    ----------
+    path : points Y, near enough to each other that `middle` finds the branch between two of them
+    roots : the eigenvalues at each
+    middle : the point of the branch halfway between two, None where there is none
+    spectrum : the eigenvalues at a point
+    """
+    size = max((float(np.abs(r).max(initial=0)) for r in roots), default=0.0)
+    least = GROWS * max(size, 1.0)
+    found = []
+    for k, (first, last) in enumerate(pairwise(roots)):
+        before, after = tracked([first, last])
+        met: list[Change] = []
+        for j, (start, end) in enumerate(zip(before.tolist(), after.tolist(), strict=True)):
+            grows = end.real > least
+            if (start.real > least) == grows or (start.imag < 0 and end.imag < 0):
+                continue
+            y, root = _bisected((path[k], before), (path[k + 1], after), j, least, middle, spectrum)
+            new = Change(k, y, root, grows)
+            # of a conjugate pair one is enough; where a pair is real at one end only, both of it come here
+            if (start.imag == 0 and end.imag == 0) or not any(_same(new, c, least) for c in met):
+                met.append(new)
+        found += met
+    return found
+
+
+def _same(one: Change, other: Change, least: float) -> bool:
+    """Whether two changes are those of a pair."""
+    apart = np.linalg.norm(one.y - other.y)
+    return bool(one.grows == other.grows and apart < _ALIKE and abs(one.root - other.root) <= 10 * least)
+
+
+def _bisected(
+    a: tuple[Array, Complex], b: tuple[Array, Complex], k: int, least: float, middle: Middle, spectrum: Spectrum
+) -> tuple[Array, complex]:
+    """Y and i |ω| where Re λ of mode k passes zero; where one end lies on the axis but for rounding, where it leaves it."""
+    level = 0.0 if min(abs(a[1][k].real), abs(b[1][k].real)) > least else least
+    for _ in range(_BISECTIONS):
+        y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > _CLOSE else None
+        if y is None:
+            break
+        roots = _between(a[1], b[1], spectrum(y))
+        if (roots[k].real > level) == (b[1][k].real > level):
+            b = y, roots
+        else:
+            a = y, roots
+    y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
+    frequency = abs(roots[k].imag)
+    return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
+
+
+def _between(a: Complex, b: Complex, roots: Complex) -> Complex:
+    """Eigenvalues in the order of those before and after: the modes together, so that none takes another's place."""
+    from scipy.optimize import linear_sum_assignment
+
+    cost = np.abs(a[:, None] - roots) + np.abs(b[:, None] - roots)
+    return np.asarray(roots[linear_sum_assignment(cost)[1]])

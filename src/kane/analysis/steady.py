@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether a state is an equilibrium or a steady motion.
+
+A steady motion may move coordinates on which nothing depends: those from which no path of dependence leads to the speeds. That is
+read off A at the state, and tried at states displaced along what moves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.assemble import GIVEN
+from kane.analysis.flow import Choice, Flow, flow_at
+from kane.analysis.local import State, values_at
+from kane.analysis.symbolic import dependence
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.unsolved import Perturbations
+
+Array = npt.NDArray[np.float64]
+
+_SAME = 1e-7
+_SHIFT = 0.71
+"""How far what moves is displaced, in rad or m: any one place would show a dependence."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Steadiness:
+    """Which of the states matter to the speeds, and what is not steady.
+
+    `left` are those that matter and change, by index; `varies` those that move and change the equations, −1 for the time.
+    """
+
+    matters: npt.NDArray[np.bool_]
+    left: tuple[int, ...]
+    varies: tuple[int, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the state is an equilibrium or a steady motion."""
+        return not self.left and not self.varies
+
+
+def steadiness(eom: Equations, known: Perturbations, flow: Flow, choice: Choice, tolerance: float) -> Steadiness:
+    """Whether nothing that matters changes."""
+    count = len(flow.tangents.free_q)
+    matters = dependence(flow.a, count)
+    still = np.abs(flow.rest) <= tolerance
+    left = tuple(np.flatnonzero(matters & ~still).tolist())
+    moving = np.flatnonzero(~matters & ~still)
+    if left or not (len(moving) or known.timed):
+        return Steadiness(matters, left, ())
+    same = _same(eom, known, flow, choice, matters, moving)
+    return Steadiness(matters, (), () if same else tuple(moving.tolist()) or (-1,))
+
+
+def _same(
+    eom: Equations,
+    known: Perturbations,
+    flow: Flow,
+    choice: Choice,
+    matters: npt.NDArray[np.bool_],
+    moving: npt.NDArray[np.intp],
+) -> bool:
+    """Whether the flow of what matters is the same, displaced along what moves."""
+    state, tangent = flow.state, flow.tangents
+    nq, n = len(eom.coordinates), len(eom.speeds)
+    x = state.x.copy()
+    step = np.zeros(tangent.t.shape[1])
+    step[[tangent.free_q[i] for i in moving]] = _SHIFT * (1 + 0.3 * np.arange(len(moving)))
+    for at, place in enumerate(known.coordinates):
+        x[place] += step[at]
+    for k, places in enumerate(known.sets):
+        angles = step[len(known.coordinates) + 3 * k :][:3]
+        x[list(places)] = _turned(x[list(places)], angles)
+    moved = State(state.t + _SHIFT if known.timed else state.t, x, state.p, state.r)
+    values = values_at(eom, moved)
+    if np.abs(values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
+        return False
+    if len(values.motion):
+        a = values.constraints(n)
+        held = [i for i in range(n) if i not in tangent.free_u]
+        x[nq:][held] -= np.linalg.lstsq(a[:, held], values.motion, rcond=1e-10)[0]
+    there = flow_at(eom, known, moved, Choice(choice.q, tuple(i for i in range(n) if i not in tangent.free_u)))
+    if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
+        return False
+    size = np.abs(flow.a).max(initial=1.0)
+    inner = np.ix_(matters, matters)
+    return bool(
+        np.abs(there.a[inner] - flow.a[inner]).max(initial=0) <= _SAME * size
+        and np.abs(there.rest[matters] - flow.rest[matters]).max(initial=0) <= _SAME * size
+    )
+
+
+def _turned(e: Array, angles: Array) -> Array:
+    """e after a turn about the frame's own axes."""
+    size = float(np.linalg.norm(angles))
+    if not size:
+        return e
+    c, (x, y, z) = np.cos(size / 2), np.sin(size / 2) * angles / size
+    e0, e1, e2, e3 = e
+    return np.array(
+        [
+            e0 * c - e1 * x - e2 * y - e3 * z,
+            e0 * x + e1 * c + e2 * z - e3 * y,
+            e0 * y + e2 * c + e3 * x - e1 * z,
+            e0 * z + e3 * c + e1 * y - e2 * x,
+        ]
+    )

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`trim` and `equilibrium`: steady motions and equilibria, by Newton's method with exact derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.analysis.assemble import Guess
+from kane.analysis.conditions import Conditions, conditions
+from kane.analysis.linearize import choice_of
+from kane.analysis.point import OperatingPoint, closed, point_of
+from kane.dynamics.constraints.closure import Closed, close
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.unsolved import perturbations
+from kane.dynamics.readings.values import finite_number, named_values
+from kane.errors import SimulationError, ValueMissingError
+from kane.expr.symbols import Symbol
+
+Array = npt.NDArray[np.float64]
+
+_LOOSE, _TRIES, _NOISE = 1e-6, 12, 1e-11
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Conditions, a start X, and which entries of X may move; `missing` are those that were left out."""
+
+    conditions: Conditions
+    start: Array
+    free: tuple[int, ...]
+    missing: tuple[int, ...]
+
+    @property
+    def mattering(self) -> tuple[int, ...]:
+        """Entries of X on which something depends."""
+        found = self.conditions
+        known, eom = found.known, found.eom
+        nq, n = len(eom.coordinates), len(eom.speeds)
+        plain = len(known.coordinates)
+        own = [known.coordinates[i] for i in found.still if i < plain]
+        return (*own, *(nq + i for i in found.steady), *range(nq + n, len(self.start)))
+
+
+def problem(
+    eom: Equations,
+    q: Any,
+    u: Any,
+    parameters: Any,
+    inputs: Any,
+    t: float,
+    moving: Sequence[Any],
+    independent: Sequence[Any],
+) -> Problem:
+    """What is to be solved, from what is given, guessed and left out."""
+    known = perturbations(eom)
+    values: list[float] = []
+    free: list[int] = []
+    missing: list[int] = []
+    groups: list[tuple[str, tuple[Symbol, ...], Any]] = [
+        ("coordinates", eom.coordinates, q),
+        ("speeds", eom.speeds, u),
+        ("inputs", eom.inputs, inputs),
+        ("parameters", eom.parameters, parameters),
+    ]
+    for what, symbols, given in groups:
+        found = named_values(what, symbols, given)
+        for s in symbols:
+            value = found.get(s, s.default if what == "parameters" else None)
+            if value is None:
+                if what in ("inputs", "parameters"):
+                    raise ValueMissingError(
+                        f"Expected a value for every one of the {what}, got none for {s.name}: give a number to keep, or "
+                        "kn.guess(value) to have it solved for."
+                    )
+                missing.append(len(values))
+            if value is None or isinstance(value, Guess):
+                free.append(len(values))
+            start = value.value if isinstance(value, Guess) else 0.0 if value is None else value
+            values.append(finite_number("value", s.name, start))
+    x = np.array(values)
+    for places in known.sets:
+        e = x[list(places)]
+        if not e.any():
+            x[places[0]] = 1.0
+    names = [m.name if isinstance(m, Symbol) else m for m in moving]
+    unknown = [n for n in names if n not in known.names and n not in {s.name for s in eom.speeds}]
+    if unknown:
+        raise ValueMissingError(f"Expected moving= to name coordinates or speeds, got {', '.join(map(str, unknown))}.")
+    made = conditions(eom, known, float(t), x, choice_of(eom, known, independent), names)
+    return Problem(made, x, tuple(free), tuple(missing))
+
+
+def trim(
+    eom: Equations,
+    *,
+    q: Mapping[Any, Any] | Sequence[Any] | None = None,
+    u: Mapping[Any, Any] | Sequence[Any] | None = None,
+    parameters: Mapping[Any, Any] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    t: float = 0.0,
+    moving: Sequence[Any] = (),
+    independent: Sequence[Any] = (),
+    tolerance: float = 1e-9,
+) -> OperatingPoint:
+    """A steady motion or an equilibrium: u̇ = 0 of the independent speeds, q̇ = 0 of the coordinates that matter, all constraints.
+
+    Values that are given are kept, guesses (`kn.guess(value)`) may move, coordinates and speeds left out are solved for, from zero.
+    Coordinates on which no speed depends may move steadily: a heading, a wheel's angle, a place on the road.
+
+    Parameters
+    ----------
+    eom : Equations
+    q, u, parameters, inputs : values and guesses by symbol or name; parameters left out take their defaults
+    moving : further coordinates and speeds that may change
+    independent : speeds to be independent, where those of the equations are not constant in a steady motion
+    tolerance : what may remain of rates and accelerations
+
+    Raises
+    ------
+    SimulationError
+        if no such motion is found; says which acceleration remains, and how much of it
+    ValueMissingError
+        if the conditions do not determine what is left out
+    """
+    made = problem(eom, q, u, parameters, inputs, t, moving, independent)
+    x = solve_problem(made, tolerance)
+    _check_determined(made, x)
+    return point_of(eom, closed(eom, made.conditions.known, made.conditions.state(x)))
+
+
+def equilibrium(
+    eom: Equations,
+    *,
+    q: Mapping[Any, Any] | Sequence[Any] | None = None,
+    parameters: Mapping[Any, Any] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    t: float = 0.0,
+    tolerance: float = 1e-9,
+) -> OperatingPoint:
+    """A state of rest: as `trim` with all speeds zero."""
+    rest = dict.fromkeys(eom.speeds, 0.0)
+    return trim(eom, q=q, u=rest, parameters=parameters, inputs=inputs, t=t, tolerance=tolerance)
+
+
+def solve_problem(made: Problem, tolerance: float) -> Array:
+    """X by Gauss–Newton from the start; where something was left out and that fails, from other starts for it.
+
+    Raises
+    ------
+    SimulationError
+        if there is none; says what remains
+    """
+    generator = np.random.default_rng(20049)
+    first: Closed | None = None
+    for k in range(_TRIES if made.missing else 1):
+        x = made.start.copy()
+        x[list(made.missing)] += (0.2 * k) * generator.normal(size=len(made.missing))
+        found = close(made.conditions, x, made.free, limit=1e-14)
+        if found.size <= tolerance:
+            return found.q
+        if first is None or found.size < first.size:
+            first = found
+    assert first is not None
+    raise SimulationError(_failed(made, first.residual, first.steps))
+
+
+def _failed(made: Problem, residual: Array, steps: int) -> str:
+    labels = made.conditions.labels
+    order = np.argsort(-np.abs(residual))
+    largest = np.abs(residual).max()
+    remains = [
+        f"{labels[i][0]} = {residual[i]:.6g}{' ' + labels[i][1] if labels[i][1] else ''}"
+        for i in order[:4]
+        if abs(residual[i]) > 1e-3 * largest
+    ]
+    solved = [made.conditions.symbols[i].name for i in made.free]
+    return (
+        f"Expected a steady motion with the values given, got none: after {steps} steps there remains {', '.join(remains)}. Solved "
+        f"for were {', '.join(solved) or 'no values'}; guess nearer, or mark more values with kn.guess(…)."
+    )
+
+
+def level(rows: Array) -> Array:
+    """Rows divided by their largest entries, those of rounding alone zero."""
+    size = np.abs(rows).max(axis=1, keepdims=True, initial=0)
+    counts = size > _NOISE * size.max(initial=0)
+    return np.where(counts, rows / np.where(counts, size, 1.0), 0.0)
+
+
+def null_space(made: Problem, x: Array) -> Array:
+    """Directions of the free entries in which the conditions stay satisfied, one a row."""
+    _, j = made.conditions(x)
+    _, sigma, right = np.linalg.svd(level(j[:, list(made.free)]))
+    rank = int((sigma > 1e-9 * sigma[0]).sum()) if sigma.size else 0
+    return np.asarray(right[rank:])
+
+
+def loose(made: Problem, x: Array, among: Sequence[int]) -> list[str]:
+    """Entries of X among those given that matter and are not determined."""
+    if not made.free:
+        return []
+    directions = np.abs(null_space(made, x)).max(axis=0, initial=0)
+    matter = set(made.mattering) & set(among)
+    return [
+        made.conditions.symbols[i].name
+        for i, d in zip(made.free, directions, strict=True)
+        if d > _LOOSE and i in matter
+    ]
+
+
+def _check_determined(made: Problem, x: Array) -> None:
+    names = loose(made, x, made.missing)
+    if names:
+        raise ValueMissingError(
+            f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "
+            "some of them, or a guess for each: kn.guess(value)."
+        )

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Constraints: closure, rank, choice of dependent speeds, embedding."""

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Constraints whose rows depend on each other: redundant, or contradictory.
+
+Where xᵀ A = 0 for some x, A u + b = 0 can hold only if xᵀ b = 0 too. Then one of the constraints follows from the others; otherwise
+no speeds satisfy them. Configuration constraints f(q, t) = 0 are compared where they hold; where no such place was found, their
+rows say nothing of f.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.constraints.closure import TRIES, Sampled, closure, matrix_at, sampled
+from kane.dynamics.constraints.partition import dependencies, indeterminate, row_sizes, within
+from kane.errors import KaneWarning, ModelError, ReactionError
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.node import ZERO, Expr, constant_value
+from kane.expr.symbols import Coordinate, Parameter, Time, input_of
+from kane.kinematics.constraints import ConstraintRows
+from kane.model.constraints import Constraint
+from kane.model.reactions import constraint_of
+from kane.model.system import System
+
+Array = npt.NDArray[np.float64]
+
+_SEED = 20067
+_AGREE = 1e-7
+"""Share of the largest term up to which a sum counts as zero."""
+_STEADY = (Coordinate, Time)
+
+
+def _check_affine(system: System) -> None:
+    """Constraints with one and the same gradient everywhere contradict each other everywhere, or nowhere."""
+    known = closure(system)
+    plain = [
+        k
+        for k, (f, row) in enumerate(zip(known.f, known.gradient.rows, strict=True))
+        if all(constant_value(g) is not None for g in row) and all(isinstance(s, _STEADY) for s in free_symbols([f]))
+    ]
+    if len(plain) < 2:
+        return
+    values = _drawn(free_symbols(known.f[k] for k in plain), {})
+    g = np.array(evaluate([x for k in plain for x in known.gradient.rows[k]], values), dtype=float).reshape(
+        len(plain), -1
+    )
+    f = np.array(evaluate([known.f[k] for k in plain], values), dtype=float)
+    size = np.abs(g).max(axis=1)  # numbers as they were written: however small, none is rounding's
+    against = _against(g / size[:, None], f / size)
+    names = [known.names[k] for k, x in zip(plain, against, strict=True) if x]
+    if names:
+        raise ModelError(
+            f"Expected configuration constraints that can hold together, got {', '.join(map(repr, names))}, which contradict each "
+            "other at every configuration. Leave one of them out, or correct it."
+        )
+
+
+def check_determinate(system: System, rows: ConstraintRows, a: Array, released: Array, found: Sampled) -> None:
+    """Rows that depend on each other are named; what they leave undetermined, at a cut or a multiplier, is no reaction.
+
+    That no configuration was found is said too, unless it may be for values that are not known here. `a` and `released` are A and A_a
+    in numbers: a reaction is determined where its column of A_a adds nothing to the rank of A.
+
+    Raises
+    ------
+    ModelError
+        if motion constraints contradict each other, whatever the parameters
+    ReactionError
+        if a reaction is not determined
+    """
+    if found.missed:
+        _check_affine(system)
+    loose = [c for c, x in zip(rows.constraints, indeterminate(a), strict=True) if x]
+    contrary = [] if found.missed else _contrary(rows, a, found.values)
+    if any(contrary):
+        told = _contradiction(system, [c for c, x in zip(rows.constraints, contrary, strict=True) if x], rows)
+    else:
+        if loose:
+            _check_asked(system, loose, a, released)
+        told = _not_closed(system, loose, found) if found.missed else _redundancy(loose, rows, a)
+    if told:
+        warnings.warn(told, KaneWarning, stacklevel=4)
+
+
+def _redundancy(loose: Sequence[Constraint], rows: ConstraintRows, a: Array) -> str:
+    if not loose:
+        return ""
+    speeds = a.shape[1]
+    free = speeds - (len(a) - len(dependencies(a)))
+    driven = " but as the constraints prescribe" if any(x is not ZERO for x in rows.b) else ""
+    rest = (
+        "The motion is determined all the same; the forces that hold the parts are not, one by one."
+        if free
+        else f"The constraints leave none of {speeds} speeds free: nothing can move{driven}, and the forces that hold the parts are "
+        "not determined one by one."
+    )
+    return f"The {_named(loose)}{': at least one of them' if len(loose) > 1 else ': it'} is redundant. {rest}"
+
+
+def _check_asked(system: System, loose: Sequence[Constraint], a: Array, released: Array) -> None:
+    asked = [
+        f"{r} ({c.name})" if (c := constraint_of(r)) is not None else str(r)
+        for r, column in zip(system.reactions, released.T, strict=True)
+        if not within(a, column)
+    ]
+    if asked:
+        raise ReactionError(
+            f"Expected reactions that the motion determines, got {', '.join(asked)}: the {_named(loose)}, so that the forces that "
+            "hold the parts are not determined one by one. Leave out redundant constraints, or model what gives way."
+        )
+
+
+def _not_closed(system: System, loose: Sequence[Constraint], found: Sampled) -> str:
+    """No configuration was found: of rows that depend on each other nothing more is known, nor where lengths were drawn at random."""
+    if found.drawn and not loose:
+        return ""
+    (worst, left), *more = found.missed
+    parameters = any(isinstance(s, Parameter) for s in free_symbols(c.expr for c in system.holonomic))
+    given = [f"random values of {', '.join(found.drawn)}"] if found.drawn else []
+    when = ", ".join(f"{t:.3g}" for t in found.times)
+    given += ["parameters at their defaults"] if parameters and not found.drawn else []
+    return (
+        f"Expected configuration constraints that some configuration satisfies, got none from {TRIES} starts"
+        f"{f' at each of t = {when}' if when else ''}"
+        f"{f' with {given[0]}' if given else ''}: {worst!r} resists most, by {left:.3g}"
+        f"{', then ' + ', '.join(repr(name) for name, _ in more[:3]) if more else ''}. "
+        f"{f'The {_named(loose)} at a random configuration too. ' if loose else ''}"
+        "They may contradict each other, or the parts not reach: correct the lengths, or leave out what is too much. "
+        "kn.assemble(eom, q=…, parameters=…) says whether other values or starts do."
+    )
+
+
+def _named(loose: Sequence[Constraint]) -> str:
+    names = ", ".join(repr(c.name) for c in loose)
+    return f"constraints {names} depend on each other" if len(loose) > 1 else f"constraint {names} holds by itself"
+
+
+def _contradiction(system: System, constraints: Sequence[Constraint], rows: ConstraintRows) -> str:
+    """An error where they contradict each other whatever the values of parameters and inputs, and at another configuration too."""
+    held = [k for k, c in enumerate(rows.constraints) if c in set(constraints)]
+    symbols = free_symbols(x for k in held for x in (*rows.a[k], rows.b[k]))
+    given = [s.name for s in symbols if isinstance(s, Parameter) or input_of(s) is not None]
+    names = ", ".join(repr(c.name) for c in constraints)
+    wrong = f"constraints that speeds can satisfy together, got {names}, which hold the same combination of speeds at different values"
+    other = sampled(system, [x for row in rows.a for x in row], _SEED)
+    if not given and not other.missed and any(_contrary(rows, matrix_at(rows, other.values), other.values)):
+        raise ModelError(f"Expected {wrong}. Leave one of them out, or correct it.")
+    values = f"{', '.join(given)} (defaults, where there are any)" if given else "coordinates"
+    return (
+        f"Expected {wrong} with the values of {values} that they were compared at. Give values at which they agree, leave one of the "
+        "constraints out, or correct it."
+    )
+
+
+def _contrary(rows: ConstraintRows, a: Array, values: Mapping[Any, float]) -> list[bool]:
+    """Which constraints take part in a contradiction, xᵀ b ≠ 0."""
+    return _against(a, np.array(evaluate(list(rows.b), _drawn(free_symbols(rows.b), values)), dtype=float))
+
+
+def _against(a: Array, right: Array) -> list[bool]:
+    """Which rows of A take part in some x with xᵀ A = 0 for which xᵀ right is not zero."""
+    size = row_sizes(a)
+    scaled = right / size
+    loose = dependencies(a)
+    terms = loose * scaled
+    reach = np.abs(loose * np.maximum(np.abs(scaled), 1.0)).max(axis=1, initial=0)
+    broken = loose[np.abs(terms.sum(axis=1)) > _AGREE * reach]
+    return [bool(x) for x in np.abs(broken).max(axis=0, initial=0) > 1e-6]
+
+
+def _drawn(symbols: Sequence[Expr], values: Mapping[Any, float]) -> dict[Any, float]:
+    """The values, with numbers drawn at random for the symbols that have none and are not parameters with a default."""
+    generator = np.random.default_rng(_SEED)
+    known = dict(values)
+    for s in symbols:
+        if s not in known:
+            default = s.default if isinstance(s, Parameter) else None
+            known[s] = float(default) if default is not None else float(generator.uniform(0.3, 1.2))
+    return known

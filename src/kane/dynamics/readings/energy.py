@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Energies, power, mass centre and momenta."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from kane.dynamics.routes.classical import Moving
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Time, input_of
+from kane.kinematics.motion import acceleration_form
+from kane.model.system import total_mass
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+if TYPE_CHECKING:
+    from kane.dynamics.equations import Equations
+
+
+def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
+    """½ Σ m v·v + ω·I·ω."""
+    twice = ZERO
+    for b in bodies:
+        twice = add(twice, mul(b.body.mass, b.center.total.dot(b.center.total)))
+        if b.rotation is not None and b.inertia is not None:
+            w = b.rotation.total.express(b.inertia.frame)
+            twice = add(twice, w.dot(b.inertia.times(w)))
+    return twice / 2
+
+
+def power(eom: Equations) -> Expr:
+    """P with dE/dt = P.
+
+    Loads with a potential are in E; where the potential depends on time, what it gains by that is added. Loads without
+    one give Σ F·v + T·ω. Prescribed motions, through the parts v_t and ω_t of the
+    velocities that no speed multiplies, give −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their
+    reactions do. Constraints A u + b = 0 that move by themselves give −Σ λ b.
+    """
+    total = ZERO
+    for load in eom.loads:
+        driven = load.potential is not None and _depends_on_time(load.potential)
+        if driven:
+            total = add(total, eom.time_derivative(load.potential))
+        works = load.potential is None or driven
+        for point, f in load.forces:
+            motion = eom.kinematics.point(point)
+            if works:
+                total = add(total, motion.total.dot(f))
+            total = add(total, neg(motion.rest.dot(f)))
+        for frame, t in load.torques:
+            motion = eom.kinematics.frame(frame)
+            if works:
+                total = add(total, motion.total.dot(t))
+            total = add(total, neg(motion.rest.dot(t)))
+    for b in eom.bodies:
+        total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.body.mass))
+        if b.rotation is not None and b.inertia is not None and not b.rotation.rest.is_zero:
+            total = add(total, b.rotation.rest.dot(b.inertia_torque()))
+    if any(b_k is not ZERO for b_k in eom.b):
+        for b_k, force in zip(eom.b, eom.multipliers.values(), strict=True):
+            total = sub(total, mul(force, b_k))
+    return total
+
+
+def _depends_on_time(e: Expr) -> bool:
+    return any(isinstance(s, Time) or input_of(s) is not None for s in free_symbols([e]))
+
+
+def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:
+    """Σ m r / Σ m from `origin`."""
+    moment = Vector()
+    for b in bodies:
+        moment = moment + b.body.mass_center.position(origin) * b.body.mass
+    return moment / total_mass(b.body for b in bodies)
+
+
+def linear_momentum(bodies: Sequence[Moving]) -> Vector:
+    """Σ m v."""
+    total = Vector()
+    for b in bodies:
+        total = total + b.center.total * b.body.mass
+    return total
+
+
+def angular_momentum(bodies: Sequence[Moving], about: Point) -> Vector:
+    """Σ I·ω + r × m v about a point fixed in the inertial frame."""
+    total = Vector()
+    for b in bodies:
+        total = total + b.body.mass_center.position(about).cross(b.center.total * b.body.mass)
+        if b.rotation is not None and b.inertia is not None:
+            total = total + b.inertia.times(b.rotation.total)
+    return total

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equations in a notebook: sizes, M and f, the kinematical equations, and where each step is to be read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from kane.expr.count import count_operations
+from kane.write.display import MOST, NAMED, TALL, WIDE, Formula, brackets, equations, matrix_words, typeset
+from kane.write.html import display, either, escaped, folded, listed, math, paragraph, table
+from kane.write.latex import latex_name
+from kane.write.layout import layout
+from kane.write.trees import Tree
+
+if TYPE_CHECKING:
+    from kane.dynamics.equations import Equations
+
+SMALL = 300
+"""Operations beyond which M and f, or the kinematical equations, are not typeset."""
+
+_READ = {
+    1: ("coordinates",),
+    2: ("steps[1]",),
+    3: ("Y", "z", "W", "X", "rates"),
+    4: ("angular_velocities", "velocities", "partial_velocities", "point_accelerations"),
+    5: ("Fr", "Fr_contributions"),
+    6: ("Fr_star", "Fr_star_contributions"),
+    7: ("mass_matrix", "forcing", "accelerations", "reaction_values"),
+}
+
+
+def equations_html(eom: Equations) -> str:
+    """Summary, equations of motion, kinematical equations, operations, steps."""
+    return "".join(either(make, eom) for make in (_summary, _motion, _rates, _operations, _steps))
+
+
+def _summary(eom: Equations) -> str:
+    bodies = listed([b.body.name for b in eom.bodies])
+    groups = (
+        (eom.coordinates, "coordinate"),
+        (eom.speeds, "speed"),
+        (eom.reactions, "reaction"),
+        (eom.inputs, "input"),
+        (eom.parameters, "parameter"),
+    )
+    rows = [
+        (f"{len(symbols)} {kind}{'s' if len(symbols) > 1 else ''}", math(_names([s.name for s in symbols])))
+        for symbols, kind in groups
+        if symbols
+    ]
+    return paragraph(f"<b>Equations of motion</b>: {bodies}") + table(("", ""), rows)
+
+
+def _names(names: list[str]) -> str:
+    few = ",\\, ".join(map(latex_name, names[:WIDE]))
+    return few + (r",\, \dots" if len(names) > WIDE else "")
+
+
+def _motion(eom: Equations) -> str:
+    speeds = _names([u.name for u in eom.speeds])
+    lead = paragraph(math(r"M\,\dot{u} = f") + ", " + math(f"u = ({speeds})"))
+    shown = motion_formula(eom)
+    if shown.latex:
+        return lead + display(shown.latex)
+    return lead + paragraph(
+        f"M is a {matrix_words(eom.mass_matrix)}; M and f together take {shown.operations} operations, too long to typeset."
+    )
+
+
+def motion_formula(eom: Equations) -> Formula:
+    """M = […] and f = […] below each other, with one list of intermediates; M in full where it is short."""
+    n = len(eom.speeds)
+    entries = [x for row in eom.mass_matrix for x in row]
+    operations = count_operations([*entries, *eom.forcing]).total
+    if operations > SMALL or n > WIDE:
+        return Formula("", operations)
+    alone = layout(entries)
+    if alone.intermediates or count_operations(entries).total > NAMED:
+        return typeset([*entries, *eom.forcing], lambda trees: [_mass(trees[: n * n], n), _forcing(trees[n * n :], n)])
+    mass = _mass(alone.trees, n)
+    return typeset(eom.forcing, lambda trees: [mass, _forcing(trees, n)])
+
+
+def _mass(trees: Sequence[Tree], n: int) -> str:
+    return f"M = {brackets(trees, (n, n))}"
+
+
+def _forcing(trees: Sequence[Tree], n: int) -> str:
+    return f"f = {brackets(trees, (n, 1))}"
+
+
+def _rates(eom: Equations) -> str:
+    pairs = zip(eom.coordinates, eom.rates, strict=True)
+    named = [(latex_name(f"{q.name}'"), rate) for q, rate in pairs]
+    shown = equations(named[:TALL], most=SMALL)
+    if not named:
+        return ""
+    if not shown.latex:
+        return paragraph(f"The kinematical equations have {shown.operations} operations, too long to typeset.")
+    rest = paragraph(f"… and {len(named) - TALL} more") if len(named) > TALL else ""
+    return paragraph("Kinematical equations:") + display(shown.latex) + rest
+
+
+def _operations(eom: Equations) -> str:
+    what = " and the reactions" if eom.reactions else ""
+    return paragraph("One evaluation of " + math(r"\dot{q},\, \dot{u}") + f"{what} takes {escaped(eom.operations)}.")
+
+
+def _steps(eom: Equations) -> str:
+    if eom.operations.total > MOST:  # the steps' results are made when they are first read
+        return ""
+    rows = [
+        (
+            str(step.number),
+            escaped(step.title),
+            str(len(step.items)),
+            ", ".join(f"<code>{escaped(name)}</code>" for name in _READ.get(step.number, ())),
+        )
+        for step in eom.steps
+    ]
+    return folded("The seven steps", table(("step", "", "results", "read as"), rows))

@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The force and torque that one side of a system exerts on the other: at a joint, a point, a frame, or through a constraint.
+
+Newton's and Euler's laws of the far side, everything that is reached through the place (Kane & Levinson 1985, sec. 4.9, in vectors):
+
+    F = Σ (m a − F_load − Σ λ F_c)        T = Σ (I·α + ω × I·ω − T_load − Σ λ T_c) + Σ r × (m a − F_load − Σ λ F_c)
+
+with r from the joint's point. It is what auxiliary speeds in three directions of force and three of torque would yield, all at
+once and after the derivation: accelerations and the multipliers λ are known by then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kane.dynamics.constraints.closure import matrix_at, sample_configuration
+from kane.dynamics.constraints.partition import dependencies, row_sizes
+from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.routes.classical import Moving
+from kane.errors import ReactionError
+from kane.expr.evaluate import evaluate
+from kane.kinematics.constraints import unplaced
+from kane.kinematics.motion import acceleration_form
+from kane.model.bodies import RigidBody
+from kane.model.constraints import Constraint
+from kane.model.joints.joint import Joint
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+from kane.write.excerpt import excerpt
+
+if TYPE_CHECKING:
+    from kane.dynamics.equations import Equations
+
+Share = Callable[[Constraint], tuple[Vector, Vector]]
+"""The force and torque, about the place's point, that a multiplier of one exerts on the side asked for."""
+Place = str | Joint | Point | Frame | Constraint | Sequence[Constraint]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointReaction:
+    """What the near side exerts on the far side: a force at `point` and a torque about it.
+
+    Of a frame alone only the torque is known; the force is None.
+    """
+
+    name: str
+    force: Vector | None
+    torque: Vector
+    point: Point | None
+
+    def __repr__(self) -> str:
+        return f"JointReaction({self.name!r}{f', about {self.point.name}' if self.point is not None else ''})"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Side:
+    """The far side of a place: which points and frames belong to it, and the arm from which a force at a point turns it."""
+
+    name: str
+    has_point: Callable[[Point], bool]
+    has_frame: Callable[[Frame], bool]
+    arm: Callable[[Point], Vector]
+    point: Point | None
+
+
+def reaction(eom: Equations, place: Place, frame: Frame | None = None) -> JointReaction:
+    """The reaction in q, u, t, parameters and inputs; along `frame`, by default the inertial one. See Equations.reaction."""
+    target = eom.system.inertial if frame is None else frame
+    found = unsolved(eom, place)
+    force = None if found.force is None else found.force.components(target)
+    solved = without_unknowns(eom, [*(force or ()), *found.torque.components(target)])
+    vectors = [Vector(((target, (a, b, c)),)) for a, b, c in zip(*[iter(solved)] * 3, strict=True)]
+    return JointReaction(found.name, None if force is None else vectors[0], vectors[-1], found.point)
+
+
+def unsolved(eom: Equations, place: Place) -> JointReaction:
+    """The reaction in u̇ and reactions as leaves."""
+    where = _looked_up(eom, place)
+    if isinstance(where, tuple):
+        return _closure(eom, where)
+    return _balance(eom, _far_side(eom, where))
+
+
+# The place -------------------------------------------------------------------------------------------------------------------
+
+
+def _looked_up(eom: Equations, place: Any) -> Joint | Point | Frame | tuple[Constraint, ...]:
+    system = eom.system
+    if isinstance(place, Joint | Point | Frame):
+        return place
+    if isinstance(place, str):
+        return _by_name(eom, place)
+    wanted = (place,) if isinstance(place, Constraint) else tuple(place) if isinstance(place, Iterable) else (place,)
+    strangers = [getattr(c, "name", None) or excerpt(repr(c)) for c in wanted if c not in set(system.constraints)]
+    if strangers or not wanted:
+        raise ReactionError(
+            f"Expected a joint, a point, a frame, constraints of the system or a name to find the reaction at, got "
+            f"{', '.join(strangers) or 'nothing'}."
+        )
+    return wanted
+
+
+def _by_name(eom: Equations, name: str) -> Joint | Point | Frame | tuple[Constraint, ...]:
+    system = eom.system
+    for joint in system.joints:
+        if joint.name == name:
+            return joint
+    group = tuple(c for c in system.constraints if c.name == name)
+    group = group or tuple(c for c in system.constraints if c.name.rpartition(" ")[0] == name)
+    if group:
+        return group
+    places: tuple[Point | Frame, ...] = (*system.points, *system.frames)
+    for item in places:
+        if item.name == name:
+            return item
+    known = [x.name for x in system.joints] + [c.name for c in system.constraints] + [x.name for x in places]
+    raise ReactionError(
+        f"Expected the name of a joint (listed in System(joints=…)), constraint, point or frame ({', '.join(known)}), got {name!r}."
+    )
+
+
+# The far side ----------------------------------------------------------------------------------------------------------------
+
+
+def _far_side(eom: Equations, place: Joint | Point | Frame) -> _Side:
+    if isinstance(place, Joint):
+        point = place.point
+        side = _Side(place.name, _through_point(point), _through_frame(place.frame), lambda p: p.position(point), point)
+        _check_body_frames(eom, side)
+    elif isinstance(place, Point):
+        _check_cut(place)
+        reached = _through_point(place)
+        side = _Side(place.name, reached, _owned(eom, place, reached), lambda p: p.position(place), place)
+    else:
+        _check_cut(place)
+        turned = _through_frame(place)
+
+        def arm(p: Point) -> Vector:
+            return _turned_arm(p, turned)
+
+        side = _Side(place.name, lambda p: not arm(p).is_zero, turned, arm, None)
+    if not any(_holds(side, b) for b in eom.bodies):
+        raise ReactionError(
+            f"Expected a body on the far side of {place.name}, got none: nothing is reached through it."
+        )
+    return side
+
+
+def _holds(side: _Side, b: Moving) -> bool:
+    return side.has_point(b.body.mass_center) or (isinstance(b.body, RigidBody) and side.has_frame(b.body.frame))
+
+
+def _check_cut(place: Point | Frame) -> None:
+    if place.parent is None or (isinstance(place, Point) and place.body is not None):
+        what = (
+            "a root, which has no near side" if place.parent is None else "a particle, through which nothing is reached"
+        )
+        raise ReactionError(f"Expected a place between two sides to find the reaction at, got {place.name}, {what}.")
+
+
+def _through_point(point: Point) -> Callable[[Point], bool]:
+    return lambda p: any(x is point for x in p.ancestry())
+
+
+def _through_frame(frame: Frame) -> Callable[[Frame], bool]:
+    return lambda f: any(x is frame for x in _line(f))
+
+
+def _line(frame: Frame) -> list[Frame]:
+    found = [frame]
+    while found[-1].parent is not None:
+        found.append(found[-1].parent)
+    return found
+
+
+def _turned_arm(p: Point, turned: Callable[[Frame], bool]) -> Vector:
+    """The part of a point's position that turns with a frame: v = n × arm where it turns about n."""
+    total = Vector()
+    for x in p.ancestry():
+        if x.body is not None:
+            total = total + x.offset if turned(x.body) else total
+        else:
+            total = total + Vector(part for part in x.offset.parts if turned(part[0]))
+    return total
+
+
+def _check_body_frames(eom: Equations, side: _Side) -> None:
+    for body in eom.system.rigid_bodies:
+        if side.has_point(body.mass_center) != side.has_frame(body.frame):
+            by = "its point, but not its frame" if side.has_point(body.mass_center) else "its frame, but not its point"
+            raise ReactionError(
+                f"Expected each body on one side of the joint {side.name!r}, got {body.name}, which is reached through {by}. Build "
+                "its mass centre on joint.point and its frame on joint.frame."
+            )
+
+
+def _owned(eom: Equations, point: Point, reached: Callable[[Point], bool]) -> Callable[[Frame], bool]:
+    """Frames beyond a point: each belongs to the nearest body up its line of parents."""
+    sides = {b.frame: reached(b.mass_center) for b in eom.system.rigid_bodies}
+    between = {f for frame, far in sides.items() if far for f in _line(frame)}
+
+    def far(frame: Frame) -> bool:
+        for f in _line(frame):
+            if f in sides:
+                return sides[f]
+        if frame in between and frame.parent is not None:
+            raise ReactionError(
+                f"Expected torques on frames of bodies to find the torque at the point {point.name}, got one on {frame.name}, of "
+                "which it is not known which side it belongs to. Ask at a joint, or give the frame a body."
+            )
+        return False
+
+    return far
+
+
+# Newton and Euler -------------------------------------------------------------------------------------------------------------
+
+
+def _balance(eom: Equations, side: _Side) -> JointReaction:
+    constraints = eom.system.constraints
+
+    def share(c: Constraint) -> tuple[Vector, Vector]:
+        return _gathered(side, c.forces, c.torques)
+
+    _check_placed(side.name, constraints)
+    _check_determinate(eom, side.name, share)
+    moved = [(b.body.mass_center, acceleration_form(b.center) * b.body.mass) for b in eom.bodies]
+    turned = [(b.body.frame, b.inertia_torque()) for b in eom.bodies if isinstance(b.body, RigidBody)]
+    force, torque = _gathered(side, moved, turned)
+    given = [_gathered(side, load.forces, load.torques) for load in eom.loads]
+    held = [(f * λ, t * λ) for c, λ in eom.multipliers.items() for f, t in [share(c)]]
+    for f, t in (*given, *held):
+        force, torque = force - f, torque - t
+    return JointReaction(side.name, None if side.point is None else force, torque, side.point)
+
+
+def _gathered(
+    side: _Side, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]
+) -> tuple[Vector, Vector]:
+    """Σ F and Σ T + r × F of what acts on the far side."""
+    force, torque = Vector(), Vector()
+    for point, f in forces:
+        if side.has_point(point):
+            force, torque = force + f, torque + side.arm(point).cross(f)
+    for frame, t in torques:
+        if side.has_frame(frame):
+            torque = torque + t
+    return force, torque
+
+
+def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReaction:
+    """What constraints exert together on the point that the first force names first, and the frame that the first pure torque does."""
+    name = _common_name([c.name for c in constraints])
+    _check_placed(name, constraints)
+    points = {c.forces[0][0]: c for c in constraints if c.forces}
+    frames = {c.torques[0][0]: c for c in constraints if c.torques and not c.forces}
+    _check_one_place(name, points)
+    _check_one_place(name, frames)
+    point, frame = next(iter(points), None), next(iter(frames), None)
+
+    def share(c: Constraint) -> tuple[Vector, Vector]:
+        if c not in constraints:
+            return Vector(), Vector()
+        force = sum((f for p, f in c.forces if p is point), start=Vector())
+        return force, sum((t for x, t in c.torques if x is frame), start=Vector())
+
+    _check_determinate(eom, name, share)
+    force, torque = Vector(), Vector()
+    for c in constraints:
+        f, t = share(c)
+        force, torque = force + f * eom.multipliers[c], torque + t * eom.multipliers[c]
+    return JointReaction(name, force, torque, point)
+
+
+def _common_name(names: Sequence[str]) -> str:
+    """The words that names begin with, where one of them has at most one more ("G" of "G x", "G y"); else all the names."""
+    words = [n.split() for n in names]
+    shared = words[0]
+    for other in words[1:]:
+        shared = [a for a, _ in takewhile(lambda pair: pair[0] == pair[1], zip(shared, other, strict=False))]
+    if shared and min(map(len, words)) <= len(shared) + 1:
+        return " ".join(shared)
+    return ", ".join(dict.fromkeys(names))
+
+
+# Checks ----------------------------------------------------------------------------------------------------------------------
+
+
+def _check_one_place(name: str, places: Mapping[Point, Constraint] | Mapping[Frame, Constraint]) -> None:
+    """A closure acts on one point and one frame; what acts on several is no reaction at a place."""
+    if len(places) > 1:
+        found = ", ".join(f"{c.name!r} on {x.name}" for x, c in places.items())
+        raise ReactionError(
+            f"Expected the constraints of one closure, which act on one point and one frame, got {found} for {name!r}. Ask for each "
+            "of them."
+        )
+
+
+def _check_placed(name: str, constraints: Sequence[Constraint]) -> None:
+    bare = unplaced(constraints)
+    if bare:
+        raise ReactionError(
+            f"Expected constraints that say where their forces act, as the reaction {name} feels them, got the bare "
+            f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
+            "kn.distance, kn.perpendicular, kn.no_slip, kn.rolling, kn.close_pin, …."
+        )
+
+
+def _check_determinate(eom: Equations, name: str, share: Share) -> None:
+    """No multipliers that leave the motion as it is, xᵀ A = 0, may change what the place transmits."""
+    if not eom.redundant:
+        return
+    constraints, inertial = eom.system.constraints, eom.system.inertial
+    shares = [[x for v in share(c) for x in v.components(inertial)] for c in constraints]
+    flat = [x for row in (*eom.constraints.a, *shares) for x in row]
+    values = sample_configuration(eom.system, flat)
+    numbers = np.array(evaluate([x for row in shares for x in row], values), dtype=float).reshape(len(constraints), 6)
+    a = matrix_at(eom.constraints, values)
+    loose = (dependencies(a) / row_sizes(a)).T
+    changed = np.abs(loose.T @ numbers).max(axis=1, initial=0) > 1e-7 * np.abs(loose).max(axis=0, initial=0) * np.abs(
+        numbers
+    ).max(initial=0)
+    if not changed.any():
+        return
+    blamed = [c.name for c, x in zip(constraints, np.abs(loose[:, changed]).max(axis=1), strict=True) if x > 1e-7]
+    raise ReactionError(
+        f"Expected a reaction that the motion determines, got {name!r}: it feels the constraints {', '.join(map(repr, blamed))}. "
+        "They depend on each other, so that the forces that hold them are not determined one by one. Leave out redundant ones, or "
+        "model what gives way."
+    )

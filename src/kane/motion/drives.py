@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inputs as functions of time, with the derivatives that prescribed motion needs, and the check that they are smooth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.values import finite_number, named_values
+from kane.errors import SimulationError, ValueMissingError
+from kane.expr.diff import tangent
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.node import ONE, ZERO, Expr, postorder
+from kane.expr.symbols import Input, Parameter, Time, input_of, time
+from kane.model.survey import geometry
+
+Array = npt.NDArray[np.float64]
+Function = Callable[[Any], Any]
+Ends = Literal["not-a-knot", "natural", "clamped", "periodic"]
+
+_PIECEWISE = ("where", "sign", "abs", "min", "max")
+_SAMPLES = 129
+_BISECTIONS = 40
+_TORN = 1e-6
+"""Share of its range by which a function may differ from the integral of its derivative over a vanishing interval."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signal:
+    """A C² function of time through points: called with a time it gives its value, `derivative(n)` is its nth derivative."""
+
+    spline: Any
+
+    def __call__(self, t: Any) -> Any:
+        """The value at time t."""
+        return self.spline(t)
+
+    def derivative(self, order: int = 1) -> Function:
+        """The nth derivative."""
+        found: Function = self.spline.derivative(order)
+        return found
+
+    def __repr__(self) -> str:
+        x = self.spline.x
+        return f"Signal({len(x)} points, t = {x[0]:g} … {x[-1]:g})"
+
+
+def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot") -> Signal:
+    """A prescribed motion through the points (t, y): the cubic spline, twice continuously differentiable.
+
+    Give it as the value of an input, `simulate(…, inputs={r: kn.signal(t, y)})`. `ends` is SciPy's boundary condition:
+    "not-a-knot", "natural", "clamped" (at rest), "periodic".
+    """
+    from scipy.interpolate import CubicSpline
+
+    times, values = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
+    if times.ndim != 1 or times.shape != values.shape or len(times) < 3:
+        raise SimulationError(
+            f"Expected at least three points (t, y) of a signal, got shapes {times.shape} and {values.shape}."
+        )
+    if not (np.all(np.isfinite(times)) and np.all(np.isfinite(values))):
+        raise SimulationError("Expected finite points of a signal, got NaN or infinity.")
+    if np.any(np.diff(times) <= 0):
+        at = times[1:][np.diff(times) <= 0][0]
+        raise SimulationError(
+            f"Expected increasing times of a signal, got t = {at:g} again or out of order: a jump there would need an infinite force. "
+            "Join the two values over a short time."
+        )
+    return Signal(CubicSpline(times, values, bc_type=ends, extrapolate=False))
+
+
+def input_functions(
+    eom: Equations, inputs: Mapping[Any, Any] | None, span: tuple[float, float]
+) -> dict[Expr, Function]:
+    """A function of time for each input and for the derivatives of those that move something, in the order of `eom.inputs`.
+
+    Raises
+    ------
+    ValueMissingError
+        if an input has no value, or one that moves something has no derivatives
+    SimulationError
+        if a prescribed motion jumps, or its derivatives are not its own
+    """
+    given = named_values("inputs", eom.inputs, inputs)
+    own = [s for s in eom.inputs if isinstance(s, Input)]
+    missing = [s.name for s in own if s not in given]
+    if missing:
+        raise ValueMissingError(
+            f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
+        )
+    made: dict[Expr, Function] = {}
+    for r in own:
+        chain = [s for s in eom.inputs if input_of(s) is r]
+        _check_covered(r, given[r], span)
+        functions = _derivatives(r, given[r], len(chain) - 1)
+        for k, s in enumerate(chain):
+            made[s] = _function(s.name, given[s]) if k and s in given else functions[k]
+        for below, above in pairwise(chain):
+            check_smooth(f"input {below.name}", made[below], made[above], span)
+    return {s: made[s] for s in eom.inputs}
+
+
+def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
+    """A signal has values from its first point to its last."""
+    for one in value if isinstance(value, tuple) else (value,):
+        if not isinstance(one, Signal):
+            continue
+        first, last = float(one.spline.x[0]), float(one.spline.x[-1])
+        if not (first <= span[0] and span[1] <= last):
+            raise SimulationError(
+                f"Expected a signal for the input {r.name} that covers the time span t = {span[0]:g} … {span[1]:g}, got one from "
+                f"t = {first:g} to {last:g}. Give it points up to the ends of the span, or keep the span within it."
+            )
+
+
+def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
+    """The value as a function, and its derivatives up to `order`."""
+    if isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(_several, value))):
+        raise SimulationError(
+            f"Expected a number, a function of time or functions (f, f', …) for the input {r.name}, got samples. Make them a smooth "
+            f"function of time: {r.name}: kn.signal(t, y)."
+        )
+    if isinstance(value, tuple):
+        found = [_function(r.name, v) for v in value]
+        if len(found) <= order:
+            raise ValueMissingError(
+                f"Expected {order + 1} functions for the input {r.name}, itself and its derivatives, got {len(found)}."
+            )
+        return found
+    if not callable(value):
+        return [_function(r.name, value), *[_function(r.name, 0.0)] * order]
+    if order and not hasattr(value, "derivative"):
+        raise ValueMissingError(
+            f"Expected the input {r.name} with its derivatives, as it prescribes a motion whose velocity and acceleration need them, "
+            f"got a bare function. Pass {r.name}: (f, f', f''), or kn.signal(t, y) for a spline through points."
+        )
+    return [value, *(value.derivative(k) for k in range(1, order + 1))]
+
+
+def _several(value: Any) -> bool:
+    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str) and np.ndim(value) > 0
+
+
+def _function(name: str, value: Any) -> Function:
+    return value if callable(value) else partial(_constant, finite_number("value or function of time", name, value))
+
+
+def _constant(value: float, t: Any) -> float:
+    return value
+
+
+def check_smooth(what: str, f: Function, slope: Function, span: tuple[float, float]) -> None:
+    """`slope` must be the derivative of `f` over the span: no jump, no other function's derivative."""
+
+    def gap(a: float, b: float) -> float:
+        h = b - a
+        middle = float(slope(a + h / 2))
+        return abs(float(f(b)) - float(f(a)) - h * (float(slope(a)) + 4 * middle + float(slope(b))) / 6)
+
+    times = np.linspace(*span, _SAMPLES)
+    values = np.array([float(f(t)) for t in times])
+    slopes = np.array([float(slope(t)) for t in times])
+    if not (np.all(np.isfinite(values)) and np.all(np.isfinite(slopes))):
+        t = times[~(np.isfinite(values) & np.isfinite(slopes))][0]
+        raise SimulationError(f"Expected the {what} finite over the time span, got NaN or infinity at t = {t:.6g}.")
+    size = float(np.ptp(values) + np.ptp(slopes) * (span[1] - span[0]) + np.abs(values).max() * 1e-9)
+    gaps = [gap(a, b) for a, b in pairwise(times)]
+    k = int(np.argmax(gaps))
+    a, b = float(times[k]), float(times[k + 1])
+    if not gaps[k] > _TORN * size:
+        return
+    wrong = gaps[k]
+    for _ in range(_BISECTIONS):
+        middle = (a + b) / 2
+        a, b = (a, middle) if gap(a, middle) >= gap(middle, b) else (middle, b)
+    if gap(a, b) > _TORN * size:
+        raise SimulationError(
+            f"Expected the {what} without jumps, as it prescribes a motion, got one of {abs(float(f(b)) - float(f(a))):.3g} at "
+            f"t = {b:.6g}: it would need an infinite force. Join the two values over a short time."
+        )
+    if sum(gaps) > 0.01 * size:
+        raise SimulationError(
+            f"Expected the derivative of the {what} that was given to be its own, got one that misses its change by {wrong:.3g} "
+            f"between t = {times[k]:.6g} and {times[k + 1]:.6g}."
+        )
+
+
+def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple[float, float]) -> None:
+    """Piecewise functions of time in positions, orientations and configuration constraints must be C¹."""
+    system = eom.system
+    roots = [*geometry(system.frames, system.points), *(c.expr for c in system.holonomic)]
+    for node in postorder(roots):
+        if node.op.name in _PIECEWISE:
+            symbols = free_symbols([node])
+            if any(isinstance(s, Time) for s in symbols) and all(isinstance(s, Time | Parameter) for s in symbols):
+                levels = [node, _slope(node), _slope(_slope(node))]
+                for below, above in pairwise(levels):
+                    text = str(node)
+                    check_smooth(
+                        f"prescribed {text:.60}" if below is node else f"velocity of the prescribed {text:.60}",
+                        partial(_at, below, parameters),
+                        partial(_at, above, parameters),
+                        span,
+                    )
+
+
+def _slope(e: Expr) -> Expr:
+    return tangent(e, lambda leaf: ONE if isinstance(leaf, Time) else ZERO)
+
+
+def _at(e: Expr, parameters: Mapping[Expr, Any], t: float) -> float:
+    return float(evaluate(e, {**{s: parameters[s] for s in free_symbols([e]) if s in parameters}, time: t}))

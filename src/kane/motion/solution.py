@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frozen result of a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.equations import Equations
+from kane.dynamics.readings.joint_reactions import Place, unsolved
+from kane.dynamics.readings.values import evaluate_along
+from kane.errors import ValueMissingError, alike
+from kane.expr.evaluate import free_symbols
+from kane.expr.matrix import dot
+from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Reaction, Symbol
+from kane.model.constraints import Constraint
+from kane.model.events import Event
+from kane.space.frame import Frame
+from kane.space.vector import Vector
+from kane.write.html import quietly
+
+Array = npt.NDArray[np.float64]
+
+_FEW = 25
+"""At as many samples, at most, it is asked what tolerances mean for the energy."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyCheck:
+    """How well E − ∫P dt stayed constant.
+
+    `drift` is the largest |E(t) − E(0) − ∫P dt|, `scale` the largest of |E − E(0)|, K, |∫P dt| and δE/rtol, `relative` their ratio.
+    δE is what the absolute tolerance leaves open: the change of E with coordinates and speeds off by `atol`, one at a time.
+    """
+
+    drift: float
+    scale: float
+
+    @property
+    def relative(self) -> float:
+        """drift / scale, 0 where nothing moves."""
+        return self.drift / self.scale if self.scale > 0 else 0.0
+
+    def __str__(self) -> str:
+        return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of {self.scale:.3g} J)"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """From time `start` on, the motion was stepped with `equations`, which differ in their dependent speeds."""
+
+    start: float
+    equations: Equations
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution:
+    """A motion: `t` (n), `states` (n × (coordinates + speeds)), and `work` (n), the integral of the power.
+
+    `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
+    name. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
+    `events` all that were met and their times. `segments` are the equations it was stepped with, `samples` for each time those whose
+    dependent speeds are determined there: accelerations and reactions are read off these. Where the constraints lose rank, reactions
+    have no value (NaN).
+    """
+
+    equations: Equations
+    t: Array
+    states: Array
+    work: Array
+    parameters: Mapping[Expr, float]
+    inputs: Mapping[Expr, Callable[[Any], Any]]
+    status: str
+    message: str
+    event: Event | None
+    events: tuple[tuple[Event, float], ...]
+    steps: int
+    evaluations: int
+    segments: tuple[Segment, ...] = ()
+    samples: tuple[Equations, ...] = ()
+    rtol: float = 1.0
+    atol: float = 0.0
+
+    @property
+    def q(self) -> Array:
+        """Coordinates, n × nq."""
+        return self.states[:, : len(self.equations.coordinates)]
+
+    @property
+    def u(self) -> Array:
+        """Generalized speeds, n × nu."""
+        return self.states[:, len(self.equations.coordinates) :]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, what: Any) -> Any:
+        if isinstance(what, Vector):
+            components = self._values(what.components(self.equations.system.inertial))
+            return np.stack(components, axis=-1)
+        if isinstance(what, str):
+            return self[self._by_name(what)]
+        if isinstance(what, Expr | int | float):
+            return self._values([as_expr(what)])[0]
+        if isinstance(what, list | tuple):
+            return [self[x] for x in what]
+        raise TypeError(f"Expected an expression, vector, name or a sequence of them, got {type(what).__name__}.")
+
+    def _by_name(self, name: str) -> Symbol:
+        eom = self.equations
+        known: dict[str, Symbol] = {
+            s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)
+        }
+        if name not in known:
+            raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.{alike(name, known)}")
+        return known[name]
+
+    def reaction(self, place: Place, frame: Frame | None = None) -> tuple[Array | None, Array]:
+        """Force and torque (each n × 3, along `frame`, by default the inertial one) at a place, by name or as `eom.reaction` takes it.
+
+        They are what the near side exerts on the far side, the torque about the far side's point. Of a frame the force is None.
+        """
+        target = self.equations.system.inertial if frame is None else frame
+
+        def components(eom: Equations) -> list[Expr]:
+            found = unsolved(eom, place)
+            vectors = [v for v in (found.force, found.torque) if v is not None]
+            return [x for v in vectors for x in v.components(target)]
+
+        table = np.stack(self.by_sample(components), axis=-1)
+        table[self.lost] = np.nan
+        return (table[:, :3] if table.shape[1] == 6 else None), table[:, -3:]
+
+    def _values(self, exprs: Any) -> list[Array]:
+        found = self.by_sample(lambda eom: exprs)
+        for e, values in zip(exprs, found, strict=True):
+            if any(isinstance(s, Reaction) for s in free_symbols([e])):
+                values[self.lost] = np.nan
+        return found
+
+    @cached_property
+    def lost(self) -> npt.NDArray[np.bool_]:
+        """Samples at which the constraints determine fewer speeds than elsewhere."""
+        ranks = np.array([len(eom.dependent_speeds) for eom in self.samples or (self.equations,) * len(self)])
+        return np.asarray(ranks < max(ranks.max(initial=0), len(self.equations.dependent_speeds)))
+
+    def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
+        """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
+        places: dict[Equations, list[int]] = {}
+        for k, eom in enumerate(self.samples or (self.equations,) * len(self)):
+            places.setdefault(eom, []).append(k)
+        parts = [(at, self._values_along(eom, exprs(eom), at)) for eom, at in places.items()]
+        found = [np.empty(len(self)) for _ in parts[0][1]]
+        for at, values in parts:
+            for whole, part in zip(found, values, strict=True):
+                whole[at] = part
+        return found
+
+    def _values_along(self, eom: Equations, exprs: Any, part: list[int]) -> list[Array]:
+        times = self.t[part]
+        inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
+        values = evaluate_along(eom, exprs, list(self.q[part].T), list(self.u[part].T), self.parameters, inputs, times)
+        return [np.broadcast_to(v, times.shape) for v in values]
+
+    @cached_property
+    def constraint_residuals(self) -> Mapping[Constraint, Array]:
+        """What is left of each constraint along the motion: f of a configuration constraint, (A u + b) of a motion constraint."""
+        eom = self.equations
+        constraints = eom.constraints.constraints
+        roots = [
+            c.expr if c.kind == "configuration" else dot(row, eom.speeds) + b
+            for c, row, b in zip(constraints, eom.A.rows, eom.b, strict=True)
+        ]
+        return dict(zip(constraints, self._values(roots) if roots else [], strict=True))
+
+    def energy(self) -> Array:
+        """E = K + V along the motion."""
+        values: Array = self[self.equations.energy]
+        return values
+
+    @cached_property
+    def energy_check(self) -> EnergyCheck:
+        """E − ∫P dt must stay constant; see EnergyCheck."""
+        kinetic, total = self._values([self.equations.kinetic_energy, self.equations.energy])
+        change = total - total[0]
+        scale = max(np.abs(change).max(), kinetic.max(), np.abs(self.work).max(), self._open() / self.rtol)
+        return EnergyCheck(float(np.abs(change - self.work).max()), float(scale))
+
+    def _open(self) -> float:
+        """The largest Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), at a few of the samples."""
+        at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
+        width = self.states.shape[1]
+        shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
+        x = (self.states[at] + shifts[:, None, :]).reshape(-1, width)
+        times = np.tile(self.t[at], len(shifts))
+        inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
+        eom, nq = self.equations, len(self.equations.coordinates)
+        energy = evaluate_along(eom, eom.energy, list(x[:, :nq].T), list(x[:, nq:].T), self.parameters, inputs, times)
+        table = np.broadcast_to(energy, times.shape).reshape(len(shifts), -1)
+        up, down = np.split(np.abs(table[1:] - table[0]), 2)
+        return float(np.maximum(up, down).sum(axis=0).max(initial=0))
+
+    @quietly
+    def _repr_html_(self) -> str:
+        from kane.motion.html import solution_html
+
+        return solution_html(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"Solution(t = {self.t[0]:g} … {self.t[-1]:g}, {len(self.t)} samples, {self.steps} steps; {self.status}: "
+            f"{self.message})"
+        )

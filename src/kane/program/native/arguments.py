@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Arguments of compiled code: arrays of doubles of the right length, or an error that says which is not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.readings.values import finite_number, named_values
+from kane.errors import ArgumentError, ValueMissingError
+from kane.expr.symbols import Symbol
+from kane.program.program import Port
+
+Array = npt.NDArray[np.float64]
+
+KINDS = {"t": "time", "x": "states", "p": "parameters", "r": "inputs"}
+_REAL = "biuf"
+
+
+def scalar(value: Any) -> Array:
+    """t: a number or an array of numbers."""
+    return _real("t", value)
+
+
+def vector(port: Port, given: Any, base: Array | None = None) -> Array:
+    """The values of a port along the last axis: from an array (…, n), or by symbol or name, `base` filling in.
+
+    Raises
+    ------
+    ArgumentError
+        if the shape or the type is wrong
+    ValueMissingError
+        if a name is unknown or a value is missing
+    """
+    if isinstance(given, Mapping):
+        return _by_name(port, given, base)
+    array = _real(port.name, given)
+    if array.ndim < 1 or array.shape[-1] != len(port.symbols):
+        raise ArgumentError(
+            f"Expected {port.name} of shape {_shape(port)}, got shape {array.shape}. The order is {listed(port.symbols)}."
+        )
+    return array
+
+
+def defaults(port: Port) -> Array:
+    """The default of every parameter, NaN where there is none."""
+    return np.array([np.nan if s.default is None else float(s.default) for s in port.symbols])
+
+
+def replaced(port: Port, given: Mapping[Any, Any], base: Array) -> Array:
+    """`base` with the values given by symbol or name."""
+    values = named_values(KINDS[port.name], port.symbols, given)
+    return np.array(
+        [
+            finite_number("value", s.name, values[s]) if s in values else b
+            for s, b in zip(port.symbols, base, strict=True)
+        ]
+    )
+
+
+def complete(port: Port, values: Array) -> Array:
+    """`values`, none of which may be missing (NaN)."""
+    missing = [s.name for s, v in zip(port.symbols, values, strict=True) if np.isnan(v)]
+    if missing:
+        cure = {
+            "p": ", or declare a default, kn.parameter(name, default)",
+            "r": f", {{{', '.join(f'{n!r}: value' for n in missing)}}}",
+        }.get(port.name, "")
+        raise ValueMissingError(
+            f"Expected a value for every one of the {KINDS[port.name]}, got none for {', '.join(missing)}: pass them as "
+            f"{port.name}{cure}."
+        )
+    return values
+
+
+def finite(port: Port, values: Array) -> None:
+    """Refuse NaN and infinity, by name."""
+    if np.isfinite(values).all():
+        return
+    bad = np.argwhere(~np.isfinite(values))
+    first = tuple(bad[0])
+    name = port.symbols[first[-1] if port.name != "t" else 0].name
+    row = first if port.name == "t" else first[:-1]
+    where = f" at {tuple(map(int, row))}" if row else ""
+    raise ArgumentError(f"Expected finite {KINDS[port.name]}, got {name} = {values[first]}{where}.")
+
+
+def listed(symbols: tuple[Symbol, ...]) -> str:
+    """Names in order, the middle of long lists left out."""
+    names = [s.name for s in symbols]
+    return ", ".join(names if len(names) <= 12 else [*names[:6], "…", *names[-3:]]) or "none"
+
+
+def _shape(port: Port) -> str:
+    return f"(…, {len(port.symbols)})"
+
+
+def _real(name: str, value: Any) -> Array:
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ArgumentError(f"Expected {name} without masked values, got a masked array: fill or drop them.")
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in _REAL:
+            raise TypeError
+        return array.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError) as error:
+        got = type(value).__name__ if not isinstance(value, np.ndarray) else f"an array of {value.dtype}"
+        raise ArgumentError(f"Expected real numbers as {name}, got {got}: {value!r:.60}.") from error
+
+
+def _by_name(port: Port, given: Mapping[Any, Any], base: Array | None) -> Array:
+    values = named_values(KINDS[port.name], port.symbols, given)
+    filled = np.full(len(port.symbols), np.nan) if base is None else base
+    columns = [_real(s.name, values[s]) if s in values else b for s, b in zip(port.symbols, filled, strict=True)]
+    complete(port, np.array([0.0 if s in values else b for s, b in zip(port.symbols, filled, strict=True)]))
+    try:
+        return np.stack(np.broadcast_arrays(*columns), axis=-1) if columns else np.zeros(0)
+    except ValueError as error:
+        shapes = ", ".join(f"{s.name} {np.shape(c)}" for s, c in zip(port.symbols, columns, strict=True) if np.ndim(c))
+        raise ArgumentError(f"Expected {KINDS[port.name]} whose shapes broadcast, got {shapes}.") from error

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Machine code through llvmlite: text → object → linked library.
+
+A `Library` owns the code: when it goes, so does the code. Whatever holds an entry holds the library with it, and addresses
+never leave this package.
+
+Any thread may compile, link and drop libraries: llvmlite lets one thread at a time into LLVM, by a lock that the same thread
+may take again (the collector may drop a library while its thread compiles). Each compilation has a context of its own and each
+library a linker of its own, so that all their memory is given back.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import os
+import threading
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from kane.errors import KaneWarning, ProgramError
+from kane.program.native import store
+from kane.program.native.callers import outside
+
+_OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "jitdefault"}
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The processor to compile for: LLVM's name of it and its features ("+avx2,+fma,…")."""
+
+    triple: str
+    cpu: str
+    features: str
+
+    @property
+    def lanes(self) -> int:
+        """Doubles in a vector register."""
+        have = set(self.features.split(","))
+        return 8 if "+avx512f" in have else 4 if have & {"+avx", "+avx2"} else 2
+
+
+@cache
+def _llvm() -> Any:
+    from llvmlite import binding
+
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    alone = (
+        getattr(binding.ffi.lib, "_lock", None) or nullcontext()
+    )  # llvmlite's lock: without it no more than the hooks go
+    # A child of fork would wait for ever for a lock that a thread which it does not have holds.
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(before=alone.__enter__, after_in_parent=alone.__exit__, after_in_child=alone.__exit__)
+    atexit.register(_end)
+    return binding
+
+
+_ended = threading.Event()
+
+
+def _end() -> None:
+    """LLVM's globals are destroyed at exit: wait until no thread is in LLVM, and let none but the main one enter it again."""
+    with _alone():
+        _ended.set()
+
+
+def _alone() -> Any:
+    """llvmlite's own lock, which lets one thread at a time into LLVM, again and again if it is the same."""
+    from llvmlite import binding
+
+    return getattr(binding.ffi.lib, "_lock", None) or nullcontext()
+
+
+@contextmanager
+def _inside() -> Iterator[Any]:
+    """LLVM, for this thread alone.
+
+    Raises
+    ------
+    ProgramError
+        if the interpreter is ending and this is not its main thread
+    """
+    llvm = _llvm()
+    with _alone():
+        if _ended.is_set() and threading.current_thread() is not threading.main_thread():
+            raise ProgramError(
+                "Expected a running interpreter to compile in, got one that is ending: join threads first."
+            )
+        yield llvm
+
+
+@cache
+def host() -> Target:
+    """The machine that runs this process."""
+    llvm = _llvm()
+    features = llvm.get_host_cpu_features()
+    return Target(llvm.get_process_triple(), llvm.get_host_cpu_name(), features.flatten())
+
+
+def target(cpu: str = "host", features: str = "") -> Target:
+    """The host, or with `cpu` "generic" what it shares with every machine of its kind, and `features` ("+avx2,+fma").
+
+    Raises
+    ------
+    ProgramError
+        if the code could not run here: another processor, or a feature that the host lacks
+    """
+    here = host()
+    if cpu == "generic":  # first: LLVM also calls processors so that it does not know
+        chosen = Target(here.triple, "generic", "")
+    elif cpu in ("host", here.cpu):
+        chosen = here
+    else:
+        raise ProgramError(
+            f'Expected cpu to be "host", "generic" or {here.cpu!r}, got {cpu!r}: code for it cannot run here.'
+        )
+    if not isinstance(features, str):
+        raise ProgramError(f'Expected features as one text, "+avx2,+fma", got {features!r}.')
+    wanted = [f.strip() for f in features.split(",") if f.strip()]
+    known = [f for f in here.features.split(",") if f[:1] == "+"]
+    missing = [f for f in wanted if f not in known]
+    if missing:
+        raise ProgramError(
+            f'Expected features that this processor has, each as "+name", got {", ".join(missing)}. It has '
+            f"{', '.join(sorted(f[1:] for f in known))}."
+        )
+    return Target(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *wanted) if f))
+
+
+class Library:
+    """Linked machine code.
+
+    Raises
+    ------
+    ProgramError
+        if the image is not an object file, lacks one of the symbols, or needs one that this process lacks
+    """
+
+    __slots__ = ("__weakref__", "_tracker")
+
+    def __init__(self, image: bytes, symbols: Sequence[str]) -> None:
+        with _inside() as llvm:
+            builder = llvm.JITLibraryBuilder().add_object_img(image).add_current_process()
+            for symbol in symbols:
+                builder.export_symbol(symbol)
+            try:
+                self._tracker = builder.link(llvm.create_lljit_compiler(), "kane")  # it keeps the linker
+            except RuntimeError as error:
+                raise ProgramError(f"Expected code that links and has {', '.join(symbols)}, got: {error}") from error
+
+    def address(self, symbol: str) -> int:
+        """Where a function begins; valid while this library lives."""
+        return int(self._tracker[symbol])
+
+    def function(self, symbol: str, result: Any, *arguments: Any, brief: bool = False) -> Any:
+        """A callable for a function, which keeps the library alive; a brief one is not worth letting go of the interpreter."""
+        kind = ctypes.PYFUNCTYPE if brief else ctypes.CFUNCTYPE
+        found = kind(result, *arguments)(self.address(symbol))
+        found._library = self  # type: ignore[attr-defined]  # ctypes functions take attributes
+        return found
+
+
+def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = True) -> Library:
+    """The library of an LLVM module, from the cache where it is there."""
+    options = [f"{name}={value}" for name, value in _OPTIONS.items()]
+    key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
+    image = store.read(key) if cached else None
+    if image is not None:
+        try:
+            return Library(image, symbols)
+        except ProgramError as error:
+            warnings.warn(f"{error} It is the cache entry {key}. Compiling anew.", KaneWarning, stacklevel=outside())
+    image = object_code(text, on)
+    library = Library(image, symbols)
+    if cached:
+        store.write(key, image)
+    return library
+
+
+def object_code(text: str, on: Target) -> bytes:
+    """The object file of an LLVM module.
+
+    Raises
+    ------
+    ProgramError
+        if LLVM does not accept the text
+    """
+    with _inside() as llvm, llvm.create_context() as context:
+        try:
+            with llvm.parse_assembly(text, context) as module:
+                module.verify()
+                machine = llvm.Target.from_triple(on.triple).create_target_machine(
+                    cpu=on.cpu, features=on.features, **_OPTIONS
+                )
+                _inline(llvm, machine, module)
+                return bytes(machine.emit_object(module))
+        except RuntimeError as error:
+            raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
+
+
+def _inline(llvm: Any, machine: Any, module: Any) -> None:
+    """Sine and cosine go where they are called; no other pass has anything to find (docs/develop/decisions.md)."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=0))
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_always_inliner_pass()
+    passes.run(module, builder)
+
+
+@cache
+def versions() -> tuple[str, ...]:
+    """What the machine code depends on besides text and target."""
+    import llvmlite
+
+    return (f"llvmlite {llvmlite.__version__}", "LLVM " + ".".join(map(str, _llvm().llvm_version_info)))

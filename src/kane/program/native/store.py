@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The cache of compiled code on disk.
+
+An entry is one file: a line of JSON (what it is, the SHA-256 of the rest) and the object's bytes. Code is run only if folder
+and file belong to this user, nobody else can write to them, and the digest is right; anything else is a warning, and the code
+is compiled anew. Entries appear by an atomic rename; the least recently used go when all together exceed `LIMIT`.
+
+The environment variable KANE_CACHE names the folder; "off" turns the cache off.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import stat
+import tempfile
+import time
+import warnings
+from pathlib import Path
+
+from kane.errors import KaneWarning
+from kane.program.native.callers import outside
+
+LIMIT = 256 * 2**20
+"""Bytes that the entries may take together."""
+
+_FORMAT = "kane object 1"
+_SUFFIX = ".kaneobj"
+_PART = ".part"
+_ABANDONED = 3600.0
+"""Seconds after which a half-written entry is taken to be one of a process that has died."""
+
+
+def key(*parts: str) -> str:
+    """SHA-256 of everything the object depends on."""
+    made = hashlib.sha256()
+    for part in parts:
+        data = part.encode()
+        made.update(len(data).to_bytes(8) + data)
+    return made.hexdigest()
+
+
+def folder() -> Path | None:
+    """The cache's folder, or None where it is turned off."""
+    wanted = os.environ.get("KANE_CACHE", "")
+    if wanted.lower() in ("off", "0", "no"):
+        return None
+    if wanted:
+        return Path(os.path.expanduser(wanted)).absolute()
+    from platformdirs import user_cache_path
+
+    try:
+        place = user_cache_path("kane", appauthor=False) / "objects"
+    except RuntimeError:  # platformdirs found no home folder
+        place = Path("~")
+    if not place.is_absolute():  # it would be another one in each working directory
+        _warn(f"Expected this user to have a home folder for the cache, got none: nothing is kept. {_CURE}")
+        return None
+    return place
+
+
+def read(name: str) -> bytes | None:
+    """The object of that key, or None where there is none that can be trusted."""
+    place = _trusted(make=False)
+    if place is None:
+        return None
+    path = place / (name + _SUFFIX)
+    try:
+        with path.open("rb") as file:
+            found = os.fstat(file.fileno())  # of what is read: the path may mean something else by now
+            head, _, image = file.read().partition(b"\n")
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        _warn(f"Expected to read the cache entry {path}, got {error.strerror or error}. Compiling anew.")
+        return None
+    if not _private(found):
+        _warn(f"Expected a cache entry that {_PRIVATE}, got {path} ({_owner(found)}). Compiling anew and replacing it.")
+        return None
+    if head != _head(name, image):
+        _warn(f"Expected an intact cache entry, got a damaged one: {path}. Compiling anew and replacing it.")
+        return None
+    with contextlib.suppress(OSError):
+        os.utime(path)  # so that the least recently used go first
+    return image
+
+
+def write(name: str, image: bytes) -> None:
+    """Keep an object; a folder that cannot be written is a warning."""
+    place = _trusted(make=True)
+    if place is None:
+        return
+    try:
+        handle, temporary = tempfile.mkstemp(dir=place, suffix=_PART)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(_head(name, image) + b"\n" + image)
+            os.replace(temporary, place / (name + _SUFFIX))
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+            raise
+        _shrink(place)
+    except OSError as error:
+        _warn(f"Expected to write to the cache folder {place}, got {error.strerror or error}. {_CURE}")
+
+
+def size() -> tuple[int, int]:
+    """How many entries there are, and their bytes together."""
+    place = folder()
+    entries = _files(place, _SUFFIX) if place is not None else []
+    return len(entries), sum(length for _, length, _ in entries)
+
+
+def clear() -> tuple[int, int]:
+    """Remove all entries; how many went, and their bytes."""
+    place = folder()
+    if place is None:
+        return 0, 0
+    _sweep(place)
+    gone = []
+    for _, length, path in _files(place, _SUFFIX):
+        try:
+            path.unlink(missing_ok=True)
+            gone.append(length)
+        except OSError as error:
+            _warn(f"Expected to remove the cache entry {path}, got {error.strerror or error}.")
+    return len(gone), sum(gone)
+
+
+def _head(name: str, image: bytes) -> bytes:
+    digest = hashlib.sha256(image).hexdigest()
+    return json.dumps({"format": _FORMAT, "key": name, "sha256": digest, "bytes": len(image)}).encode()
+
+
+def _trusted(make: bool) -> Path | None:
+    """The folder, if it is this user's alone; made where it is absent and `make` is true."""
+    place = folder()
+    if place is None:
+        return None
+    try:
+        if make:
+            place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = place.stat()
+    except OSError as error:
+        if isinstance(error, FileNotFoundError) and not make:
+            return None
+        _warn(f"Expected to use the cache folder {place}, got {error.strerror or error}. {_CURE}")
+        return None
+    if not stat.S_ISDIR(found.st_mode):
+        _warn(f"Expected a folder for the cache, got something else at {place}. {_CURE}")
+        return None
+    if not _private(found):
+        _warn(f"Expected a cache folder that {_PRIVATE}, got {place} ({_owner(found)}): it is not used. {_CURE}")
+        return None
+    return place
+
+
+_CURE = "Set KANE_CACHE to a folder of your own, or to off."
+_PRIVATE = "belongs to this user and that nobody else can write to"
+
+
+def _private(found: os.stat_result) -> bool:
+    """Whether it belongs to the user as whom this process acts, and nobody else can write to it."""
+    if not hasattr(os, "geteuid"):  # where there are no such numbers, the user's folder is the user's
+        return True
+    return found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _owner(found: os.stat_result) -> str:
+    return f"owner {found.st_uid}, mode {stat.S_IMODE(found.st_mode):o}"
+
+
+def _files(place: Path, suffix: str) -> list[tuple[float, int, Path]]:
+    """(last use, bytes, path) of each file with that suffix."""
+    found = []
+    for path in place.glob("*" + suffix):
+        with contextlib.suppress(OSError):  # another process may have removed it
+            info = path.lstat()
+            if stat.S_ISREG(info.st_mode):
+                found.append((info.st_mtime, info.st_size, path))
+    return found
+
+
+def _shrink(place: Path) -> None:
+    _sweep(place)
+    entries = sorted(_files(place, _SUFFIX), key=lambda e: e[0])
+    excess = sum(size for _, size, _ in entries) - LIMIT
+    for _, size, path in entries:
+        if excess <= 0:
+            return
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
+            excess -= size
+
+
+def _sweep(place: Path) -> None:
+    """Remove what processes left that died while they wrote."""
+    for last, _, path in _files(place, _PART):
+        if time.time() - last > _ABANDONED:
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, KaneWarning, stacklevel=outside())

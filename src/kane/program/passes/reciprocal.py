@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Divisions by one divisor become one reciprocal and multiplications.
+
+A division costs a processor about ten multiplications. x/d becomes x·(1/d) where 1/d serves at least two divisions of a
+routine, or can be hoisted because d depends on parameters alone. Results change by a rounding error each, so that the pass belongs
+to compilation with contraction and is left out where results must be those of the expressions bit by bit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+
+from kane.expr.ops import DIV, MUL, Op
+from kane.program.draft import Draft
+from kane.program.passes.verify import sound
+
+_WORTH = 2
+"""Divisions by one divisor from which a reciprocal is computed."""
+
+
+def with_reciprocals(draft: Draft) -> Draft:
+    """The draft with shared reciprocals."""
+    chosen = _divisors(draft)
+    if not chosen:
+        return draft
+    count = len(draft.inputs)
+    one = next((count + k for k, v in enumerate(draft.constants) if v == 1.0), draft.first)
+    constants = draft.constants if one < draft.first else (*draft.constants, 1.0)
+    first = count + len(constants)
+    place = list(range(draft.first))
+    reciprocal: dict[int, int] = {}
+    ops: list[Op] = []
+    args: list[tuple[int, ...]] = []
+
+    def emit(op: Op, reads: tuple[int, ...]) -> int:
+        ops.append(op)
+        args.append(reads)
+        return first + len(ops) - 1
+
+    for op, reads in zip(draft.ops, draft.args, strict=True):
+        now = tuple([place[a] for a in reads])
+        if op is not DIV or reads[1] not in chosen:
+            place.append(emit(op, now))
+            continue
+        divisor = reads[1]
+        if divisor not in reciprocal:
+            reciprocal[divisor] = emit(DIV, (one, now[1]))
+        inverse = reciprocal[divisor]
+        place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
+    goals = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in draft.goals)
+    made = Draft(draft.name, draft.ports, constants, tuple(ops), tuple(args), goals)
+    return sound(made, "reciprocal")
+
+
+def _divisors(draft: Draft) -> set[int]:
+    """The divisors whose reciprocal is worth computing."""
+    found: set[int] = set()
+    for goal in draft.goals:
+        below = draft.below(set(goal.results), True)
+        divided = [draft.args[i - draft.first][1] for i in below if draft.ops[i - draft.first] is DIV]
+        found.update(d for d, n in Counter(divided).items() if n >= _WORTH or not draft.varies[d])
+    return found

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Units of measurement: a table, rules of their arithmetic, checks."""

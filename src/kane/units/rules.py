@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The unit of an expression from those of its symbols: one rule an operation.
+
+None means unknown: a symbol below carries no unit, and nothing is checked there. Numbers are of dimension one, 0 fits
+any unit, angles are of dimension one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from kane.errors import UnitError
+from kane.expr.node import Expr, as_expr, constant_value
+from kane.expr.ops import OPS, SYMBOL
+from kane.expr.visit import fold
+from kane.units.table import ANY, NUMBER, ONE, Unit, parse, power, product, quotient
+from kane.units.text import spelled
+from kane.write.excerpt import excerpt
+
+Known = dict[Expr, Unit | None]
+Rule = Callable[..., Unit]
+
+_HALF = Fraction(1, 2)
+_SLACK = 1e-9
+_FINEST = 10_000
+
+
+def infer(root: Expr, known: Known) -> Unit | None:
+    """The unit of `root`, None where a symbol without one is below; `known` is filled on the way.
+
+    Raises
+    ------
+    UnitError
+        if terms of different units are added or compared, or a function takes what is not of dimension one
+    """
+
+    def combine(node: Expr) -> Unit | None:
+        if node.op is SYMBOL:
+            text: str = node.unit  # type: ignore[attr-defined]  # the operation says that it is a Symbol
+            return parse(text) if text else None
+        units = [known[a] for a in node.args]
+        return None if None in units else RULES[node.op](node, *units)
+
+    return fold(root, known, combine)
+
+
+def agree(a: Unit, b: Unit) -> bool:
+    """Whether quantities in these units can be added as they are."""
+    return a is b or (a.exponents == b.exponents and math.isclose(a.scale, b.scale, rel_tol=_SLACK))
+
+
+def _common(node: Expr, terms: tuple[Expr, ...], units: tuple[Unit, ...]) -> Unit:
+    """The one unit of all the terms."""
+    first, found = terms[0], units[0]
+    for term, unit in zip(terms[1:], units[1:], strict=True):
+        if found is ANY or (found is NUMBER and agree(found, unit)):
+            first, found = (first, found) if unit is ANY else (term, unit)
+        elif unit is not ANY and not agree(found, unit):
+            raise UnitError(
+                f"Expected terms of one unit in {excerpt(node)}, got {_said(first, found)} and {_said(term, unit)}. "
+                f"{_cure(found, unit)}"
+            )
+    return found
+
+
+def _said(e: Expr, unit: Unit) -> str:
+    return f"{excerpt(e, 40)} [{'a number' if unit is NUMBER else spelled(unit, e)}]"
+
+
+def _cure(a: Unit, b: Unit) -> str:
+    if NUMBER in (a, b):
+        return 'Give the number a unit: kn.parameter(name, value, "unit").'
+    if a.exponents == b.exponents:
+        return "Give both in one unit."
+    return "Correct the expression, or the unit of a symbol in it."
+
+
+def _terms(node: Expr, *units: Unit) -> Unit:
+    return _common(node, node.args, units)
+
+
+def _choice(node: Expr, _condition: Unit, *units: Unit) -> Unit:
+    return _common(node, node.args[1:], units)
+
+
+def _compared(node: Expr, *units: Unit) -> Unit:
+    _common(node, node.args, units)
+    return ONE
+
+
+def _bare(node: Expr, *units: Unit) -> Unit:
+    for e, unit in zip(node.args, units, strict=True):
+        if not agree(unit, ONE):
+            cure = "Give angles in rad." if unit.is_bare else "Divide by a quantity of the same unit."
+            raise UnitError(
+                f"Expected an angle (rad) or a ratio in {node.op.name}(…), got {_said(e, unit)} in {excerpt(node)}. {cure}"
+            )
+    return ONE
+
+
+def _power(node: Expr, base: Unit, exponent: Unit) -> Unit:
+    value = constant_value(node.args[1])
+    if value is None:
+        return _bare(node, base, exponent)
+    try:
+        return power(base, Fraction(value).limit_denominator(_FINEST))
+    except OverflowError:
+        raise UnitError(f"Expected a power whose unit has a finite scale, got {excerpt(node)}.") from None
+
+
+RULES: dict[object, Rule] = {
+    OPS[name]: rule
+    for names, rule in (
+        ("const", lambda node: ANY if constant_value(node) == 0 else NUMBER),
+        ("pi", lambda node: NUMBER),
+        ("add sub min max", _terms),
+        ("where", _choice),
+        ("less atan2", _compared),
+        ("mul", lambda node, a, b: product(a, b)),
+        ("div", lambda node, a, b: quotient(a, b)),
+        ("neg abs", lambda node, a: a),
+        ("sign", lambda node, a: ONE),
+        ("sqrt", lambda node, a: power(a, _HALF)),
+        ("pow", _power),
+        ("sin cos tan asin acos atan sinh cosh tanh exp log", _bare),
+    )
+    for name in names.split()
+}
+"""The unit of each operation from the node and the units of its arguments."""
+
+
+def unit_of(expr: Any, known: Known | None = None) -> str:
+    """The unit of an expression, such as "m/s^2", from the units of its symbols; "" where one of them has none.
+
+    A symbol's own unit is as it was declared. Numbers are of dimension one, 0 fits any unit; an angle is in "rad", a ratio in
+    "1". `known` gives units to symbols that have none.
+
+    Raises
+    ------
+    UnitError
+        if terms of different units are added or compared, or a function takes what is not of dimension one
+    """
+    e = as_expr(expr)
+    unit = infer(e, dict(known or {}))
+    return "" if unit is None or unit is ANY else spelled(unit, e)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Formulas as notebooks show them: in one piece, with named intermediates, or, where they would fill pages, a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from kane.expr.count import count_operations
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.write.html import math, plain
+from kane.write.latex import latex_name, tree_latex
+from kane.write.layout import layout
+from kane.write.trees import Tree
+
+NAMED = 60
+"""Operations beyond which whatever is shared gets a name."""
+MOST = 2000
+"""Operations beyond which nothing is typeset."""
+TALL, WIDE = 20, 10
+"""Rows and columns beyond which a matrix is not typeset; ten columns are what LaTeX's bmatrix holds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Formula:
+    """LaTeX without dollar signs, "" where it would be too long; and the operations it stands for."""
+
+    latex: str
+    operations: int
+
+    def dollars(self, what: str) -> str:
+        """What `_repr_latex_` returns; `what` begins the sentence that stands for a long formula."""
+        if not self.latex:
+            return f"{what} of {self.operations} operations, too long to typeset; print() shows it."
+        return rf"$\displaystyle {plain(self.latex)}$"
+
+    @property
+    def cell(self) -> str:
+        """HTML within a table, which has no room for long formulas."""
+        return math(self.latex) if self.latex and self.operations <= NAMED else f"{self.operations} operations"
+
+
+def typeset(exprs: Sequence[Expr], body: Callable[[tuple[Tree, ...]], Sequence[str]], *, most: int = MOST) -> Formula:
+    """The lines that `body` makes of the display trees of expressions, and below them the intermediates they share.
+
+    Expressions of more than `most` operations together are not laid out at all.
+    """
+    operations = count_operations(exprs).total
+    if operations > most:
+        return Formula("", operations)
+    shown = layout(exprs, True if operations > NAMED else None)
+    where = [f"{latex_name(name)} = {tree_latex(tree)}" for name, tree in shown.intermediates]
+    return Formula(lines([*body(shown.trees), *([r"\text{where}", *where] if where else [])]), operations)
+
+
+def lines(formulas: Sequence[str]) -> str:
+    """Formulas below each other, flush left; one alone stays as it is."""
+    if len(formulas) == 1:
+        return formulas[0]
+    below = r" \\ ".join(f"& {f}" for f in formulas)
+    return rf"\begin{{aligned}} {below} \end{{aligned}}"
+
+
+def expression(expr: Expr) -> Formula:
+    """One expression."""
+    return typeset((expr,), lambda trees: [tree_latex(trees[0])])
+
+
+def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Formula:
+    """Equations left = expression below each other; `left` is LaTeX."""
+    return typeset(
+        [e for _, e in named],
+        lambda trees: [f"{left} = {tree_latex(t)}" for (left, _), t in zip(named, trees, strict=True)],
+        most=most,
+    )
+
+
+def matrix(m: Matrix) -> Formula:
+    """A matrix; "" where it is too large."""
+    entries = [x for row in m for x in row]
+    if m.shape[0] > TALL or m.shape[1] > WIDE:
+        return Formula("", count_operations(entries).total)
+    return typeset(entries, lambda trees: [brackets(trees, m.shape)])
+
+
+def matrix_words(m: Matrix) -> str:
+    """How large a matrix is, for where it is not typeset."""
+    filled = sum(x is not ZERO for row in m for x in row)
+    return f"{m.shape[0]} × {m.shape[1]} matrix with {filled} entries that are not zero"
+
+
+def brackets(trees: Sequence[Tree], shape: tuple[int, int]) -> str:
+    """Display trees in row-major order as a matrix."""
+    rows, columns = shape
+    if not rows or not columns:
+        return rf"\left[\;\right]_{{{rows} \times {columns}}}"
+    cells = [tree_latex(t) for t in trees]
+    made = r" \\[3pt] ".join(" & ".join(cells[i * columns : (i + 1) * columns]) for i in range(rows))
+    return rf"\begin{{bmatrix}} {made} \end{{bmatrix}}"

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Signed trees put together: products with collected powers, sums with like terms merged, in natural order."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TypeVar
+
+from kane.expr.node import Expr, Number, digest
+from kane.expr.ops import CONST
+from kane.expr.symbols import Symbol
+from kane.write.trees import (
+    LAST,
+    RANK_CALL,
+    RANK_COMPARISON,
+    RANK_CONSTANT,
+    RANK_PI,
+    RANK_SUM,
+    RANK_Z,
+    Call,
+    Minus,
+    Name,
+    NumberTree,
+    Power,
+    Product,
+    Signed,
+    Sum,
+    Tokens,
+    Tree,
+    joined,
+    natural,
+    raised,
+    symbol_tokens,
+)
+
+LONG = 40
+"""Expressions with more operations than this, written out, get named intermediates."""
+WORTH = 3
+"""Operations that a shared subexpression needs to be worth a name."""
+DEEP = 25
+"""Nesting beyond which a subexpression gets a name even where it is used once."""
+
+Item = TypeVar("Item")
+
+
+def number_tree(value: Number) -> NumberTree:
+    """A number that is not negative."""
+    return NumberTree(_plain(value), ((RANK_CONSTANT, (), 0),))
+
+
+def size_of(value: Number) -> Number:
+    """|value|, exact."""
+    return -value if value < 0 else value
+
+
+def _plain(value: Number) -> Number:
+    return value.numerator if isinstance(value, Fraction) and value.denominator == 1 else value
+
+
+def name_tree(text: str, symbol: Symbol | None = None) -> Name:
+    """A symbol, or a named intermediate."""
+    if symbol is not None:
+        return Name(text, symbol, symbol_tokens(symbol))
+    return Name(text, None, ((RANK_Z, natural(text), -1),))
+
+
+PI_NAME = Name("pi", None, ((RANK_PI, ("pi",), -1),))
+
+
+def unsigned(form: Signed) -> Tree:
+    """The tree with its sign written out."""
+    negative, tree = form
+    return Minus(tree, tree.tokens) if negative else tree
+
+
+_ODD = {"sin", "tan", "asin", "atan", "sinh", "tanh", "sign"}
+_EVEN = {"cos", "cosh", "abs"}
+
+
+def call(name: str, args: Sequence[Signed]) -> Signed:
+    """A function; sin(q1 - q2), not -sin(q2 - q1), and arguments of min and max in natural order."""
+    trees = [unsigned(a) for a in args]
+    if name == "pow":
+        base, exponent = trees
+        return False, Power(base, exponent, joined((RANK_SUM, ("", 0, "^"), -1), (t.tokens for t in trees)))
+    negative = False
+    if name in ("min", "max"):
+        trees.sort(key=lambda t: t.tokens)
+    elif (name in _ODD or name in _EVEN) and isinstance(trees[0], Sum) and trees[0].leads_with_minus:
+        trees[0] = trees[0].flipped()
+        negative = name in _ODD
+    rank = RANK_COMPARISON if name == "less" else RANK_CALL
+    return negative, Call(name, tuple(trees), joined((rank, (name,), -1), (t.tokens for t in trees)))
+
+
+def product_form(negative: bool, coefficient: Number, factors: Sequence[tuple[Signed, int, Expr]]) -> Signed:
+    """Of a - b and b - a the same one is a factor whichever the graph holds."""
+    if coefficient < 0:
+        negative, coefficient = not negative, -coefficient
+    found: list[tuple[Tree, int, Expr]] = []
+    for (minus, tree), exponent, node in factors:
+        shown = tree
+        if (
+            isinstance(shown, NumberTree) and node.op is not CONST and (shown.value or exponent > 0)
+        ):  # a sum that vanished
+            if not shown.value:
+                return False, number_tree(0)
+            coefficient = coefficient * Fraction(shown.value) ** exponent
+            negative ^= minus and exponent % 2 == 1
+            continue
+        if isinstance(shown, Sum) and shown.leads_with_minus:
+            shown, minus = shown.flipped(), not minus
+        negative ^= minus and exponent % 2 == 1
+        found.append((shown, exponent, node))
+    ordered = _sorted([(raised(t.tokens, e), n, (t, e)) for t, e, n in found])
+    above = tuple((t, e) for t, e in ordered if e > 0)
+    below = tuple((t, -e) for t, e in ordered if e < 0)
+    if not above and not below:
+        return negative, number_tree(coefficient)
+    if coefficient == 1 and not below and len(above) == 1 and above[0][1] == 1:
+        return negative, above[0][0]
+    tokens = joined(None, (raised(t.tokens, e) for t, e in ordered))
+    return negative, Product(_plain(coefficient), above, below, tokens)
+
+
+def scaled(coefficient: Number, form: Signed) -> Signed:
+    """The form times a number."""
+    negative, tree = form
+    if coefficient < 0:
+        negative, coefficient = not negative, -coefficient
+    if coefficient == 1:
+        return negative, tree
+    if isinstance(tree, Sum) and tree.leads_with_minus:
+        negative, tree = not negative, tree.flipped()
+    if isinstance(tree, NumberTree):
+        return negative, number_tree(coefficient * tree.value)
+    if isinstance(tree, Product):
+        return negative, Product(_plain(coefficient * tree.coefficient), tree.above, tree.below, tree.tokens)
+    return negative, Product(_plain(coefficient), ((tree, 1),), (), tree.tokens)
+
+
+def _merged(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> tuple[Number, list[tuple[Signed, Expr]]]:
+    """Terms alike once flattened become one: m*R^2*u/4 - m*R^2*u/2 reads -m*R^2*u/4."""
+    groups: dict[object, list[tuple[Signed, Expr]]] = {}
+    for (negative, tree), node in terms:
+        if isinstance(tree, NumberTree):
+            constant += -tree.value if negative else tree.value
+            continue
+        above, below = (tree.above, tree.below) if isinstance(tree, Product) else (((tree, 1),), ())
+        alike = tuple((id(t), e) for t, e in above), tuple((id(t), e) for t, e in below)
+        groups.setdefault(alike, []).append(((negative, tree), node))
+    kept: list[tuple[Signed, Expr]] = []
+    for group in groups.values():
+        if len(group) == 1:
+            kept += group
+            continue
+        total: Number = 0
+        for (negative, tree), _ in group:
+            size = tree.coefficient if isinstance(tree, Product) else 1
+            total += -size if negative else size
+        if total:
+            (_, first), node = group[0]
+            kept.append((scaled(total, (False, _bare(first))), node))
+    return constant, kept
+
+
+def _bare(tree: Tree) -> Tree:
+    """The product without its coefficient."""
+    if not isinstance(tree, Product):
+        return tree
+    if not tree.below and len(tree.above) == 1 and tree.above[0][1] == 1:
+        return tree.above[0][0]
+    return Product(1, tree.above, tree.below, tree.tokens)
+
+
+def sum_form(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> Signed:
+    """Terms in natural order, like ones merged, the constant last."""
+    constant, terms = _merged(constant, terms)
+    ordered = _sorted([((*t.tokens, *LAST), n, (s, t)) for (s, t), n in terms])
+    if constant:
+        ordered.append((constant < 0, number_tree(size_of(constant))))
+    if not ordered:
+        return False, number_tree(0)
+    if len(ordered) == 1:
+        return ordered[0]
+    return False, Sum.of(ordered, joined((RANK_SUM, (), -1), (t.tokens for _, t in ordered)))
+
+
+def _sorted(items: list[tuple[Tokens, Expr, Item]]) -> list[Item]:
+    """By what is read; what reads alike (so far as compared), by structure."""
+    alike = Counter((tokens, node.key) for tokens, node, _ in items)
+    keyed = [
+        ((tokens, node.key, digest(node) if alike[tokens, node.key] > 1 else b""), item) for tokens, node, item in items
+    ]
+    keyed.sort(key=lambda k: k[0])
+    return [item for _, item in keyed]

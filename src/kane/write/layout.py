@@ -1,0 +1,330 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How an expression is laid out for people: from the binary graph to the trees that text and LaTeX print.
+
+Sums and products become flat, equal factors powers, constants one leading coefficient, sin/cos of one angle
+its tangent. The order follows from names, not from memory addresses or the order of construction. Long
+expressions get named intermediates Z1, Z2, … in the order of evaluation.
+
+Nothing here recurses: depth costs nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias, TypeVar
+
+from kane.expr.node import Expr, Number, constant_value, postorder
+from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN, Op
+from kane.expr.symbols import Symbol
+from kane.write.forms import PI_NAME, call, name_tree, number_tree, product_form, scaled, size_of, sum_form, unsigned
+from kane.write.trees import (
+    Signed,
+    Tree,
+)
+
+LONG = 40
+"""Expressions with more operations than this, written out, get named intermediates."""
+WORTH = 3
+"""Operations that a shared subexpression needs to be worth a name."""
+DEEP = 25
+"""Nesting beyond which a subexpression gets a name even where it is used once."""
+
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """Display trees: the intermediates in the order of evaluation, then the expressions asked for."""
+
+    intermediates: tuple[tuple[str, Tree], ...]
+    trees: tuple[Tree, ...]
+
+
+def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
+    """Display trees of `roots`, with one list of intermediates.
+
+    `named` None gives names inside long or deep expressions, True where anything is shared, False nowhere.
+    """
+    chosen = set(roots if named else (r for r in roots if named is None and _is_long(r)))
+    names = _choose_names(list(dict.fromkeys(r for r in roots if r in chosen)), roots) if chosen else {}
+    inside: _Forms = {n: (False, name_tree(text)) for n, text in names.items()}
+    bodies = []
+    for node, text in names.items():
+        shown = inside.pop(node)
+        bodies.append((text, unsigned(_build(node, inside, names))))
+        inside[node] = shown
+    in_full: _Forms = {}
+    trees = tuple(unsigned(_build(r, inside, names) if r in chosen else _build(r, in_full, {})) for r in roots)
+    return Layout(tuple(bodies), trees)
+
+
+# What gets a name --------------------------------------------------------------------------------------
+
+_SUMS = {ADD, SUB}
+_PRODUCTS = {MUL, DIV}
+_SATURATED = 10_000
+
+
+def _family(op: Op) -> set[Op]:
+    return _SUMS if op in _SUMS else _PRODUCTS if op in _PRODUCTS else set()
+
+
+def _level(node: Expr, levels: Mapping[Expr, int]) -> int:
+    """Nesting of the display: sums in sums and products in products are flat, signs cost nothing."""
+    if not node.args:
+        return 0
+    if node.op is NEG:
+        return levels[node.args[0]]
+    family = _family(node.op) if not _is_square(node) else set()  # else exponents grow as 2^2^…
+    return max(levels[a] + (a.op not in family and bool(a.args)) for a in node.args)
+
+
+def _is_square(node: Expr) -> bool:
+    return node.op is MUL and node.args[0] is node.args[1]
+
+
+def _is_tangent(node: Expr) -> bool:
+    if node.op is not DIV:
+        return False
+    above, below = node.args
+    return above.op is SIN and below.op is COS and above.args[0] is below.args[0]
+
+
+def _written(node: Expr) -> Sequence[Expr]:
+    """The arguments as often as they are printed."""
+    return node.args[:1] if _is_square(node) else node.args
+
+
+def _cost(node: Expr, cost: Mapping[Expr, int]) -> int:
+    """Operations that are printed; sin q/cos q is printed as tan q."""
+    if _is_tangent(node):
+        return 1 + cost[node.args[0].args[0]]
+    return node.op.cost + sum(cost[a] for a in _written(node))
+
+
+def _is_long(root: Expr) -> bool:
+    cost: dict[Expr, int] = {}
+    levels: dict[Expr, int] = {}
+    for node in postorder((root,)):
+        cost[node] = min(_cost(node, cost), _SATURATED)
+        levels[node] = _level(node, levels)
+    return cost[root] > LONG or levels[root] > DEEP
+
+
+def _choose_names(roots: Sequence[Expr], shown: Iterable[Expr]) -> dict[Expr, str]:
+    """Names by node, in the order of evaluation."""
+    order = postorder(roots)
+    uses = dict.fromkeys(order, 0)
+    for r in roots:
+        uses[r] += 1
+    for node in reversed(order):
+        transparent = node.op is NEG or node.op is LESS  # never named itself: its argument is met at each use
+        for a in _written(node):
+            uses[a] += uses[node] if transparent else 1
+    taken = {n.name for n in postorder(shown) if isinstance(n, Symbol)}
+    cost: dict[Expr, int] = {}
+    levels: dict[Expr, int] = {}
+    names: dict[Expr, str] = {}
+    number = 0
+    final = set(roots)
+    for node in order:
+        cost[node] = _cost(node, cost)
+        levels[node] = _level(node, levels)
+        if not node.args or node.op is NEG or node.op is LESS:
+            continue
+        shared = uses[node] > 1 and cost[node] >= WORTH
+        deep = levels[node] >= DEEP and not (node in final and uses[node] == 1)
+        if shared or deep:
+            number += 1
+            while f"Z{number}" in taken:
+                number += 1
+            names[node] = f"Z{number}"
+            cost[node] = levels[node] = 0
+    return names
+
+
+# From the graph to trees -------------------------------------------------------------------------------
+
+_Forms: TypeAlias = dict[Expr, Signed]
+_Plan: TypeAlias = tuple[Sequence[Expr], Callable[[_Forms], Signed]]
+
+
+def _build(root: Expr, forms: _Forms, stops: Mapping[Expr, str]) -> Signed:
+    """The form of `root`; `forms` holds those of the named nodes `stops` and gathers the others."""
+    plans: dict[Expr, _Plan] = {}
+    stack = [root]
+    while stack:
+        node = stack[-1]
+        if node in forms:
+            stack.pop()
+            continue
+        plan = plans.get(node)
+        if plan is None:
+            plan = plans[node] = _plan(node, stops)
+        parts, finish = plan
+        waiting = [a for a in parts if a not in forms]
+        if waiting:
+            stack.extend(waiting)
+        else:
+            forms[node] = finish(forms)
+            del plans[node]
+            stack.pop()
+    return forms[root]
+
+
+def _plan(node: Expr, stops: Mapping[Expr, str]) -> _Plan:
+    op = node.op
+    if isinstance(node, Symbol):
+        leaf: Signed = (False, name_tree(node.name, node))
+        return (), lambda forms: leaf
+    if op is PI:
+        return (), lambda forms: (False, PI_NAME)
+    if op is CONST:
+        value = _value(node)
+        return (), lambda forms: (value < 0, number_tree(size_of(value)))
+    if op is ADD or op is SUB or op is NEG:
+        return _plan_sum(node, stops)
+    if op is MUL or op is DIV or _whole_exponent(node) is not None:
+        return _plan_product(node, stops)
+    return node.args, lambda forms: call(op.name, [forms[a] for a in node.args])
+
+
+def _value(node: Expr) -> Number:
+    value = constant_value(node)
+    assert value is not None
+    return value
+
+
+def _whole_exponent(node: Expr) -> int | None:
+    if node.op is not POW:
+        return None
+    exponent = constant_value(node.args[1])
+    return exponent if isinstance(exponent, int) else None
+
+
+def _region(root: Expr, stops: Mapping[Expr, str], inner: Callable[[Expr], Sequence[Expr]]) -> list[Expr]:
+    """Nodes that are flattened into `root`, and their outer arguments; arguments before users."""
+    seen: set[Expr] = set()
+    order: list[Expr] = []
+    stack = [root]
+    while stack:
+        node = stack[-1]
+        if node in seen:
+            stack.pop()
+            continue
+        waiting = [a for a in inner(node) if a not in seen] if node is root or node not in stops else []
+        if waiting:
+            stack.extend(reversed(waiting))
+        else:
+            seen.add(node)
+            order.append(node)
+            stack.pop()
+    return order
+
+
+def _summands(node: Expr) -> Sequence[Expr]:
+    return node.args if node.op is ADD or node.op is SUB or node.op is NEG else ()
+
+
+def _plan_sum(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
+    order = _region(root, stops, _summands)
+    weights: dict[Expr, Number] = dict.fromkeys(order, 0)
+    weights[root] = 1
+    constant: Number = 0
+    terms: dict[Expr, Number] = {}
+    for node in reversed(order):
+        w, op = weights[node], node.op
+        if node is not root and node in stops:
+            terms[node] = terms.get(node, 0) + w
+        elif op is ADD or op is SUB or op is NEG:
+            for i, a in enumerate(node.args):
+                weights[a] += -w if op is NEG or (op is SUB and i) else w
+        elif op is CONST:
+            constant += w * _value(node)
+        elif op is MUL and node.args[0].op is CONST:
+            rest = node.args[1]
+            terms[rest] = terms.get(rest, 0) + w * _value(node.args[0])
+        else:
+            terms[node] = terms.get(node, 0) + w
+    left = [(n, w) for n, w in terms.items() if w]
+    return [n for n, _ in left], lambda forms: sum_form(constant, [(scaled(w, forms[n]), n) for n, w in left])
+
+
+def _factors(node: Expr) -> Sequence[Expr]:
+    if node.op is MUL or node.op is DIV or node.op is NEG:
+        return node.args
+    return node.args[:1] if _whole_exponent(node) is not None else ()
+
+
+_MAX_FOLDED = 64
+
+
+def _folded(coefficient: Number, value: Number, exponent: int) -> Number | None:
+    """coefficient · value^exponent where that is a number of ordinary size, else None."""
+    if abs(exponent) > _MAX_FOLDED:
+        return None
+    try:
+        product = coefficient * (value if isinstance(value, float) else Fraction(value)) ** exponent
+    except (ArithmeticError, ValueError):
+        return None
+    return product if product and -math.inf < product < math.inf else None
+
+
+def _plan_product(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
+    order = _region(root, stops, _factors)
+    exponents = dict.fromkeys(order, 0)
+    exponents[root] = 1
+    negative = False
+    coefficient: Number = 1
+    factors: dict[Expr, int] = {}
+    for node in reversed(order):
+        e, op = exponents[node], node.op
+        whole = _whole_exponent(node)
+        if node is not root and node in stops:
+            factors[node] = e
+        elif op is MUL or op is DIV:
+            exponents[node.args[0]] += e
+            exponents[node.args[1]] += e if op is MUL else -e
+        elif op is NEG:
+            exponents[node.args[0]] += e
+            negative ^= e % 2 == 1
+        elif whole is not None:
+            exponents[node.args[0]] += e * whole
+        elif op is CONST and (product := _folded(coefficient, _value(node), e)) is not None:
+            coefficient = product
+        else:
+            factors[node] = e
+    tangents = _tangents(factors)
+    left = [(n, e) for n, e in factors.items() if e]
+
+    def finish(forms: _Forms) -> Signed:
+        tans = [(call("tan", [forms[a]]), e, a) for a, e in tangents.items() if e]
+        return product_form(negative, coefficient, [*tans, *((forms[n], e, n) for n, e in left)])
+
+    return [*(n for n, _ in left), *tangents], finish
+
+
+def _tangents(factors: dict[Expr, int]) -> dict[Expr, int]:
+    """Take sin/cos of one angle out of `factors`: exponents of the tangent by angle."""
+    sines = {n.args[0]: n for n in factors if n.op is SIN}
+    found: dict[Expr, int] = {}
+    for cosine in [n for n in factors if n.op is COS]:
+        sine = sines.get(cosine.args[0])
+        if sine is None:
+            continue
+        s, c = factors[sine], factors[cosine]
+        if s > 0 > c:
+            k = min(s, -c)
+        elif s < 0 and c == -s:
+            k = s
+        else:
+            continue
+        factors[sine] -= k
+        factors[cosine] += k
+        found[cosine.args[0]] = k
+    for tangent in [n for n in factors if n.op is TAN and n.args[0] in found]:
+        found[tangent.args[0]] += factors.pop(tangent)
+    return found

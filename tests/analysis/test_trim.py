@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equilibria and steady motions against closed forms; what is said where there is none."""
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import whipple_bicycle
+from tests.analysis import steady_systems as systems
+
+
+@pytest.fixture(scope="module")
+def disk():
+    return systems.rolling_disk()
+
+
+@pytest.mark.parametrize(("lean", "rate"), [(0.2, 1.0), (0.5, 2.5), (-0.7, 1.7), (1.1, 4.0)])
+def test_steady_turning_of_the_disk(disk, lean, rate):
+    """With the yaw rate Ω, 5 Ω² sin q2 cos q2 + 6 Ω q̇3 cos q2 + 4 (g/R) sin q2 = 0 for the thin disk, by moments about the contact."""
+    u2 = rate * np.cos(lean)
+    point = kn.trim(disk, q={"q2": lean}, u={"u2": u2, "u3": kn.guess(-3.0)})
+    rates = dict(zip("12345", disk.evaluate(disk.rates, q=point.q, u=point.u), strict=True))
+    assert rates["1"] == pytest.approx(rate, rel=1e-12)
+    assert rates["2"] == pytest.approx(0, abs=1e-12)
+    left = 5 * rate**2 * np.sin(lean) * np.cos(lean) + 6 * rate * rates["3"] * np.cos(lean)
+    assert left == pytest.approx(-4 * 9.81 / 0.3 * np.sin(lean), rel=1e-10)
+
+
+def test_the_steady_circle_is_kept_by_a_simulation(disk):
+    point = kn.trim(disk, q={"q2": 0.4, "q1": 0.0}, u={"u3": -9.0, "u2": kn.guess(1.0)})
+    sol = kn.simulate(disk, (0, 2), **point.arguments, rtol=1e-11, atol=1e-11)
+    lean = next(i for i, q in enumerate(disk.coordinates) if q.name == "q2")
+    assert np.abs(sol.q[:, lean] - 0.4).max() < 1e-7
+    assert np.ptp(sol.q[:, -1]) > 0.1
+
+
+def test_trim_of_an_inverted_pendulum_with_its_motor():
+    eom = systems.double_pendulum()
+    q = {"q1": np.pi - 0.3, "q2": 0.5}
+    point = kn.trim(eom, q=q, u=[0, 0], inputs={"s1": kn.guess(0), "s2": kn.guess(0)})
+    g = 9.81
+    second = 0.7 * g * 0.4 * np.sin(q["q1"] + q["q2"])
+    first = (1.0 * 0.5 + 0.7 * 1.0) * g * np.sin(q["q1"])
+    assert point["s2"] == pytest.approx(second, rel=1e-12)
+    assert point["s1"] == pytest.approx(first + second, rel=1e-12)
+    assert max(np.abs(eom.evaluate(eom.accelerations, **point.arguments))) < 1e-11
+
+
+def test_equilibrium_of_a_four_bar_holds_its_constraints():
+    eom = systems.four_bar()
+    point = kn.equilibrium(
+        eom, q={"q1": kn.guess(-1.2), "q2": kn.guess(0.5), "q3": kn.guess(-1.0)}, inputs={"tau": 0.4}
+    )
+    assert max(np.abs(eom.evaluate([c.expr for c in eom.system.holonomic], q=point.q))) < 1e-14
+    assert max(np.abs(eom.evaluate(eom.accelerations, **point.arguments))) < 1e-10
+    step, best = 1e-5, []  # stationary: V − τ q1 along the constraints
+    for d in (-step, step):
+        near = kn.assemble(eom, q={s: v + d if s.name == "q1" else kn.guess(v) for s, v in point.q.items()})
+        best.append(eom.evaluate(eom.potential_energy, q=near.q, u=near.u) - 0.4 * (point["q1"] + d))
+    assert abs(best[1] - best[0]) / (2 * step) < 1e-7
+
+
+def test_a_parameter_can_be_solved_for():
+    """The mass that stretches a spring by 0.3 m."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x")
+    k, m, g = kn.parameter("k", 50.0), kn.parameter("m", 1.0), kn.parameter("g", 9.81)
+    P = O.at("P", -x * N.y)
+    system = kn.System(
+        N, bodies=[kn.Particle("p", P, m)], speeds="rates", loads=[kn.gravity(-g * N.y), kn.Force(P, k * x * N.y)]
+    )
+    point = kn.equilibrium(kn.derive(system), q={"x": 0.3}, parameters={"m": kn.guess(1.0)})
+    assert point["m"] == pytest.approx(50 * 0.3 / 9.81, rel=1e-12)
+
+
+def test_orientation_by_euler_parameters():
+    """A body on springs turns until its spring arm hangs towards the origin."""
+    eom = systems.free_body(torsion=4.0)
+    values = {"e0": 1.0, "e1": 0.3, "e2": 0.2, "e3": -0.1, "x": -0.5, "y": 0.0, "z": 0.1}
+    guess = {name: kn.guess(v) for name, v in values.items()}
+    point = kn.equilibrium(eom, q=guess, inputs={"T": 0})
+    assert sum(point[f"e{k}"] ** 2 for k in range(4)) == pytest.approx(1, abs=1e-14)
+    assert max(np.abs(eom.evaluate(eom.accelerations, **point.arguments))) < 1e-11
+
+
+def test_steady_turning_of_the_bicycle():
+    """In a steady turn the contact points follow circles about one vertical axis, and a simulation keeps the lean."""
+    eom = kn.derive(whipple_bicycle.system())
+    q = dict.fromkeys(("x", "y", "psi", "theta_R", "theta_F"), 0.0) | {
+        "phi": 0.2,
+        "delta": kn.guess(0.1),
+        "theta": kn.guess(0.0),
+    }
+    point = kn.trim(
+        eom,
+        q=q,
+        u={"u1": 0.0, "u4": 0.0, "u5": -6.0 / 0.3, **{f"u{k}": kn.guess(0.0) for k in (2, 3)}},
+        inputs={"T_phi": 0, "T_delta": kn.guess(0.0)},
+        independent=("u1", "u4", "u5"),
+    )
+    assert abs(point["delta"]) > 0.01
+    sol = kn.simulate(eom, (0, 0.5), **point.arguments, rtol=1e-10, atol=1e-10)
+    lean = next(i for i, s in enumerate(eom.coordinates) if s.name == "phi")
+    assert np.abs(sol.q[:, lean] - 0.2).max() < 1e-6
+    yaw = next(i for i, s in enumerate(eom.coordinates) if s.name == "psi")
+    assert abs(sol.q[-1, yaw]) > 0.1
+
+
+# Messages -----------------------------------------------------------------------------------------------------------------
+
+
+def test_which_acceleration_remains(disk):
+    with pytest.raises(
+        kn.SimulationError, match=r"after \d+ steps there remains u1' = -10\.18.*Solved for were .*u4, u5; guess"
+    ):
+        kn.trim(disk, q={"q2": 0.4}, u={"u1": 0, "u3": -9.0, "u2": 0.0})
+    eom = systems.cart()
+    with pytest.raises(kn.SimulationError, match=r"there remains u2' = -1\.42857, u1' = 1\."):
+        kn.equilibrium(eom, q={"q1": 0, "q2": 0}, inputs={"F": 2.0})
+
+
+def test_too_little_is_given(disk):
+    with pytest.raises(kn.ValueMissingError, match=r"got too few: u2 can still take other values"):
+        kn.trim(disk, q={"q2": kn.guess(0.4)}, u={"u3": 3})
+    with pytest.raises(kn.ValueMissingError, match=r"got none for F: give a number to keep, or kn\.guess"):
+        kn.trim(systems.cart(), q=[0, 0], u=[0, 0])
+    with pytest.raises(kn.ValueMissingError, match=r"moving= to name coordinates or speeds, got z"):
+        kn.trim(systems.cart(), q=[0, 0], u=[0, 0], inputs={"F": 0}, moving=["z"])
+
+
+def test_moving_lets_an_acceleration_remain():
+    """A cart that is pushed accelerates steadily while its pendulum hangs back: tan q2 = −F/((M + m) g)."""
+    eom = systems.cart()
+    point = kn.trim(eom, q={"q1": 0, "q2": kn.guess(0)}, u=[0, 0], inputs={"F": 3.0}, moving=["u1"])
+    assert np.tan(point["q2"]) == pytest.approx(-3.0 / (2.5 * 9.81), rel=1e-12)
+
+
+def test_the_time_of_a_point_goes_with_it():
+    """m ẍ = −k(t) (x − sin t), k(t) = 2 + cos t: about x = 0 it swings with k = 1 at t = π, with k = 3 at t = 0."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x")
+    P = O.at("P", x * N.x)
+    pull = kn.Force(P, -(2 + kn.cos(kn.time)) * (x - kn.sin(kn.time)) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", loads=[pull]))
+    point = kn.trim(eom, q={x: kn.guess(0.3)}, u=[0], t=np.pi)
+    assert point.arguments["t"] == np.pi
+    np.testing.assert_allclose(np.abs(kn.linearize(eom, **point.arguments, steady=False).eigenvalues), 1, rtol=1e-9)
+    assert eom.evaluate(eom.accelerations[0], **point.arguments) == pytest.approx(0, abs=1e-12)
+    first = kn.trim(eom, q={x: kn.guess(0.3)}, u=[0])
+    assert "t" not in first.arguments
+    np.testing.assert_allclose(
+        np.abs(kn.linearize(eom, **first.arguments, steady=False).eigenvalues), np.sqrt(3), rtol=1e-9
+    )
+    with pytest.raises(
+        kn.SimulationError, match=r"begins at the time of the start values, t = 3\.14159265, got one from 0\."
+    ):
+        kn.simulate(eom, (0, 1), **point.arguments)
+    assert kn.simulate(eom, (np.pi, 4), **point.arguments).t[0] == np.pi

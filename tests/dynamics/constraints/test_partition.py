@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which speeds the constraints give: rank, preference, sparsity; what a redundant row leaves undetermined."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kane.dynamics.constraints.partition import Partition, balanced, choose, indeterminate, within
+
+RNG = np.random.default_rng(11)
+
+
+@pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 5), (4, 4), (5, 9)])
+def test_the_dependent_block_is_regular_in_any_units(m, n):
+    for _ in range(20):
+        a = RNG.normal(size=(m, n)) * 10.0 ** RNG.integers(-3, 4, (m, 1)) * 10.0 ** RNG.integers(-3, 4, n)
+        found = choose(a)
+        assert sorted(found.rows) == list(range(m))
+        assert not found.redundant
+        assert sorted((*found.dependent, *found.independent(n))) == list(range(n))
+        assert np.linalg.cond(balanced(a)[np.ix_(found.rows, found.dependent)]) < 1e4
+
+
+@pytest.mark.parametrize("rank", [1, 2, 3])
+def test_rows_that_follow_from_others_are_redundant(rank):
+    a = RNG.normal(size=(5, rank)) @ RNG.normal(size=(rank, 7))
+    found = choose(a)
+    assert (len(found.rows), len(found.redundant)) == (rank, 5 - rank)
+    assert sorted((*found.rows, *found.redundant)) == list(range(5))
+
+
+def test_nothing_is_chosen_from_what_rounding_left_of_zero():
+    """A speed that the constraints do not hold: its column is a difference of equal products."""
+    a = np.array([[0.7, 3e-17, 0.2]])
+    assert choose(a).dependent in ((0,), (2,))
+    assert choose(np.array([[3e-17, 1.0], [2e-17, 1.0]])) == Partition((0,), (1,), (1,))
+
+
+def test_preferred_speeds_come_first():
+    a = RNG.normal(size=(2, 5))
+    assert set(choose(a, [4, 1]).dependent) == {4, 1}
+    assert 3 in choose(a, [3]).dependent
+    a[:, 2] = 0.0
+    assert 2 not in choose(a, [2]).dependent
+
+
+def test_numbers_are_the_cheapest_pivots():
+    a = np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]])
+    assert set(choose(a, easy=np.array([[True, False, False], [False, False, True]])).dependent) == {0, 2}
+
+
+def test_multipliers_of_rows_that_depend_on_each_other():
+    a = np.array([[1.0, 2, 0, 0], [0, 0, 1, 0], [2, 4, 0, 0], [0, 0, 0, 0]])
+    np.testing.assert_array_equal(indeterminate(a), [True, False, True, True])
+    assert not indeterminate(a[:2]).any()
+    assert indeterminate(np.zeros((0, 3))).shape == (0,)
+
+
+def test_what_the_forces_determine():
+    """A column of A_a is determined where it is a combination of the columns of A: then xᵀ A = 0 says xᵀ A_a = 0."""
+    a = np.array([[1.0, 2, 0], [0, 0, 1], [2, 4, 0]])
+    assert within(a, np.array([1.0, 5.0, 2.0]))
+    assert not within(a, np.array([1.0, 5.0, 3.0]))
+    assert within(a, np.zeros(3))

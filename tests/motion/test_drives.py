@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inputs as functions of time; prescribed motion by an input with its derivatives, by a spline, by an expression of time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.motion.drives import input_functions
+
+m, l, g = kn.parameter("m", 1.3), kn.parameter("l", 0.6), kn.parameter("g", 9.81)
+theta, r, F = kn.coordinate("theta"), kn.input("r"), kn.input("F")
+
+
+def pendulum(shift: Any) -> kn.Equations:
+    """A pendulum whose pivot is at `shift` along x, pushed by F."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    A = O.at("A", shift * N.x)
+    B = N.rotate("B", theta, N.z)
+    P = A.at("P", -l * B.y)
+    loads = [kn.gravity(-g * N.y), kn.Force(P, F * N.x - 0.4 * P.velocity(N))]
+    return kn.derive(kn.System(N, bodies=[kn.Particle("bob", P, m)], speeds="rates", loads=loads))
+
+
+def test_inputs_are_numbers_or_functions() -> None:
+    eom = pendulum(0)
+    functions = input_functions(eom, {F: 3}, (0, 1))
+    assert functions[F](12.0) == 3.0
+    assert input_functions(eom, {"F": np.cos}, (0, 1))[F](0.5) == np.cos(0.5)
+    with pytest.raises(kn.ValueMissingError, match=r"got none for F: pass inputs=\{…\}"):
+        input_functions(eom, None, (0, 1))
+
+
+def test_an_input_that_moves_the_pivot_equals_an_expression_of_time() -> None:
+    t = kn.time
+    driven, written = pendulum(r), pendulum(0.2 * kn.sin(3 * t))
+    assert [s.name for s in driven.inputs] == ["r", "r'", "r''", "F"]
+    state: dict[str, Any] = {"q": [0.7], "u": [-0.4], "t": 0.3}
+    moved = {"r": 0.2 * np.sin(0.9), "r'": 0.6 * np.cos(0.9), "r''": -1.8 * np.sin(0.9), "F": 0.5}
+    for what in ("accelerations", "energy", "power"):
+        a = driven.evaluate(getattr(driven, what), **state, inputs=moved)
+        b = written.evaluate(getattr(written, what), **state, inputs={"F": 0.5})
+        np.testing.assert_allclose(a, b, rtol=1e-13)
+    functions = (lambda t: 0.2 * np.sin(3 * t), lambda t: 0.6 * np.cos(3 * t), lambda t: -1.8 * np.sin(3 * t))
+    one = kn.simulate(driven, (0, 2), q=[0.7], u=[-0.4], inputs={r: functions, F: 0})
+    two = kn.simulate(written, (0, 2), q=[0.7], u=[-0.4], inputs={F: 0})
+    np.testing.assert_allclose(one.states, two.states, atol=1e-8)
+    assert one.energy_check.relative < 1e-8
+
+
+def test_a_spline_through_points() -> None:
+    times = np.linspace(0, 2, 81)
+    eom = pendulum(r)
+    smooth = kn.signal(times, 0.2 * np.sin(3 * times))
+    assert smooth(0.5) == pytest.approx(0.2 * np.sin(1.5), abs=1e-6)
+    assert smooth.derivative(2)(0.5) == pytest.approx(-1.8 * np.sin(1.5), abs=1e-2)
+    sol = kn.simulate(eom, (0, 2), q=[0.7], u=[-0.4], inputs={r: smooth, F: 0})
+    exact = kn.simulate(pendulum(0.2 * kn.sin(3 * kn.time)), (0, 2), q=[0.7], u=[-0.4], inputs={F: 0})
+    np.testing.assert_allclose(sol.q, exact.q, atol=1e-4)
+    assert sol.energy_check.relative < 1e-6  # the spline's own motion, exactly
+
+
+def test_a_constant_input_has_no_rate() -> None:
+    sol = kn.simulate(pendulum(r), (0, 1), q=[0.7], u=[0], inputs={r: 0.3, F: 0})
+    rest = kn.simulate(pendulum(0), (0, 1), q=[0.7], u=[0], inputs={F: 0})
+    np.testing.assert_allclose(sol.q, rest.q, atol=1e-12)
+
+
+BAD: dict[str, tuple[Any, type[Exception], str]] = {
+    "no derivatives": (
+        np.sin,
+        kn.ValueMissingError,
+        r"input r with its derivatives.*bare function.*\(f, f', f''\), or kn.signal",
+    ),
+    "too few": (
+        (np.sin, np.cos),
+        kn.ValueMissingError,
+        "Expected 3 functions for the input r, itself and its derivatives, got 2",
+    ),
+    "another's": (
+        (np.sin, np.sin, lambda t: -np.sin(t)),
+        kn.SimulationError,
+        "derivative of the input r that was given to be its own",
+    ),
+    "jump": (
+        (lambda t: 0.1 * (t > 0.5), lambda t: 0.0, lambda t: 0.0),
+        kn.SimulationError,
+        r"input r without jumps.*got one of 0\.1 at t = 0\.5.*infinite force",
+    ),
+    "kink": (
+        (lambda t: abs(t - 0.5), lambda t: float(np.sign(t - 0.5)), lambda t: 0.0),
+        kn.SimulationError,
+        r"input r' without jumps.*got one of (1|2) at t = 0\.5",
+    ),
+    "not a number": ((lambda t: np.nan, np.cos, np.sin), kn.SimulationError, "input r finite over the time span"),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_bad_prescribed_motions(what: str) -> None:
+    value, error, message = BAD[what]
+    with pytest.raises(error, match=message):
+        kn.simulate(pendulum(r), (0, 1), q=[0.7], u=[0], inputs={r: value, F: 0})
+
+
+@pytest.mark.parametrize(
+    ("shift", "message"),
+    [
+        (kn.where(kn.less(kn.time, 0.5), 0, 0.1), r"prescribed .* without jumps.*got one of 0\.1 at t = 0\.5"),
+        (kn.abs(kn.time - 0.5), r"velocity of the prescribed .* without jumps.*got one of (1|2) at t = 0\.5"),
+    ],
+)
+def test_expressions_of_time_that_jump(shift: kn.Expr, message: str) -> None:
+    with pytest.raises(kn.SimulationError, match=message):
+        kn.simulate(pendulum(shift), (0, 1), q=[0.7], u=[0], inputs={F: 0})
+
+
+def test_a_smooth_piecewise_motion_is_taken() -> None:
+    """A rest, then (t − ½)³: twice continuously differentiable."""
+    late = kn.time - 0.5
+    shift = kn.where(kn.less(kn.time, 0.5), 0, late * late * late)
+    sol = kn.simulate(pendulum(shift), (0, 1), q=[0.7], u=[0], inputs={F: 0})
+    assert sol.energy_check.relative < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("t", "y", "message"),
+    [
+        ([0, 1], [0, 1], "at least three points"),
+        ([0, 1, 1, 2], [0, 1, 2, 3], "increasing times of a signal, got t = 1 again"),
+        ([0, 1, 2], [0, np.nan, 1], "finite points"),
+    ],
+)
+def test_bad_signals(t: list[float], y: list[float], message: str) -> None:
+    with pytest.raises(kn.SimulationError, match=message):
+        kn.signal(t, y)
+
+
+def test_a_signal_that_ends_before_the_span() -> None:
+    eom = pendulum(r)
+    times = np.linspace(0, 1, 9)
+    short = kn.signal(times, 0.2 * np.sin(3 * times))
+    message = (
+        r"signal for the input r that covers the time span t = 0 … 2, got one from t = 0 to 1\. Give it points up to the ends of "
+        r"the span, or keep the span within it\."
+    )
+    for value in (short, (short, short.derivative(1), short.derivative(2))):
+        with pytest.raises(kn.SimulationError, match=message):
+            kn.simulate(eom, (0, 2), q=[0], u=[0], inputs={r: value, F: 0})
+    with pytest.raises(
+        kn.SimulationError, match=r"for the input F that covers the time span t = -1 … 1, got one from t = 0"
+    ):
+        kn.simulate(eom, (-1, 1), q=[0], u=[0], inputs={r: 0.0, F: short})
+    assert kn.simulate(eom, (0, 1), q=[0], u=[0], inputs={r: short, F: short}).status == "finished"
+
+
+@pytest.mark.parametrize("samples", [([0, 1, 2], [0, 1, 2]), (np.arange(3), np.arange(3)), [0, 1, 2], np.arange(3)])
+def test_samples_are_no_function_of_time(samples: Any) -> None:
+    for inputs in ({r: samples, F: 0}, {r: 0, F: samples}):
+        with pytest.raises(
+            kn.SimulationError, match=r"got samples\. Make them a smooth function of time: [rF]: kn\.signal\(t, y\)"
+        ):
+            input_functions(pendulum(r), inputs, (0, 1))

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The start: complete, named, finite; Euler parameters of unit length."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.analysis.start import check_span, check_tolerance, start_state
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+e = kn.coordinates("e0:4")
+x = kn.coordinate("x")
+F, G = kn.input("F"), kn.input("G")
+B = N.rotate_euler_parameters("B", e)
+BODY = kn.RigidBody("b", frame=B, mass_center=O.at("G", x * N.x), mass=1, inertia=kn.inertia(B, 1, 2, 3))
+EOM = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[kn.Force(BODY.mass_center, (F + G) * N.x)]))
+
+
+def test_state_is_in_the_order_of_the_equations():
+    state = start_state(
+        EOM, {"x": 5, "e0": 0.6, "e2": 0.8, "e1": 0, "e3": 0}, {"u_x": 4, "w1_e0": 1, "w2_e0": 2, "w3_e0": 3}
+    )
+    order = [s.name for s in (*EOM.coordinates, *EOM.speeds)]
+    assert dict(zip(order, state, strict=True)) == {
+        "x": 5, "e0": 0.6, "e1": 0, "e2": 0.8, "e3": 0, "u_x": 4, "w1_e0": 1, "w2_e0": 2, "w3_e0": 3,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("length", [1.0, 1 + 5e-9, 1 - 5e-9])
+def test_unit_euler_parameters(length):
+    values = dict(zip(e, length * np.array([0.5, 0.5, -0.5, 0.5]), strict=True)) | {x: 0}
+    assert len(start_state(EOM, values, [0] * 4)) == 9
+
+
+@pytest.mark.parametrize("given", [(1, 0.1, 0, 0), (0, 0, 0, 0), (0.5, 0.5, 0.5, 0.4)])
+def test_euler_parameters_of_another_length(given):
+    values = dict(zip(e, given, strict=True)) | {x: 0}
+    with pytest.raises(kn.SimulationError, match=r"Euler parameters \(e0, e1, e2, e3\).*got length .*Divide"):
+        start_state(EOM, values, [0] * 4)
+    with pytest.raises(kn.SimulationError, match="Euler parameters"):
+        kn.simulate(EOM, (0, 1), q=values, u=[0] * 4, inputs={F: 0, G: 0})
+
+
+def test_missing_values_are_all_named():
+    with pytest.raises(kn.ValueMissingError, match="got none for e1, e3"):
+        start_state(EOM, {"x": 5, "e0": 0.6, "e2": 0.8}, [0] * 4)
+    with pytest.raises(kn.ValueMissingError, match="start value for all coordinates, got none for"):
+        start_state(EOM, None, [0] * 4)
+
+
+def test_span_and_tolerance():
+    assert check_span([0, 2]) == (0.0, 2.0)
+    assert check_span(np.array([-1, 1])) == (-1.0, 1.0)
+    assert check_tolerance("rtol", 1e-3) == 1e-3
+    for span in ("ab", None, (1,), (2, 1), (0, float("nan"))):
+        with pytest.raises(kn.SimulationError, match="time span"):
+            check_span(span)

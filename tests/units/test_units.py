@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Units agree with Pint: as texts, in random expressions, in the scales that go together; what does not fit is refused."""
+
+from __future__ import annotations
+
+import math
+import re
+import subprocess
+import sys
+from fractions import Fraction
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import kane as kn
+from kane.expr.ops import CONST, OPS
+from kane.units.by_pint import by_pint, registry
+from kane.units.rules import RULES, agree
+from kane.units.scales import conflict
+from kane.units.table import BASES, SYMBOLS, parse, per_second, unit
+
+WORDS = st.sampled_from(sorted(SYMBOLS.keys() - {"1"}))
+FACTORS = st.tuples(
+    st.sampled_from(["*", "/", " ", " * ", " / "]), WORDS, st.sampled_from(["", "^2", "**3", "^-1", "**-2"])
+)
+BARE = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
+
+
+def si(text):
+    """A unit by Pint: how many base units it is, and its dimensions."""
+    found = registry().Quantity(1, registry().parse_units(text))
+    return found.to_base_units().magnitude, found.dimensionality
+
+
+def same(mine, theirs):
+    return math.isclose(si(mine)[0], si(theirs)[0], rel_tol=1e-9) and si(mine)[1] == si(theirs)[1]
+
+
+class TestTexts:
+    @pytest.mark.parametrize("symbol", SYMBOLS)
+    def test_each_symbol_is_what_pint_takes_it_for(self, symbol):
+        assert by_pint(symbol) is SYMBOLS[symbol]
+
+    @given(WORDS, st.lists(FACTORS, max_size=4))
+    def test_products_are_read_as_pint_reads_them(self, first, factors):
+        text = first + "".join(sign + word + exponent for sign, word, exponent in factors)
+        assert agree(parse(text), by_pint(text))
+
+    @given(WORDS, st.lists(FACTORS, max_size=3))
+    def test_a_rate_is_a_unit_per_second(self, first, factors):
+        text = first + "".join(sign + word + exponent for sign, word, exponent in factors)
+        assert same(per_second(text), f"({text})/s")
+        assert same(per_second(per_second(text)), f"({text})/s^2")
+
+    @pytest.mark.parametrize("text", ["lbf*ft", "kg m^2", "m²", "N·m", "N*m/(rad*s)", "m^(1/2)", "µm", "newton*meter"])
+    def test_what_is_not_in_the_table_is_read_by_pint(self, text):
+        scale, dimensions = si(text)
+        found = parse(text)
+        assert found.scale == pytest.approx(scale, rel=1e-11)
+        assert {f"[{b}]": e for b, e in zip(BASES, found.exponents, strict=True) if e} == dict(dimensions)
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            ("kgg", r"got 'kgg'\. Did you mean 'kg'\?"),
+            ("Kg", r"got 'Kg'\. Did you mean 'kg'\?"),
+            ("m/s2", r"got 'm/s2'\. Did you mean 'm/s\^2'\?"),
+            ("Nm", r"got 'Nm'\. Did you mean 'N\*m'\?"),
+            ("kNm/rad", r"got 'kNm/rad'\. Did you mean 'kN\*m/rad'\?"),
+            ("Ns", r"got 'Ns'\. Did you mean 'N\*s'\?"),
+            ("kgm^2", r"got 'kgm\^2'\. Did you mean 'kg\*m\^2'\?"),
+            ("newtonn/m", r"got 'newtonn/m'\. Did you mean 'newton/m'\?"),
+            ("<b>", "got '<b>'"),
+            ("m\n*s", "got"),
+            ("m$", "got 'm.'"),
+            ("2*m", r'Expected a unit such as "kg\*m\^2", "m/s\^2", "rad" or "1", got \'2\*m\'\. Leave the unit out'),
+            ("m/", "got 'm/'"),
+            (" ", "got ' '"),
+            ("m+s", r"got 'm\+s'"),
+            ("km^9999", r"got 'km\^9999'"),
+            ("km^99*km^99", r"got 'km\^99\*km\^99'"),
+            ("degC", "got 'degC', which has an offset or is a logarithm. Use K"),
+            ("dB", "got 'dB', which has an offset or is a logarithm"),
+            ("pixel", r"got 'pixel', which is of \[printing_unit\]"),
+        ],
+    )
+    def test_what_is_no_unit_is_refused_with_the_nearest_one(self, text, message):
+        with pytest.raises(kn.UnitError, match=message):
+            parse(text)
+
+    def test_the_usual_units_load_no_pint(self):
+        code = (
+            "import sys; import kane as kn\n"
+            "from kane.gallery import GALLERY, load\n"
+            "for name in GALLERY: load(name).system()\n"
+            "print('pint' in sys.modules); kn.unit_of(kn.parameter('F', 1, 'lbf') * 2); print('pint' in sys.modules)"
+        )
+        done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+        assert done.stdout.split() == ["False", "True"]
+
+
+UNITS = ("m", "mm", "s", "kg", "t", "N", "kN", "N/m", "J", "rad/s", "rad", "1", "m/s^2", "Pa", "K", "A")
+
+
+STEPS = {  # x and y with units a and b, `alike` with a too, a function of what is of dimension one
+    "mul": lambda x, y, alike, a, b, f: (x * y, a * b),
+    "div": lambda x, y, alike, a, b, f: (x / y, a / b),
+    "add": lambda x, y, alike, a, b, f: (x + 2 * alike, a),
+    "max": lambda x, y, alike, a, b, f: (kn.max(x, 0), a),
+    "sqrt": lambda x, y, alike, a, b, f: (kn.sqrt(kn.abs(x)), a**0.5),
+    "pow": lambda x, y, alike, a, b, f: (kn.abs(x) ** kn.Rational(3, 4), a**0.75),
+    "neg": lambda x, y, alike, a, b, f: (-x, a),
+    "scale": lambda x, y, alike, a, b, f: (kn.pi * x / 7, a),
+    "atan2": lambda x, y, alike, a, b, f: (kn.atan2(x, alike), a / a),
+    "bare": lambda x, y, alike, a, b, f: (f(x / alike), a / a),
+    "where": lambda x, y, alike, a, b, f: (kn.where(kn.less(y, 0), x, alike), a),
+}
+
+
+@st.composite
+def expressions(draw):
+    """A consistent expression and its unit by Pint, made side by side."""
+
+    def leaf(text):
+        number = draw(st.integers(0, 2))
+        return kn.parameter(f"p{number}[{text.replace(' ', '')}]", 1.5, text)
+
+    texts = draw(st.lists(st.sampled_from(UNITS), min_size=2, max_size=4))
+    made = [(leaf(text), registry().parse_units(text)) for text in texts]
+    for step in draw(st.lists(st.sampled_from(sorted(STEPS)), max_size=8)):
+        (x, a), (y, b) = (draw(st.sampled_from(made)) for _ in "xy")
+        f = getattr(kn, draw(st.sampled_from(BARE)))
+        made.append(STEPS[step](x, y, leaf(written(a)), a, b, f))
+    e, found = made[-1]
+    assume(e.op is not CONST)
+    return e, found
+
+
+def written(theirs):
+    return format(theirs, "C") or "1"
+
+
+class TestExpressions:
+    def test_every_operation_has_a_rule(self):
+        assert RULES.keys() == set(OPS.values()) - {OPS["symbol"]}
+
+    @given(expressions())
+    def test_units_are_those_of_pint(self, pair):
+        e, theirs = pair
+        assert same(kn.unit_of(e), written(theirs)), e
+
+    @given(expressions(), st.sampled_from(UNITS), st.sampled_from(["s", "kg", "m", "mm"]))
+    def test_a_sum_of_two_units_is_found_wherever_it_is(self, pair, text, odd):
+        e, theirs = pair
+        assume(not same(odd, written(theirs)))
+        wrong = e + kn.parameter("odd", 1.0, odd)
+        around = kn.sqrt(kn.abs(wrong * kn.parameter("around", 1.0, text)))
+        for root in (wrong, around, kn.where(kn.less(kn.time, 0), around, 0)):
+            with pytest.raises(kn.UnitError, match="Expected terms of one unit"):
+                kn.unit_of(root)
+
+    @given(expressions(), st.booleans())
+    def test_one_symbol_without_a_unit_makes_it_unknown(self, pair, inside):
+        free = kn.parameter("free")
+        assert kn.unit_of(kn.sin(free) * pair[0] if inside else pair[0] * free) == ""
+
+    x, t, F, k = kn.coordinate("x", "m"), kn.time, kn.parameter("F", 1, "N"), kn.parameter("k", 1, "N/m")
+    q, d, mm = kn.coordinate("q", "rad"), kn.parameter("d", 1, "deg"), kn.parameter("mm", 1, "mm")
+
+    @pytest.mark.parametrize(
+        ("expr", "message"),
+        [
+            (
+                x + t,
+                "Expected terms of one unit in x + t, got t [s] and x [m]. Correct the expression, or the unit of a symbol in it.",
+            ),
+            (x + mm, "got mm [mm] and x [m]. Give both in one unit."),
+            (2 + x, 'got 2 [a number] and x [m]. Give the number a unit: kn.parameter(name, value, "unit").'),
+            (kn.max(k * x, 3), "got 3 [a number] and k*x [N]. Give the number a unit"),
+            (kn.where(kn.less(x, 1), 1, 2), "in x < 1"),
+            (
+                kn.sin(x),
+                "Expected an angle (rad) or a ratio in sin(…), got x [m] in sin(x). Divide by a quantity of the same unit.",
+            ),
+            (kn.exp(-t), "got -t [s] in exp(-t)"),
+            (kn.cos(d), "got d [deg] in cos(d). Give angles in rad."),
+            (x**q, "Expected an angle (rad) or a ratio in pow(…), got x [m]"),
+            (q**x, "Expected an angle (rad) or a ratio in pow(…), got x [m]"),
+            (mm**1000.5, "Expected a power whose unit has a finite scale, got mm^(2001/2)"),
+            (kn.atan2(x, t), "Expected terms of one unit in atan2(x, t)"),
+        ],
+    )
+    def test_messages(self, expr, message):
+        with pytest.raises(kn.UnitError, match=re.escape(message)):
+            kn.unit_of(expr)
+
+    @pytest.mark.parametrize(
+        ("expr", "text"),
+        [
+            (x, "m"),
+            (x.dt, "m/s"),
+            (x.dt.dt, "m/s^2"),
+            (q.dt.dt, "rad/s^2"),
+            (k * x, "N"),
+            (k * x * x / 2, "J"),
+            (F * x.dt, "W"),
+            (k * x.dt, "kg*m/s^3"),
+            (F / x.dt, "N*s/m"),
+            (q + kn.pi / 2, "rad"),
+            (2 * q - kn.pi, "rad"),
+            (kn.cos(q), "1"),
+            (kn.sqrt(k / F), "1/m^(1/2)"),
+            (F * kn.parameter("c", 1, "N*m"), "kg^2*m^3/s^4"),
+            (kn.parameter("c", 1, "N*m") * kn.cos(q), "N*m"),
+            (mm / t, "mm/s"),
+            (kn.parameter("kN", 1, "kN") / mm, "kg/ms^2"),
+            (kn.parameter("f", 1, "ft") ** 2, "ft^2"),
+            (t, "s"),
+            (1, "1"),
+            (0, ""),
+        ],
+    )
+    def test_spellings(self, expr, text):
+        assert kn.unit_of(expr) == text
+
+
+EXPONENTS = st.lists(st.tuples(*[st.integers(-3, 3)] * 3), min_size=1, max_size=8)
+TENS = st.tuples(*[st.integers(-3, 3)] * 3)
+
+
+def scaled(exponents, tens, factor=1.0):
+    return unit((*exponents, 0, 0, 0, 0), factor * 10.0 ** sum(e * k for e, k in zip(exponents, tens, strict=True)))
+
+
+class TestScales:
+    @given(EXPONENTS, TENS)
+    def test_units_of_one_choice_of_base_units_go_together(self, rows, tens):
+        assert conflict([scaled(row, tens) for row in rows]) is None
+
+    @given(EXPONENTS, TENS, st.lists(st.integers(-2, 2), min_size=8, max_size=8))
+    def test_a_combination_of_them_with_a_factor_does_not(self, rows, tens, shares):
+        combined = tuple(sum(s * row[i] for s, row in zip(shares, rows, strict=False)) for i in range(3))
+        odd = scaled(combined, tens, 1000.0)
+        found = conflict([*(scaled(row, tens) for row in rows), odd])
+        assert found is not None
+        assert odd in found.units
+        assert found.factor == pytest.approx(1000)
+
+    @pytest.mark.parametrize(
+        "units",
+        [
+            "kg m s N J",
+            "t mm s N mJ",
+            "N mm",
+            "lb ft s",
+            "g mm s",
+            "N/m kg mm s",
+        ],
+    )
+    def test_accepted(self, units):
+        assert conflict([parse(u) for u in units.split()]) is None
+
+    @pytest.mark.parametrize("units", ["m mm", "N g mm s", "kg m s kN", "s rpm", "deg", "kg m s lbf", "%"])
+    def test_refused(self, units):
+        assert conflict([parse(u) for u in units.split()]) is not None
+
+
+def test_powers_of_units_are_exact():
+    root = kn.parameter("A", 1.0, "m^2") ** kn.Rational(1, 3)
+    assert parse(kn.unit_of(root)).exponents[1] == Fraction(2, 3)
+    assert kn.unit_of(root**3 / kn.parameter("A", 1.0, "m^2")) == "1"
