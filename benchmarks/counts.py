@@ -11,7 +11,7 @@ from pathlib import Path
 
 import kane as kn
 from benchmarks.systems import COUNTED
-from kane.program.equations import program
+from kane.equations.routines import program
 from kane.program.receipt import receipt
 
 HERE = Path(__file__).parent

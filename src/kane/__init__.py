@@ -17,9 +17,10 @@ from kane.analysis.point import OperatingPoint
 from kane.analysis.stability import Crossing
 from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
 from kane.analysis.trim import equilibrium, trim
-from kane.dynamics.derive import derive
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.joint_reactions import JointReaction
+from kane.equations.compiled import Compiled, compile
+from kane.equations.derive import derive
+from kane.equations.equations import Equations
 from kane.errors import (
     ArgumentError,
     ExpressionError,
@@ -146,7 +147,6 @@ from kane.model.system import System
 from kane.motion.drives import Signal, signal
 from kane.motion.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.motion.solution import Solution
-from kane.program.compiled import Compiled, compile
 from kane.program.native.handle import Handle
 from kane.space.frame import Frame
 from kane.space.point import Point

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.dynamics.constraints.partition import balanced, choose
-from kane.dynamics.derive import repartition
+from kane.equations.derive import repartition
 from tests.oracles.compare import error, tolerance
 from tests.oracles.loops.equations import Solution, solve
 from tests.oracles.mechanism import Loops, Mechanism, admissible_rates, to_oracle

@@ -83,8 +83,8 @@ class TestBuild:
     def test_text_is_the_same_under_any_hash_seed(self):
         code = (
             "import hashlib, kane as kn\nfrom kane.gallery.pendulums import chain\n"
-            "from kane.program import equations\nfrom kane.program.emit.llvm import emit_llvm, Options\n"
-            "p = equations.program(kn.derive(chain(4)))\n"
+            "from kane.equations import routines\nfrom kane.program.emit.llvm import emit_llvm, Options\n"
+            "p = routines.program(kn.derive(chain(4)))\n"
             "print(hashlib.sha256(emit_llvm(p, Options()).encode()).hexdigest())"
         )
         found = {
@@ -147,7 +147,7 @@ class TestVerify:
 
 
 def pendulum(n: int) -> Program:
-    from kane.program.equations import program
+    from kane.equations.routines import program
 
     return program(kn.derive(chain(n)), ("rhs",))
 
@@ -242,7 +242,7 @@ class TestReciprocal:
 class TestReceipt:
     def test_counts_are_those_of_the_expressions(self):
         eom = kn.derive(chain(3))
-        from kane.program.equations import program
+        from kane.equations.routines import program
 
         found = receipt(program(eom, ("rhs",), reciprocals=False))["rhs"]
         expected = eom.operations

@@ -20,8 +20,8 @@ from kane.dynamics.constraints.closure import (
     closure,
     residual_function,
 )
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.values import finite_number, named_values, parameter_values
+from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr

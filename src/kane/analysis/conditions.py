@@ -16,8 +16,8 @@ from kane.analysis.flow import Choice, flow_at
 from kane.analysis.local import State, slopes_at, solver, values_at
 from kane.analysis.symbolic import dependence
 from kane.dynamics.constraints.closure import close
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.unsolved import Perturbations
+from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
 
 Array = npt.NDArray[np.float64]

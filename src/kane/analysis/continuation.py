@@ -20,7 +20,7 @@ from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.stability import Crossing, changes, tracked
 from kane.analysis.trim import Problem, level, loose, null_space, problem, solve_problem
 from kane.dynamics.constraints.closure import close
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 

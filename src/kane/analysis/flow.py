@@ -17,9 +17,9 @@ from kane.analysis.local import Slopes, State, Values, slopes_at, solver, values
 from kane.analysis.manifold import mobility, quality, sizes
 from kane.analysis.routines import once, routine
 from kane.analysis.tangents import Tangents, cross, tangents
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.unsolved import Perturbations, partial_columns, unsolved
 from kane.dynamics.readings.values import without_rates
+from kane.equations.equations import Equations
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr

@@ -18,9 +18,9 @@ import numpy.typing as npt
 from kane.analysis.assemble import GIVEN
 from kane.analysis.local import independent_rows
 from kane.analysis.routines import once, routine
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import named_values, parameter_values
+from kane.equations.equations import Equations
 from kane.errors import NotAffineError, SimulationError, SingularError, ValueMissingError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols

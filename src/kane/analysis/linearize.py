@@ -14,8 +14,8 @@ from kane.analysis.linear import Linear
 from kane.analysis.local import State
 from kane.analysis.point import point_of, state_at
 from kane.analysis.steady import Steadiness, steadiness
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.unsolved import Perturbations, perturbations
+from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 

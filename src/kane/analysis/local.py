@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from kane.analysis.routines import once, routine
 from kane.dynamics.constraints.partition import RANK, balanced, choose
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.unsolved import partial_columns, unsolved
+from kane.equations.equations import Equations
 from kane.errors import SingularError
 from kane.expr.node import Expr
 from kane.program.native.handle import Handle

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from kane.analysis.routines import routine
 from kane.dynamics.constraints.partition import Partition, balanced
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.program.native.handle import Handle
 

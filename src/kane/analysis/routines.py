@@ -7,11 +7,11 @@ import weakref
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, TypeVar
 
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
+from kane.equations.routines import ports
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.program.build import Wanted, build_program
-from kane.program.equations import ports
 from kane.program.machine import Settings
 from kane.program.native.handle import Handle
 from kane.program.program import Port

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.values import finite_number, named_values
+from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr

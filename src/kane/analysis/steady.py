@@ -16,8 +16,8 @@ from kane.analysis.assemble import GIVEN
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import State, values_at
 from kane.analysis.symbolic import dependence
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.unsolved import Perturbations
+from kane.equations.equations import Equations
 
 Array = npt.NDArray[np.float64]
 

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.constraints.partition import choose
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.unsolved import Perturbations, perturbations, unsolved
 from kane.dynamics.readings.values import named_values, without_unknowns
+from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.diff import tangent

@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.values import finite_number, named_values
+from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols

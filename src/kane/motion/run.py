@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from kane.analysis.assemble import assemble
 from kane.analysis.start import check_masses, check_span, check_tolerance, start_state
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.values import parameter_values
+from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
 from kane.motion.drives import check_prescribed, input_functions
 from kane.motion.singular import check_regular

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.evaluate import evaluate, free_symbols, sample
 from kane.expr.kinds import is_constant_in_time

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
+from kane.equations.equations import Equations
 from kane.errors import ValueMissingError, alike
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import dot

@@ -27,15 +27,15 @@ from kane.analysis.manifold import (
 from kane.analysis.routines import once, routine
 from kane.dynamics.constraints.closure import OFF, close, closure, residual_function
 from kane.dynamics.constraints.partition import Partition, balanced, choose
-from kane.dynamics.derive import repartition
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.values import without_unknowns
+from kane.equations.derive import repartition
+from kane.equations.equations import Equations
+from kane.equations.routines import rate_names
 from kane.errors import ReactionError, SimulationError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import input_of, time
 from kane.model.events import Event
-from kane.program.equations import rate_names
 from kane.program.native.handle import Handle
 
 Array = npt.NDArray[np.float64]

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.contributions import Contributions
 from kane.dynamics.readings.steps import Step, shown_speeds
+from kane.equations.equations import Equations
 from kane.expr.node import ZERO
 from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas

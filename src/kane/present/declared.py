@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body, RigidBody

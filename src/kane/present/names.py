@@ -3,7 +3,7 @@ r"""LaTeX of the names in the seven steps: `w_C` is {}^N\boldsymbol\omega^C, `v_
 
 from __future__ import annotations
 
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
 from kane.space.frame import Frame
 from kane.space.latex import place_latex
 from kane.space.point import Point

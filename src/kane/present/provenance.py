@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.contributions import Contribution, Contributions
+from kane.equations.equations import Equations
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body

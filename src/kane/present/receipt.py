@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
 from kane.expr.count import count_operations
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol

@@ -12,7 +12,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
 from kane.motion.solution import Solution
 from kane.present.along import motion_checks
 from kane.present.assets import asset

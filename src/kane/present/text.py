@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.steps import Step
+from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
 from kane.present.formulas import text_formulas
 from kane.present.wrap import WIDTH, wrapped

@@ -12,7 +12,7 @@ from kane.write.html import escaped, math, paragraph, table
 from kane.write.latex import latex_name
 
 if TYPE_CHECKING:
-    from kane.program.compiled import Compiled
+    from kane.equations.compiled import Compiled
     from kane.program.native.handle import Handle
 
 _FEW = 12

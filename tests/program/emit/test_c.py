@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane.equations import routines
 from kane.expr.evaluate import compile_reference
 from kane.expr.symbols import coordinates, parameter, time
 from kane.gallery import rolling_disk
-from kane.program import equations
 from kane.program.build import Wanted, build_program
 from kane.program.emit.c import emit_c, emit_header
 from kane.program.emit.names import is_free_in_c
@@ -272,7 +272,7 @@ def test_no_function_of_a_long_program_is_long():
 
 @pytest.fixture(scope="module")
 def disk() -> Program:
-    return equations.program(kn.derive(rolling_disk.system()), name="rolling disk")
+    return routines.program(kn.derive(rolling_disk.system()), name="rolling disk")
 
 
 MAIN = """

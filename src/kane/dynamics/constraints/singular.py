@@ -23,7 +23,7 @@ from kane.expr.solve import eliminate
 from kane.expr.symbols import Speed
 
 if TYPE_CHECKING:
-    from kane.dynamics.equations import Equations
+    from kane.equations.equations import Equations
 
 _SEED = 20066
 _GONE = 1e-12

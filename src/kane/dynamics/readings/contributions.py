@@ -28,7 +28,7 @@ from kane.space.point import Point
 from kane.space.vector import Vector
 
 if TYPE_CHECKING:
-    from kane.dynamics.equations import Equations
+    from kane.equations.equations import Equations
 
 _SEED = 20045
 _SLACK = 1e-11

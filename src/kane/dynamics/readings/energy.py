@@ -17,7 +17,7 @@ from kane.space.point import Point
 from kane.space.vector import Vector
 
 if TYPE_CHECKING:
-    from kane.dynamics.equations import Equations
+    from kane.equations.equations import Equations
 
 
 def kinetic_energy(bodies: Sequence[Moving]) -> Expr:

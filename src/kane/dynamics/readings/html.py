@@ -14,7 +14,7 @@ from kane.write.layout import layout
 from kane.write.trees import Tree
 
 if TYPE_CHECKING:
-    from kane.dynamics.equations import Equations
+    from kane.equations.equations import Equations
 
 SMALL = 300
 """Operations beyond which M and f, or the kinematical equations, are not typeset."""

@@ -35,7 +35,7 @@ from kane.space.vector import Vector
 from kane.write.excerpt import excerpt
 
 if TYPE_CHECKING:
-    from kane.dynamics.equations import Equations
+    from kane.equations.equations import Equations
 
 Share = Callable[[Constraint], tuple[Vector, Vector]]
 """The force and torque, about the place's point, that a multiplier of one exerts on the side asked for."""

@@ -15,7 +15,7 @@ from kane.model.reactions import constraint_of
 from kane.space.vector import Vector
 
 if TYPE_CHECKING:
-    from kane.dynamics.equations import Equations
+    from kane.equations.equations import Equations
 
 Item = tuple[str, Any]
 

@@ -13,14 +13,17 @@ K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives ar
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from kane.dynamics.equations import Equations
 from kane.expr.build import add, neg, sub
 from kane.expr.diff import tangent
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Reaction, Symbol, Time, rate
+
+if TYPE_CHECKING:
+    from kane.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,7 @@ from kane.expr.substitute import substitute
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of, rate, time
 
 if TYPE_CHECKING:
-    from kane.dynamics.equations import Equations
+    from kane.equations.equations import Equations
 
 
 def without_rates(eom: Equations, root: Expr) -> Expr:

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.equations import Equations
 from kane.dynamics.events import painleve_events, singular_events, slip_events
 from kane.dynamics.loads import loads_in_speeds
 from kane.dynamics.routes.classical import forcing_terms, generalized, homes, mass_matrix, moving_bodies
 from kane.dynamics.routes.reduce import Blocks, Solved
 from kane.dynamics.routes.solve import first_partition, solve
+from kane.equations.equations import Equations
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr

@@ -41,7 +41,7 @@ from kane.space.vector import Vector
 from kane.write.html import quietly
 
 if TYPE_CHECKING:
-    from kane.program.compiled import compile
+    from kane.equations.compiled import compile
 
 K = TypeVar("K")
 V = TypeVar("V")

@@ -11,9 +11,9 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.equations import Equations
+from kane.equations.equations import Equations
+from kane.equations.routines import ROUTINES, Output, ports, program, resolved
 from kane.errors import ArgumentError
-from kane.program.equations import ROUTINES, Output, ports, program, resolved
 from kane.program.machine import Settings
 from kane.program.native import arguments
 from kane.program.native.handle import Handle, NotFinite

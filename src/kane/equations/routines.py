@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kane.dynamics.equations import Equations
 from kane.dynamics.readings.values import without_unknowns
+from kane.equations.equations import Equations
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix

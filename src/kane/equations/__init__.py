@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equations of motion as users hold them: derived, read, compiled."""
