@@ -4,7 +4,9 @@
 import os
 import shutil
 import tempfile
+import zlib
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -44,3 +46,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if slow:
         config.hook.pytest_deselected(items=slow)
         items[:] = [item for item in items if not item.get_closest_marker("slow")]
+
+
+@pytest.fixture
+def rng(request: pytest.FixtureRequest) -> np.random.Generator:
+    """A generator of the test's own: what it draws depends on the test's name, not on which tests ran before."""
+    return np.random.default_rng(zlib.crc32(request.node.name.encode()))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from tests.dynamics.constraints.test_embed import BAR, EOM, N, O
+from tests.systems.four_bar import BAR, EOM, N, O
 
 q1, q2, q3 = BAR.q
 u1, u2, u3 = EOM.speeds

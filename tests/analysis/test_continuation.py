@@ -7,21 +7,9 @@ import pytest
 import kane as kn
 from kane.analysis.stability import tracked
 from kane.gallery import whipple_bicycle
-from tests.analysis import steady_systems as systems
-from tests.analysis.test_linearize import BIKE_C1, BIKE_K0, BIKE_K2, BIKE_M
-
-
-def driven_pendulum():
-    """m l² q̈ = τ − m g l sin q − b q̇ with m g l = 10."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    (q,) = kn.coordinates("q1:2", "rad")
-    tau, b = kn.input("tau", "N*m"), kn.parameter("b", 0.5, "N*m*s/rad")
-    A = N.rotate("A", q, N.z)
-    P = O.at("P", -1.0 * A.y)
-    loads = [kn.gravity(-10.0 * N.y), kn.Torque(A, (tau - b * q.dt) * N.z)]
-    body = kn.RigidBody("b", frame=A, mass_center=P, mass=1.0, inertia=kn.inertia(A, 0, 0, 0.0))
-    return kn.derive(kn.System(N, bodies=[body], speeds="rates", loads=loads))
+from tests.systems import steady as systems
+from tests.systems.steady import driven_pendulum
+from tests.systems.whipple import BIKE_C1, BIKE_K0, BIKE_K2, BIKE_M
 
 
 @pytest.fixture(scope="module")

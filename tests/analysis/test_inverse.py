@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from tests.analysis import steady_systems as systems
+from tests.systems import steady as systems
 
 MADE: dict = {}
 

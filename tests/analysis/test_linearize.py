@@ -8,7 +8,8 @@ import pytest
 
 import kane as kn
 from kane.gallery import whipple_bicycle
-from tests.analysis import steady_systems as systems
+from tests.systems import steady as systems
+from tests.systems.whipple import BIKE_C1, BIKE_K0, BIKE_K2, BIKE_M
 
 STEP = 1e-6
 
@@ -321,12 +322,6 @@ def test_the_disk_may_move_along_its_cyclic_coordinates():
 
 
 # Meijaard, Papadopoulos, Ruina, Schwab (2007), eqs. (5.3), (5.4), (5.5)
-BIKE_M = np.array([[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]])
-BIKE_K0 = np.array([[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]])
-BIKE_K2 = np.array([[0, 76.59734589573222], [0, 2.65431523794604]])
-BIKE_C1 = np.array([[0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]])
-
-
 def test_whipple_bicycle():
     eom = kn.derive(whipple_bicycle.system())
     lin = kn.linearizer(eom)

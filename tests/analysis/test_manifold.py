@@ -8,13 +8,11 @@ import pytest
 
 import kane as kn
 from kane.analysis.manifold import manifold, metric, step
-from tests.dynamics.constraints.test_embed import BAR, EOM, N, O, state
-
-RNG = np.random.default_rng(5)
+from tests.systems.four_bar import BAR, EOM, N, O, state
 
 
-def spd(n):
-    x = RNG.normal(size=(n, n))
+def spd(n, rng):
+    x = rng.normal(size=(n, n))
     return x @ x.T + 0.1 * np.eye(n)
 
 
@@ -25,13 +23,13 @@ def kkt(m, a, right):
 
 
 @pytest.mark.parametrize(("n", "k"), [(1, 1), (4, 1), (5, 3), (6, 6)])
-def test_a_step_is_the_least_in_the_mass_metric(n, k):
-    m, a, right = spd(n), RNG.normal(size=(k, n)), RNG.normal(size=k)
+def test_a_step_is_the_least_in_the_mass_metric(n, k, rng):
+    m, a, right = spd(n, rng), rng.normal(size=(k, n)), rng.normal(size=k)
     np.testing.assert_allclose(step(m, a, right, np.abs(a)), kkt(m, a, right), atol=1e-10)
 
 
-def test_redundant_rows_do_no_harm():
-    m, a, right = spd(5), RNG.normal(size=(2, 5)), RNG.normal(size=2)
+def test_redundant_rows_do_no_harm(rng):
+    m, a, right = spd(5, rng), rng.normal(size=(2, 5)), rng.normal(size=2)
     mix = np.array([[1, 0], [0, 1], [2.0, -1], [1e3, 0]])
     found = step(m, mix @ a, mix @ right, np.abs(mix @ a))
     np.testing.assert_allclose(found, kkt(m, a, right), atol=1e-9)
@@ -44,8 +42,8 @@ def test_a_row_that_vanishes_now_is_no_row_in_small_units():
     np.testing.assert_allclose(step(m, a, right, np.ones((2, 2))), [0.1, 0.0], atol=1e-10)
 
 
-def test_the_metric_is_a_root_of_the_inverse():
-    m = spd(4)
+def test_the_metric_is_a_root_of_the_inverse(rng):
+    m = spd(4, rng)
     s = metric(m)
     np.testing.assert_allclose(s @ s.T @ m, np.eye(4), atol=1e-10)
 

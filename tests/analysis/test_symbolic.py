@@ -6,7 +6,7 @@ import pytest
 
 import kane as kn
 from kane.dynamics.readings.unsolved import unsolved
-from tests.analysis import steady_systems as systems
+from tests.systems import steady as systems
 
 
 def test_cart_in_symbols():

@@ -6,7 +6,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import whipple_bicycle
-from tests.analysis import steady_systems as systems
+from tests.systems import steady as systems
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import pytest
 
 import kane as kn
 from kane.analysis.manifold import metric, mobility, nearest, reflected, step
+from tests.systems.quick_return import QUICK, START
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -53,27 +54,6 @@ def test_a_rod_without_mass_between_crank_and_piston():
     np.testing.assert_allclose(sol[force], sol[x.dt.dt], atol=1e-10)
 
 
-def quick_return():
-    """A crank turns an arm by a block that slides along it: the block, in m, has no mass, crank and arm, in rad, have."""
-    th, ps, s = kn.coordinate("th", "rad"), kn.coordinate("ps", "rad"), kn.coordinate("s", "m")
-    crank, arm = N.rotate("crank", th, N.z), N.rotate("arm", ps, N.z)
-    pivot = O.at("C", 0.25 * N.y)
-    pin = kn.coincident(pivot.at("P", 0.1 * crank.x), O.at("block", s * arm.x), along=(N.x, N.y), name="pin")
-    bodies = [
-        kn.RigidBody("crank", frame=crank, mass_center=pivot, mass=1, inertia=kn.inertia(crank, 0.05, 0.05, 0.05)),
-        kn.RigidBody("arm", frame=arm, mass_center=O.at("A", 0.3 * arm.x), mass=3, inertia=kn.rod(arm, 3, 0.6, axis=arm.x)),
-    ]  # fmt: skip
-    motor = kn.Torque(crank, 0.5 * N.z, name="motor")
-    forces = [kn.reaction(f"B_{k}", constraint=c) for k, c in zip("xy", pin, strict=True)]
-    return kn.derive(
-        kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-9.81 * N.y), motor], holonomic=pin, reactions=forces)
-    )  # fmt: skip
-
-
-QUICK = quick_return()
-START = {"q": {"th": 0.5, "ps": kn.guess(1.2), "s": kn.guess(0.3)}, "u": {"u_th": 6.0}}
-
-
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-10])
 def test_a_block_without_mass_on_an_arm(tolerance):
     sol = kn.simulate(QUICK, (0, 2), rtol=tolerance, atol=tolerance, samples=101, **START)
@@ -85,14 +65,11 @@ def test_a_block_without_mass_on_an_arm(tolerance):
     np.testing.assert_allclose(sol["s"], np.abs(tip), atol=1e-12)
 
 
-RNG = np.random.default_rng(11)
-
-
 @pytest.mark.parametrize("singular", ["one without mass", "two without mass in a chain", "singular with a diagonal"])
-def test_units_do_not_matter(singular):
+def test_units_do_not_matter(singular, rng):
     """x in other units, x = D x': the same step, the same accelerations."""
-    a, right, f = RNG.normal(size=(3, 5)), RNG.normal(size=3), RNG.normal(size=5)
-    root = RNG.normal(size=(5, 5))
+    a, right, f = rng.normal(size=(3, 5)), rng.normal(size=3), rng.normal(size=5)
+    root = rng.normal(size=(5, 5))
     if singular == "one without mass":
         root[0] = 0
     elif singular == "two without mass in a chain":

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from tests.dynamics.constraints.test_embed import BAR, EOM, G, N, O
+from tests.systems.four_bar import BAR, EOM, G, N, O
+from tests.systems.parallelogram import Parallelogram
 
 q1, q2, q3 = BAR.q
 
@@ -172,26 +173,8 @@ def test_a_start_by_rates():
     np.testing.assert_allclose(sol.u[0], list(start(EOM)["u"].values()), atol=1e-10)
 
 
-class TestRankDrops:
+class TestRankDrops(Parallelogram):
     """A parallelogram laid flat may open either way: there the constraints lose a row."""
-
-    q = kn.coordinates("q1:4")
-
-    bodies: tuple[kn.RigidBody, ...] = ()
-    point = O.at("pivot", 0)
-    for name, q_, length in zip("ABC", q, (1.0, 2.0, 1.0), strict=True):
-        frame = N.rotate(name, q_, N.z)
-        center = point.at(f"{name}*", length / 2 * frame.x)
-        inertia = kn.inertia(frame, 0.1, 0.1, 0.1)
-        bodies = (*bodies, kn.RigidBody(name, frame=frame, mass_center=center, mass=1, inertia=inertia))
-        point = point.at(f"end {name}", length * frame.x)
-
-    def closed(self):
-        return kn.coincident(self.point, O.at("anchor", 2 * N.x), along=(N.x, N.y), name="close")
-
-    def derive(self, close=None, **more):
-        close = self.closed() if close is None else close
-        return kn.derive(kn.System(N, bodies=self.bodies, speeds="rates", holonomic=close, **more))
 
     def test_it_swings_through(self):
         """Without gravity crank and rocker turn on alike: the energy is that of the start, and so is the speed."""

@@ -4,8 +4,8 @@
 import pytest
 
 import kane as kn
-from tests.analysis import steady_systems as systems
 from tests.peer import require
+from tests.systems import steady as systems
 
 control = require("control")
 

@@ -12,10 +12,10 @@ import kane as kn
 from kane.gallery import free_body
 from kane.present.along import motion_checks
 from kane.present.checks import Check
-from tests.dynamics.constraints.test_embed import N
-from tests.motion import test_massless as massless
-from tests.motion import test_steps
 from tests.present.disk import moved
+from tests.systems import quick_return
+from tests.systems.four_bar import N
+from tests.systems.parallelogram import Parallelogram
 
 ENERGY, POWER, RESIDUAL, MASS, KINEMATICAL = range(5)
 
@@ -83,7 +83,7 @@ def test_a_check_of_the_energy_that_is_there_already_is_not_repeated() -> None:
 
 def test_what_the_constraints_exert_measures_a_row_without_mass() -> None:
     """F_r and F*_r of a block without mass are zero: what is left there is small beside the constraints' forces."""
-    solution = kn.simulate(massless.QUICK, (0, 2), samples=41, **massless.START)
+    solution = kn.simulate(quick_return.QUICK, (0, 2), samples=41, **quick_return.START)
     found = motion_checks(solution)
     assert all(c.passed for c in found), [str(c) for c in found]
     assert found[RESIDUAL].figure < 1e-12
@@ -91,9 +91,9 @@ def test_what_the_constraints_exert_measures_a_row_without_mass() -> None:
 
 def test_the_reactions_equations_are_those_of_each_sample() -> None:
     """They hold the dependent speeds eliminated: with those of the start their matrix is as bad as its pivot is small."""
-    block, crank, _ = massless.QUICK.speeds
-    first = kn.derive(massless.QUICK.system.replace(dependent_speeds=[crank, block]))
-    solution = kn.simulate(first, (0, 2), samples=41, **massless.START)
+    block, crank, _ = quick_return.QUICK.speeds
+    first = kn.derive(quick_return.QUICK.system.replace(dependent_speeds=[crank, block]))
+    solution = kn.simulate(first, (0, 2), samples=41, **quick_return.START)
     assert len({s.dependent_speeds for s in solution.samples}) > 1
     expected = []
     for k, eom in enumerate(solution.samples):
@@ -105,7 +105,7 @@ def test_the_reactions_equations_are_those_of_each_sample() -> None:
 
 def test_samples_where_rank_is_lost_are_left_out() -> None:
     """A parallelogram laid flat: its reactions have no value there, and everything else passes."""
-    flat = test_steps.TestRankDrops()
+    flat = Parallelogram()
     close = flat.closed()
     eom = flat.derive(close, loads=[kn.gravity(-9.81 * N.y)], reactions=[kn.reaction("T", constraint=close[0])])
     start = dict(zip(flat.q, (0.0, 0.0, np.pi), strict=True))

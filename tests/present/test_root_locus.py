@@ -6,7 +6,7 @@ import pytest
 
 import kane as kn
 from kane.present.root_locus import through_meetings
-from tests.analysis.test_continuation import driven_pendulum
+from tests.systems.steady import driven_pendulum
 
 
 @pytest.fixture(scope="module")

@@ -8,13 +8,11 @@ import pytest
 
 from kane.dynamics.constraints.partition import Partition, balanced, choose, indeterminate, within
 
-RNG = np.random.default_rng(11)
-
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 5), (4, 4), (5, 9)])
-def test_the_dependent_block_is_regular_in_any_units(m, n):
+def test_the_dependent_block_is_regular_in_any_units(m, n, rng):
     for _ in range(20):
-        a = RNG.normal(size=(m, n)) * 10.0 ** RNG.integers(-3, 4, (m, 1)) * 10.0 ** RNG.integers(-3, 4, n)
+        a = rng.normal(size=(m, n)) * 10.0 ** rng.integers(-3, 4, (m, 1)) * 10.0 ** rng.integers(-3, 4, n)
         found = choose(a)
         assert sorted(found.rows) == list(range(m))
         assert not found.redundant
@@ -23,8 +21,8 @@ def test_the_dependent_block_is_regular_in_any_units(m, n):
 
 
 @pytest.mark.parametrize("rank", [1, 2, 3])
-def test_rows_that_follow_from_others_are_redundant(rank):
-    a = RNG.normal(size=(5, rank)) @ RNG.normal(size=(rank, 7))
+def test_rows_that_follow_from_others_are_redundant(rank, rng):
+    a = rng.normal(size=(5, rank)) @ rng.normal(size=(rank, 7))
     found = choose(a)
     assert (len(found.rows), len(found.redundant)) == (rank, 5 - rank)
     assert sorted((*found.rows, *found.redundant)) == list(range(5))
@@ -37,8 +35,8 @@ def test_nothing_is_chosen_from_what_rounding_left_of_zero():
     assert choose(np.array([[3e-17, 1.0], [2e-17, 1.0]])) == Partition((0,), (1,), (1,))
 
 
-def test_preferred_speeds_come_first():
-    a = RNG.normal(size=(2, 5))
+def test_preferred_speeds_come_first(rng):
+    a = rng.normal(size=(2, 5))
     assert set(choose(a, [4, 1]).dependent) == {4, 1}
     assert 3 in choose(a, [3]).dependent
     a[:, 2] = 0.0

@@ -16,9 +16,8 @@ from tests.program.child import child
 N, WORKERS = 3, 8
 COMPILED = kn.derive(chain(N)).compile()
 RHS = COMPILED.rhs
-RNG = np.random.default_rng(7)
-X = RNG.uniform(-1.5, 1.5, (200, 2 * N))
-P = COMPILED.parameters() * RNG.uniform(0.5, 2.0, (5, 1))
+X = np.random.default_rng(7).uniform(-1.5, 1.5, (200, 2 * N))
+P = COMPILED.parameters() * np.random.default_rng(8).uniform(0.5, 2.0, (5, 1))
 
 BUSY = """
     import os, signal, threading, time

@@ -162,3 +162,16 @@ def moved_guide() -> kn.Equations:
     force = kn.reaction("G_y", constraint=guide[0])
     loads = [kn.gravity(-9.81 * N.y)]
     return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, holonomic=guide, reactions=[force]))
+
+
+def driven_pendulum() -> kn.Equations:
+    """m l² q̈ = τ − m g l sin q − b q̇ with m g l = 10."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    (q,) = kn.coordinates("q1:2", "rad")
+    tau, b = kn.input("tau", "N*m"), kn.parameter("b", 0.5, "N*m*s/rad")
+    A = N.rotate("A", q, N.z)
+    P = O.at("P", -1.0 * A.y)
+    loads = [kn.gravity(-10.0 * N.y), kn.Torque(A, (tau - b * q.dt) * N.z)]
+    body = kn.RigidBody("b", frame=A, mass_center=P, mass=1.0, inertia=kn.inertia(A, 0, 0, 0.0))
+    return kn.derive(kn.System(N, bodies=[body], speeds="rates", loads=loads))
