@@ -20,12 +20,13 @@ from kane.dynamics.constraints.closure import (
     closure,
     residual_function,
 )
-from kane.dynamics.readings.values import finite_number, named_values, parameter_values
+from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, time
+from kane.numeric.named import finite_number, named_values
 
 Array = npt.NDArray[np.float64]
 

@@ -19,13 +19,14 @@ from kane.analysis.assemble import GIVEN
 from kane.analysis.local import independent_rows
 from kane.analysis.routines import once, routine
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
-from kane.dynamics.readings.values import named_values, parameter_values
+from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import NotAffineError, SimulationError, SingularError, ValueMissingError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Symbol, rate
+from kane.numeric.named import named_values
 
 if TYPE_CHECKING:
     from kane.motion.solution import Solution

@@ -15,10 +15,11 @@ from kane.analysis.local import State, slopes_at, values_at
 from kane.analysis.start import start_state
 from kane.analysis.tangents import spread
 from kane.dynamics.readings.unsolved import Perturbations
-from kane.dynamics.readings.values import finite_number, named_values, parameter_values
+from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.numeric.named import finite_number, named_values
 
 Array = npt.NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.readings.values import finite_number, named_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
+from kane.numeric.named import finite_number, named_values
 
 Array = npt.NDArray[np.float64]
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import Perturbations, perturbations, unsolved
-from kane.dynamics.readings.values import named_values, without_unknowns
+from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.build import add, mul, neg, sub
@@ -28,6 +28,7 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import solve_lu
 from kane.expr.substitute import substitute
 from kane.expr.symbols import Parameter, Symbol
+from kane.numeric.named import named_values
 
 Array = npt.NDArray[np.float64]
 Column = list[Expr]

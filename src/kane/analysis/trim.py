@@ -16,10 +16,10 @@ from kane.analysis.linearize import choice_of
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.dynamics.constraints.closure import Closed, close
 from kane.dynamics.readings.unsolved import perturbations
-from kane.dynamics.readings.values import finite_number, named_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.numeric.named import finite_number, named_values
 
 Array = npt.NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from kane.cli.models import Model, model
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
 from kane.dynamics.constraints.partition import choose
-from kane.dynamics.readings.values import finite_number, parameter_values
+from kane.dynamics.readings.values import parameter_values
 from kane.equations.derive import repartition
 from kane.equations.routines import rate_names
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
@@ -27,6 +27,7 @@ from kane.model.bodies import Body, RigidBody
 from kane.model.reactions import constraint_of, cut_of
 from kane.motion.drives import check_prescribed, input_functions
 from kane.motion.singular import check_regular
+from kane.numeric.named import finite_number
 from kane.numeric.rank import null_direction
 
 _LONG = 70

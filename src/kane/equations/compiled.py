@@ -127,9 +127,9 @@ class Compiled:
 
     @quietly
     def _repr_html_(self) -> str:
-        from kane.program.html import compiled_html
+        from kane.program.html import program_html
 
-        return compiled_html(self)
+        return program_html(self.program, self.operations)
 
     def __repr__(self) -> str:
         return f"Compiled({self.name!r}: {self.rhs!r})"

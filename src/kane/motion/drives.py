@@ -12,7 +12,6 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.readings.values import finite_number, named_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.diff import tangent
@@ -20,6 +19,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.symbols import Input, Parameter, Time, input_of, time
 from kane.model.survey import geometry
+from kane.numeric.named import finite_number, named_values
 
 Array = npt.NDArray[np.float64]
 Function = Callable[[Any], Any]

@@ -1,36 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compiled equations in a notebook: signatures, what the arguments and results are, operations."""
+"""A Program in a notebook: signatures, what the arguments and results are, operations."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from kane.program.program import Port, Program, Routine
-from kane.program.receipt import receipt
+from kane.program.receipt import Receipt, receipt
 from kane.write.html import escaped, math, paragraph, table
 from kane.write.latex import latex_name
-
-if TYPE_CHECKING:
-    from kane.equations.compiled import Compiled
-    from kane.program.native.handle import Handle
 
 _FEW = 12
 """Names of a vector that are listed."""
 _ROLES = {"t": "time", "x": "state", "p": "parameters", "r": "inputs"}
 
 
-def handle_html(handle: Handle) -> str:
-    """Signature, arguments, results and receipt of one routine."""
-    program, routine = handle.program, handle.routine
+def routine_html(program: Program, routine: Routine) -> str:
+    """Signature, arguments, results and operations of one routine."""
     rows = [*_arguments(program), ("<code>results</code>", "", _shape(routine), _labels(routine.labels))]
     operations = paragraph(escaped(receipt(program)[routine.name]))
     return _code(_signature(program, routine)) + table(_HEAD, rows) + operations
 
 
-def compiled_html(compiled: Compiled) -> str:
+def program_html(program: Program, costs: Receipt) -> str:
     """The arguments that all routines share, and a line for each routine."""
-    program, costs = compiled.program, compiled.operations
     routines = [
         (
             f"<code>{escaped(_signature(program, routine))}</code>",
@@ -40,7 +33,7 @@ def compiled_html(compiled: Compiled) -> str:
         for routine in program.routines
         if routine.results
     ]
-    lead = paragraph(f"<b>Compiled</b>: {escaped(compiled.name)}")
+    lead = paragraph(f"<b>Compiled</b>: {escaped(program.name)}")
     return lead + table(_HEAD, _arguments(program)) + table(("routine", "results", "operations"), routines)
 
 

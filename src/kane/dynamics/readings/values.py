@@ -6,15 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from kane.dynamics.constraints.singular import check_pivots
-from kane.errors import SimulationError, ValueMissingError, alike
+from kane.errors import ValueMissingError
 from kane.expr.evaluate import evaluate, free_symbols, stacked
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of, rate, time
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, input_of, rate, time
+from kane.numeric.named import finite_number, named_values
 
 if TYPE_CHECKING:
     from kane.equations.equations import Equations
@@ -46,32 +45,6 @@ def without_unknowns(eom: Equations, roots: Sequence[Expr]) -> list[Expr]:
         return plain
     memo: dict[Expr, Expr] = {}
     return [substitute(e, solved, memo) for e in plain]
-
-
-def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr, Any]:
-    """Values by symbol, from a mapping by symbol or name, or a sequence in the symbols' order."""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping):
-        values = list(given)
-        if len(values) != len(symbols):
-            raise ValueMissingError(
-                f"Expected {len(symbols)} {what} ({', '.join(s.name for s in symbols)}), got {len(values)} values. Give one for each "
-                "in that order, or a dict {name: value}."
-            )
-        return dict(zip(symbols, values, strict=True))
-    by_name = {s.name: s for s in symbols}
-    found: dict[Expr, Any] = {}
-    for key, value in given.items():
-        name = key.name if isinstance(key, Symbol) else key
-        symbol = by_name.get(name) if isinstance(name, str) else None
-        if symbol is None or (isinstance(key, Symbol) and key is not symbol):
-            raise ValueMissingError(
-                f"Expected values for {what} of the system ({', '.join(by_name) or 'none'}), got one for {key!r}."
-                f"{'' if name in by_name else alike(str(name), by_name)}"
-            )
-        found[symbol] = value
-    return found
 
 
 def speeds_from_rates(
@@ -130,18 +103,3 @@ def parameter_values(eom: Equations, parameters: Mapping[Any, Any] | None) -> di
             "default, kn.parameter(name, default)."
         )
     return {p: finite_number("value", str(p), v) for p, v in values.items()}
-
-
-def finite_number(what: str, name: str, value: Any) -> float:
-    """`value` as a finite float."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"Expected a number as the {what} for {name}, got {value!r:.60}. Give a plain number in the unit of {name}."
-        ) from error
-    if not np.isfinite(number):
-        raise SimulationError(
-            f"Expected a finite {what} for {name}, got {number}. Give a number that motion can go on from."
-        )
-    return number

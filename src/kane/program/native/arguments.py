@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.readings.values import finite_number, named_values
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.numeric.named import finite_number, named_values
 from kane.program.program import Port
 
 Array = npt.NDArray[np.float64]

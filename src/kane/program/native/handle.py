@@ -230,9 +230,9 @@ class Handle:
 
     @quietly
     def _repr_html_(self) -> str:
-        from kane.program.html import handle_html
+        from kane.program.html import routine_html
 
-        return handle_html(self)
+        return routine_html(self.program, self.routine)
 
     def __repr__(self) -> str:
         few = f"{', '.join(self.labels[:8])}{', …' if len(self.labels) > 8 else ''}"
