@@ -15,10 +15,11 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.expr.ops import CONST, OPS
+from kane.expr.symbols import per_second
 from kane.units.by_pint import by_pint, registry
 from kane.units.rules import RULES, agree
 from kane.units.scales import conflict
-from kane.units.table import BASES, SYMBOLS, parse, per_second, unit
+from kane.units.table import BASES, SYMBOLS, parse, unit
 
 WORDS = st.sampled_from(sorted(SYMBOLS.keys() - {"1"}))
 FACTORS = st.tuples(

@@ -11,10 +11,10 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from kane import show
 from kane.analysis.point import OperatingPoint
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
-from kane.write.html import quietly
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -243,11 +243,7 @@ class Linear:
             self.A, self.B, c, d, states=list(self.states), inputs=list(self.inputs), outputs=[f"{x}" for x in names]
         )
 
-    @quietly
-    def _repr_html_(self) -> str:
-        from kane.analysis.linear_html import linear_html
-
-        return linear_html(self)
+    _repr_html_ = show.html
 
     def __repr__(self) -> str:
         values = ", ".join(f"{v:.4g}" for v in self.eigenvalues)

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
+from kane import show
 from kane.equations.equations import Equations
 from kane.equations.routines import ROUTINES, Output, ports, program, resolved
 from kane.errors import ArgumentError
@@ -19,7 +20,6 @@ from kane.program.native import arguments
 from kane.program.native.handle import Handle, NotFinite
 from kane.program.program import Program
 from kane.program.receipt import Receipt, receipt
-from kane.write.html import quietly
 
 Array = npt.NDArray[np.float64]
 
@@ -125,11 +125,7 @@ class Compiled:
             "Expected a routine to pickle or copy, compiled.rhs and the like, got the Compiled that holds it."
         )
 
-    @quietly
-    def _repr_html_(self) -> str:
-        from kane.program.html import program_html
-
-        return program_html(self.program, self.operations)
+    _repr_html_ = show.html
 
     def __repr__(self) -> str:
         return f"Compiled({self.name!r}: {self.rhs!r})"

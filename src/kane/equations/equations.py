@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from kane import show
 from kane.dynamics.constraints.embed import Embedding, multipliers
 from kane.dynamics.constraints.singular import Pivot, pivots
 from kane.dynamics.loads import loads_in_speeds
@@ -38,7 +39,6 @@ from kane.model.units import unit_in
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-from kane.write.html import quietly
 
 if TYPE_CHECKING:
     from kane.equations.compiled import compile
@@ -478,11 +478,7 @@ class Equations:
             return np.ones(())
         return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, **state)))
 
-    @quietly
-    def _repr_html_(self) -> str:
-        from kane.dynamics.readings.html import equations_html
-
-        return equations_html(self)
+    _repr_html_ = show.html
 
     def __repr__(self) -> str:
         return (

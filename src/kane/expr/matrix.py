@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from kane import show
 from kane.errors import ExpressionError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.write.html import quietly
 
 
 class Matrix:
@@ -104,11 +104,7 @@ class Matrix:
     def __repr__(self) -> str:
         return "Matrix([" + ",\n        ".join("[" + ", ".join(map(str, r)) + "]" for r in self.rows) + "])"
 
-    @quietly
-    def _repr_latex_(self) -> str:
-        from kane.write.display import matrix, matrix_words
-
-        return matrix(self).dollars(f"A {matrix_words(self)},")
+    _repr_latex_ = show.latex
 
 
 def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:

@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 
 import numpy as np
 
+from kane import show
 from kane.errors import ExpressionError
 from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
-from kane.write.html import quietly
 
 Number = int | float | Fraction
 T = TypeVar("T", covariant=True)
@@ -116,18 +116,12 @@ class Expr:
         return np.frompyfunc(build, len(boxed), 1)(*boxed)
 
     def __str__(self) -> str:
-        from kane.write.text import to_text
-
-        return to_text(self)
+        return show.text(self)
 
     def __repr__(self) -> str:
         return str(self)
 
-    @quietly
-    def _repr_latex_(self) -> str:
-        from kane.write.display import expression
-
-        return expression(self).dollars("An expression")
+    _repr_latex_ = show.latex
 
     # Arithmetic and functions are attached by expr.build, which holds the rewriting rules.
     if TYPE_CHECKING:

@@ -25,7 +25,6 @@ from kane.expr.node import (
     enter,
 )
 from kane.expr.ops import SYMBOL
-from kane.units.table import per_second
 
 
 def _place_key(place: Hashable) -> object:
@@ -151,6 +150,11 @@ class QuasiRate(Symbol):
 
 
 time = Time.declare("t", None, "s", "time")
+
+
+def per_second(text: str) -> str:
+    """The unit of the rate of what is in this unit: "m/s" after "m", "m/s^2" after "m/s"."""
+    return f"{text}^2" if text.endswith("/s") else f"{text}/s" if text else ""
 
 
 def rate(symbol: Symbol) -> Rate:

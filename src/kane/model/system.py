@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from kane import show
 from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols
@@ -41,7 +42,6 @@ from kane.model.variables import (
 )
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.write.html import quietly
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -215,11 +215,7 @@ class System:
         """The loads with gravity written out: one force a body, and its potential −Σ m g·r."""
         return (*(gravity_load(g, self.bodies) for g in self.gravities), *self.loads)
 
-    @quietly
-    def _repr_html_(self) -> str:
-        from kane.model.html import system_html
-
-        return system_html(self)
+    _repr_html_ = show.html
 
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)

@@ -15,7 +15,7 @@ from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.ops import CONST
-from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, rate
+from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
 from kane.model.bodies import RigidBody
 from kane.model.reactions import cut_of
 from kane.space.point import Point
@@ -33,7 +33,6 @@ from kane.units.table import (
     TIME,
     Unit,
     parse,
-    per_second,
     power,
     product,
     quotient,

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kane import show
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
 from kane.equations.equations import Equations
@@ -23,7 +24,6 @@ from kane.model.constraints import Constraint
 from kane.model.events import Event
 from kane.space.frame import Frame
 from kane.space.vector import Vector
-from kane.write.html import quietly
 
 Array = npt.NDArray[np.float64]
 
@@ -206,11 +206,7 @@ class Solution:
         up, down = np.split(np.abs(table[1:] - table[0]), 2)
         return float(np.maximum(up, down).sum(axis=0).max(initial=0))
 
-    @quietly
-    def _repr_html_(self) -> str:
-        from kane.motion.html import solution_html
-
-        return solution_html(self)
+    _repr_html_ = show.html
 
     def __repr__(self) -> str:
         return (

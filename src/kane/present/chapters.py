@@ -20,7 +20,7 @@ from kane.present.provenance import (
     mass_provenance,
     noncontributing,
 )
-from kane.write.html import unit_text
+from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
 LONG = 300

@@ -18,7 +18,7 @@ from kane.present.formulas import formulas
 from kane.space.frame import Frame
 from kane.space.latex import place_latex, unit_vector_latex
 from kane.space.vector import Vector
-from kane.write.html import unit_text
+from kane.units.text import unit_text
 from kane.write.latex import latex_name, to_latex
 
 _FEW = 4

@@ -21,7 +21,7 @@ from kane.model.system import System
 from kane.model.units import unit_in
 from kane.motion.solution import Solution
 from kane.space.vector import Vector
-from kane.write.html import unit_text
+from kane.units.text import unit_text
 from kane.write.latex import latex_name
 from kane.write.text import to_text
 

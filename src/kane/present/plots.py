@@ -15,7 +15,7 @@ from kane.motion.solution import Solution
 from kane.present.svg import FAINT, INK, SERIES, legend, panels, to_svg
 from kane.space.latex import place_latex
 from kane.space.point import Point
-from kane.write.html import unit_text
+from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
 Array = npt.NDArray[np.float64]

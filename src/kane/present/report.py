@@ -20,7 +20,7 @@ from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check
 from kane.present.declared import Table, Tex, declared
 from kane.present.receipt import receipt
-from kane.write.html import unit_text
+from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from kane.analysis.continuation import Branch
 from kane.analysis.stability import GROWS
 from kane.errors import SimulationError
-from kane.write.html import unit_text
+from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
 Array = npt.NDArray[np.float64]

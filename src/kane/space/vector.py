@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable
 from functools import reduce
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from kane import show
 from kane.errors import SpaceError
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.space.rotation import NOTHING, UNITS, Triple, common_base, connected, cost, cross3, dot3, express, single
-from kane.write.html import quietly
 
 if TYPE_CHECKING:
     from kane.space.frame import Frame
@@ -206,11 +206,7 @@ class Vector:
 
     __repr__ = __str__
 
-    @quietly
-    def _repr_latex_(self) -> str:
-        from kane.space.latex import vector_formula
-
-        return vector_formula(self).dollars("A vector")
+    _repr_latex_ = show.latex
 
 
 _set_parts = Vector.__dict__["parts"].__set__
@@ -327,8 +323,4 @@ class Dyadic:
 
     __repr__ = __str__
 
-    @quietly
-    def _repr_latex_(self) -> str:
-        from kane.space.latex import dyadic_formula
-
-        return dyadic_formula(self).dollars("A dyadic")
+    _repr_latex_ = show.latex

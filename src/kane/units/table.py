@@ -152,8 +152,3 @@ def _usual(text: str) -> Unit | None:
         found = quotient(found, term) if "/" in factor[1] else product(found, term)
         at = factor.end()
     return found if text else None
-
-
-def per_second(text: str) -> str:
-    """The unit of the rate of what is in this unit: "m/s" after "m", "m/s^2" after "m/s"."""
-    return f"{text}^2" if text.endswith("/s") else f"{text}/s" if text else ""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product as choices
@@ -59,3 +60,11 @@ def _powered(name: str, exponent: Exponent) -> str:
     if exponent == 1:
         return name
     return f"{name}^({exponent})" if isinstance(exponent, Fraction) else f"{name}^{exponent}"
+
+
+def unit_text(unit: str) -> str:
+    """A unit with raised exponents: m/s², N·m."""
+    return re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_RAISED), unit).replace("*", "·").replace(" ", " ")
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

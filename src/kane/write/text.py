@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
+from kane import show
 from kane.expr.node import Expr, Number, as_expr
 from kane.write.layout import layout
 from kane.write.trees import (
@@ -38,6 +39,9 @@ def to_text(expr: Expr, *, intermediates: bool | None = None) -> str:
     if not shown.intermediates:
         return text
     return f"{text}, where {', '.join(f'{name} = {write(t, _pieces)}' for name, t in shown.intermediates)}"
+
+
+show.TEXT[Expr] = to_text
 
 
 def text_lines(named: Mapping[str, Expr], *, intermediates: bool | None = None) -> list[str]:

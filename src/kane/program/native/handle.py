@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from kane import show
 from kane.errors import ArgumentError, KaneWarning, NotFiniteError
 from kane.program.emit.entries import block
 from kane.program.machine import Settings, build_library
@@ -19,7 +20,6 @@ from kane.program.native import arguments
 from kane.program.native.callers import outside
 from kane.program.program import Program, Routine
 from kane.program.reference import explain
-from kane.write.html import quietly
 
 Array = npt.NDArray[np.float64]
 NotFinite = Literal["warn", "raise", "ignore"]
@@ -228,11 +228,7 @@ class Handle:
     def __reduce__(self) -> tuple[Any, ...]:
         return Handle, (self.program, self.name, self.settings, self._default, self.not_finite)
 
-    @quietly
-    def _repr_html_(self) -> str:
-        from kane.program.html import routine_html
-
-        return routine_html(self.program, self.routine)
+    _repr_html_ = show.html
 
     def __repr__(self) -> str:
         few = f"{', '.join(self.labels[:8])}{', …' if len(self.labels) > 8 else ''}"

@@ -3,13 +3,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from kane.write.html import either, escaped, listed, math, paragraph, table, unit_text
+from kane.motion.solution import Solution
+from kane.present.notebook.pieces import either, escaped, listed, math, paragraph, table
+from kane.units.text import unit_text
 from kane.write.latex import latex_name
-
-if TYPE_CHECKING:
-    from kane.motion.solution import Solution
 
 
 def solution_html(solution: Solution) -> str:

@@ -4,17 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from kane.equations.equations import Equations
 from kane.expr.count import count_operations
-from kane.write.display import MOST, NAMED, TALL, WIDE, Formula, brackets, equations, matrix_words, typeset
-from kane.write.html import display, either, escaped, folded, listed, math, paragraph, table
+from kane.present.notebook.pieces import display, either, escaped, folded, listed, math, paragraph, table
+from kane.present.notebook.typeset import MOST, NAMED, TALL, WIDE, Typeset, brackets, equations, matrix_words, typeset
 from kane.write.latex import latex_name
 from kane.write.layout import layout
 from kane.write.trees import Tree
-
-if TYPE_CHECKING:
-    from kane.equations.equations import Equations
 
 SMALL = 300
 """Operations beyond which M and f, or the kinematical equations, are not typeset."""
@@ -68,13 +65,13 @@ def _motion(eom: Equations) -> str:
     )
 
 
-def motion_formula(eom: Equations) -> Formula:
+def motion_formula(eom: Equations) -> Typeset:
     """M = […] and f = […] below each other, with one list of intermediates; M in full where it is short."""
     n = len(eom.speeds)
     entries = [x for row in eom.mass_matrix for x in row]
     operations = count_operations([*entries, *eom.forcing]).total
     if operations > SMALL or n > WIDE:
-        return Formula("", operations)
+        return Typeset("", operations)
     alone = layout(entries)
     if alone.intermediates or count_operations(entries).total > NAMED:
         return typeset([*entries, *eom.forcing], lambda trees: [_mass(trees[: n * n], n), _forcing(trees[n * n :], n)])

@@ -8,10 +8,12 @@ import re
 import pytest
 from hypothesis import given
 
+from kane import show
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.symbols import coordinate, coordinates, parameters
-from kane.write.html import ROWS, either, escaped, listed, math, quietly, table, unit_text
+from kane.present.notebook.pieces import ROWS, either, escaped, listed, math, table
+from kane.units.text import unit_text
 from kane.write.latex import to_latex
 from tests.expr.expressions import Program, programs
 
@@ -110,14 +112,21 @@ def test_lists_and_units() -> None:
     assert unit_text("kg*m^2") == "kg·m²"
 
 
-def test_nothing_is_raised() -> None:
-    @quietly
+class Broken:
+    _repr_html_ = show.html
+    _repr_latex_ = show.latex
+
+
+def test_nothing_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(self: object) -> str:
         raise RecursionError
 
     def odd(source: object) -> str:
         raise ValueError("<no>")
 
-    assert broken(None) is None
+    assert Broken()._repr_html_() is None
+    monkeypatch.setitem(show.HTML, Broken, broken)
+    assert Broken()._repr_html_() is None
+    assert Broken()._repr_latex_() is None
     assert either(odd, None) == "<p>Not shown: ValueError: &lt;no&gt;</p>"
     assert object.__new__(Matrix)._repr_latex_() is None

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
@@ -12,14 +11,14 @@ from kane.model.bodies import Body, RigidBody
 from kane.model.constraints import Constraint
 from kane.model.loads import Load
 from kane.model.reactions import cut_of
-from kane.space.latex import dyadic_formula, place_latex, vector_formula
+from kane.model.system import System
+from kane.present.notebook.pieces import either, escaped, folded, listed, math, paragraph, table
+from kane.present.notebook.typeset import expression
+from kane.present.notebook.vectors import dyadic, vector
+from kane.space.latex import place_latex
 from kane.space.vector import Vector
-from kane.write.display import expression
-from kane.write.html import either, escaped, folded, listed, math, paragraph, table, unit_text
+from kane.units.text import unit_text
 from kane.write.latex import latex_name
-
-if TYPE_CHECKING:
-    from kane.model.system import System
 
 _PLACES = 4
 """Forces and torques of one load that are listed."""
@@ -49,7 +48,7 @@ def _body(body: Body) -> tuple[str, ...]:
     shared = (escaped(body.name), _cell(body.mass), math(place_latex(body.mass_center.name)))
     if not isinstance(body, RigidBody):
         return (*shared, "particle", "")
-    return (*shared, math(place_latex(body.frame.name)), dyadic_formula(body.inertia).cell)
+    return (*shared, math(place_latex(body.frame.name)), dyadic(body.inertia).cell)
 
 
 def _coordinates(system: System) -> str:
@@ -62,7 +61,7 @@ def _speeds(system: System) -> str:
 
 
 def _loads(system: System) -> str:
-    rows = [(escaped(g.name), f"{vector_formula(g.acceleration).cell} on every body") for g in system.gravities]
+    rows = [(escaped(g.name), f"{vector(g.acceleration).cell} on every body") for g in system.gravities]
     return table(("load", "acts"), [*rows, *((escaped(load.name), _acting(load)) for load in system.loads)])
 
 
@@ -74,7 +73,7 @@ def _constraints(system: System) -> str:
 def _acting(load: Load | Constraint) -> str:
     pairs: list[tuple[str, str, Vector]] = [("force", p.name, v) for p, v in load.forces]
     pairs += [("torque", f.name, v) for f, v in load.torques]
-    shown = [f"{what} on {math(place_latex(name))}: {vector_formula(v).cell}" for what, name, v in pairs[:_PLACES]]
+    shown = [f"{what} on {math(place_latex(name))}: {vector(v).cell}" for what, name, v in pairs[:_PLACES]]
     return "<br>".join([*shown, *([f"… and {len(pairs) - _PLACES} more"] if len(pairs) > _PLACES else [])])
 
 
@@ -86,7 +85,7 @@ def _cuts(kind: str, symbols: Sequence[Symbol]) -> str:
     rows = []
     for s in symbols:
         cut = cut_of(s)
-        place = (math(place_latex(cut.at.name)), vector_formula(cut.along).cell) if cut else ("", "")
+        place = (math(place_latex(cut.at.name)), vector(cut.along).cell) if cut else ("", "")
         name, *rest = symbol_cells(s)
         rows.append((name, *place, *rest))
     return table((kind, "at", "along", "unit", "meaning"), rows)

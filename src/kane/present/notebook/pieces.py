@@ -1,34 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pieces of HTML for notebooks: escaped text, formulas between dollar signs, tables. All layers use them."""
+"""Pieces of HTML for notebooks: escaped text, formulas between dollar signs, tables."""
 
 from __future__ import annotations
 
 import html
 import re
 from collections.abc import Callable, Sequence
-from functools import wraps
 from typing import TypeVar
-
-import numpy as np
 
 ROWS, NAMES = 30, 12
 """Rows of a table and names of a list beyond which they are cut."""
 
 S = TypeVar("S")
-
-
-def quietly(make: Callable[[S], str | None]) -> Callable[[S], str | None]:
-    """A representation that never raises nor warns: where it fails there is none, and `repr` is shown instead."""
-
-    @wraps(make)
-    def shown(self: S) -> str | None:
-        try:
-            with np.errstate(all="ignore"):
-                return make(self)
-        except Exception:
-            return None
-
-    return shown
 
 
 def either(make: Callable[[S], str], source: S) -> str:
@@ -52,14 +35,6 @@ def listed(names: Sequence[str]) -> str:
     """Names as text."""
     rest = len(names) - NAMES
     return escaped(", ".join(names[:NAMES])) + (f" and {rest} more" if rest > 0 else "")
-
-
-def unit_text(unit: str) -> str:
-    """A unit with raised exponents: m/s², N·m."""
-    return re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_RAISED), unit).replace("*", "·").replace(" ", " ")
-
-
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plain(latex: str) -> str:

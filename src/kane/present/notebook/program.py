@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from kane.present.notebook.pieces import escaped, math, paragraph, table
 from kane.program.program import Port, Program, Routine
 from kane.program.receipt import Receipt, receipt
-from kane.write.html import escaped, math, paragraph, table
 from kane.write.latex import latex_name
 
 _FEW = 12

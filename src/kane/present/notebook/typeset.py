@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from kane.expr.count import count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.write.html import math, plain
+from kane.present.notebook.pieces import math, plain
 from kane.write.latex import latex_name, tree_latex
 from kane.write.layout import layout
 from kane.write.trees import Tree
@@ -23,7 +23,7 @@ TALL, WIDE = 20, 10
 
 
 @dataclass(frozen=True, slots=True)
-class Formula:
+class Typeset:
     """LaTeX without dollar signs, "" where it would be too long; and the operations it stands for."""
 
     latex: str
@@ -41,17 +41,17 @@ class Formula:
         return math(self.latex) if self.latex and self.operations <= NAMED else f"{self.operations} operations"
 
 
-def typeset(exprs: Sequence[Expr], body: Callable[[tuple[Tree, ...]], Sequence[str]], *, most: int = MOST) -> Formula:
+def typeset(exprs: Sequence[Expr], body: Callable[[tuple[Tree, ...]], Sequence[str]], *, most: int = MOST) -> Typeset:
     """The lines that `body` makes of the display trees of expressions, and below them the intermediates they share.
 
     Expressions of more than `most` operations together are not laid out at all.
     """
     operations = count_operations(exprs).total
     if operations > most:
-        return Formula("", operations)
+        return Typeset("", operations)
     shown = layout(exprs, True if operations > NAMED else None)
     where = [f"{latex_name(name)} = {tree_latex(tree)}" for name, tree in shown.intermediates]
-    return Formula(lines([*body(shown.trees), *([r"\text{where}", *where] if where else [])]), operations)
+    return Typeset(lines([*body(shown.trees), *([r"\text{where}", *where] if where else [])]), operations)
 
 
 def lines(formulas: Sequence[str]) -> str:
@@ -62,12 +62,12 @@ def lines(formulas: Sequence[str]) -> str:
     return rf"\begin{{aligned}} {below} \end{{aligned}}"
 
 
-def expression(expr: Expr) -> Formula:
+def expression(expr: Expr) -> Typeset:
     """One expression."""
     return typeset((expr,), lambda trees: [tree_latex(trees[0])])
 
 
-def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Formula:
+def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Typeset:
     """Equations left = expression below each other; `left` is LaTeX."""
     return typeset(
         [e for _, e in named],
@@ -76,11 +76,11 @@ def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Formula
     )
 
 
-def matrix(m: Matrix) -> Formula:
+def matrix(m: Matrix) -> Typeset:
     """A matrix; "" where it is too large."""
     entries = [x for row in m for x in row]
     if m.shape[0] > TALL or m.shape[1] > WIDE:
-        return Formula("", count_operations(entries).total)
+        return Typeset("", count_operations(entries).total)
     return typeset(entries, lambda trees: [brackets(trees, m.shape)])
 
 

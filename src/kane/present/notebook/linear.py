@@ -4,16 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from kane.write.html import either, escaped, listed, math, paragraph, table
+from kane.analysis.linear import Linear
+from kane.present.notebook.pieces import either, escaped, listed, math, paragraph, table
 from kane.write.latex import latex_name
-
-if TYPE_CHECKING:
-    from kane.analysis.linear import Linear
 
 
 def linear_html(linear: Linear) -> str:

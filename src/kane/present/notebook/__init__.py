@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What notebooks show, one file a thing, entered into the tables of `kane.show`.
+
+Imported when a notebook first asks. No representation raises: `show` sees to the whole, `pieces.either` to its parts.
+"""
+
+from kane import show
+from kane.analysis.linear import Linear
+from kane.equations.compiled import Compiled
+from kane.equations.equations import Equations
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr
+from kane.model.system import System
+from kane.motion.solution import Solution
+from kane.present.notebook.equations import equations_html
+from kane.present.notebook.linear import linear_html
+from kane.present.notebook.program import program_html, routine_html
+from kane.present.notebook.solution import solution_html
+from kane.present.notebook.system import system_html
+from kane.present.notebook.typeset import expression, matrix, matrix_words
+from kane.present.notebook.vectors import dyadic, vector
+from kane.program.native.handle import Handle
+from kane.space.vector import Dyadic, Vector
+
+show.LATEX.update(
+    {
+        Expr: lambda e: expression(e).dollars("An expression"),
+        Matrix: lambda m: matrix(m).dollars(f"A {matrix_words(m)},"),
+        Vector: lambda v: vector(v).dollars("A vector"),
+        Dyadic: lambda d: dyadic(d).dollars("A dyadic"),
+    }
+)
+show.HTML.update(
+    {
+        System: system_html,
+        Equations: equations_html,
+        Handle: lambda h: routine_html(h.program, h.routine),
+        Compiled: lambda c: program_html(c.program, c.operations),
+        Solution: solution_html,
+        Linear: linear_html,
+    }
+)

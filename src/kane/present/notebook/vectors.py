@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+r"""Vectors and dyadics as LaTeX: u_{1}\,\hat{b}_{x} + u_{2}\,\hat{b}_{y}."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kane.expr.build import add, mul
+from kane.expr.node import ZERO, Expr
+from kane.present.notebook.typeset import Typeset, typeset
+from kane.space.frame import Frame
+from kane.space.latex import unit_vector_latex
+from kane.space.vector import Dyadic, Vector
+from kane.write.latex import tree_latex
+from kane.write.trees import Minus, NumberTree, Sum, Tree
+
+
+def vector(v: Vector) -> Typeset:
+    """A vector, as it is written: along the axes of all its frames."""
+    terms = _terms(v)
+    return _linear([x for x, _, _ in terms], [unit_vector_latex(f, axis) for _, f, axis in terms])
+
+
+def dyadic(d: Dyadic) -> Typeset:
+    """A dyadic multiplied out, a term for each pair of unit vectors."""
+    found: dict[tuple[Frame, str, Frame, str], Expr] = {}
+    for a, b in d.dyads:
+        for x, f, i in _terms(a):
+            for y, g, k in _terms(b):
+                found[f, i, g, k] = add(found.get((f, i, g, k), ZERO), mul(x, y))
+    kept = {key: x for key, x in found.items() if x is not ZERO}
+    pairs = [f"{unit_vector_latex(f, i)} {unit_vector_latex(g, k)}" for f, i, g, k in kept]
+    return _linear(list(kept.values()), pairs)
+
+
+def _terms(v: Vector) -> list[tuple[Expr, Frame, str]]:
+    return [(x, f, axis) for f, t in v.parts for x, axis in zip(t, "xyz", strict=True) if x is not ZERO]
+
+
+def _linear(factors: Sequence[Expr], units: Sequence[str]) -> Typeset:
+    return typeset(factors, lambda trees: [_joined(trees, units)])
+
+
+def _joined(trees: Sequence[Tree], units: Sequence[str]) -> str:
+    line = ""
+    for tree, unit in zip(trees, units, strict=True):
+        minus, size = (True, tree.body) if isinstance(tree, Minus) else (False, tree)
+        if isinstance(size, Sum) and all(negative for negative, _ in size.terms):
+            minus, size = not minus, size.flipped()
+        one = isinstance(size, NumberTree) and size.value == 1
+        lead = (" - " if minus else " + ") if line else ("-" if minus else "")
+        line += lead + unit if one else rf"{lead}{tree_latex(size, factor=True)}\,{unit}"
+    return line or "0"

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How things show themselves: tables by type, which those who write fill from above.
+
+An expression knows its `str` and its picture in a notebook, but what writes them stands above it. So the things ask here, and the
+writers enter themselves here: `kane.write.text` when it is imported, `kane.present.notebook` when a notebook asks for the first time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+Writers = dict[type, Callable[[Any], str]]
+
+TEXT: Writers = {}
+"""What `str` gives, by type."""
+LATEX: Writers = {}
+"""What a notebook shows as a formula, by type."""
+HTML: Writers = {}
+"""What a notebook shows as a table, by type."""
+
+
+def text(thing: object) -> str:
+    """`thing` as a line of text."""
+    return _writer(TEXT, thing)(thing)
+
+
+def latex(thing: object) -> str | None:
+    """What a notebook asks for as `_repr_latex_`: a formula between dollar signs, or a sentence."""
+    return _quietly(LATEX, thing)
+
+
+def html(thing: object) -> str | None:
+    """What a notebook asks for as `_repr_html_`."""
+    return _quietly(HTML, thing)
+
+
+def _quietly(table: Writers, thing: object) -> str | None:
+    """A representation that never raises nor warns: where it fails there is none, and the notebook shows `repr` instead."""
+    try:
+        import_module("kane.present.notebook")
+        with np.errstate(all="ignore"):
+            return _writer(table, thing)(thing)
+    except Exception:
+        return None
+
+
+def _writer(table: Writers, thing: object) -> Callable[[Any], str]:
+    return next(table[kind] for kind in type(thing).__mro__ if kind in table)
