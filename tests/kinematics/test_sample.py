@@ -76,6 +76,17 @@ def test_what_it_sees(euler):
     assert sample.turn(inner).T @ v @ [0, 1, 2, 0, 0, 0] == pytest.approx([0, 2, -1], abs=1e-10)
 
 
+def test_the_order_of_asking_does_not_matter():
+    speeds = generalized_speeds(balls(2, True))
+    exprs = [c for row in speeds.rows for c in row.values()]
+    forwards, backwards = Sample(speeds), Sample(speeds)
+    forwards.numbers(exprs)
+    for e in exprs[::-1]:
+        backwards.numbers([e])
+    assert forwards.values.keys() == backwards.values.keys()
+    assert all(np.array_equal(v, backwards.values[s]) for s, v in forwards.values.items())
+
+
 def test_where_the_numbers_say_nothing_nothing_is_ruled_out():
     x = kn.coordinate("x")
     point = O.at("P", x * N.x)

@@ -19,6 +19,7 @@ from kane.dynamics.constraints.closure import close
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
+from kane.numeric.sample import draw
 
 Array = npt.NDArray[np.float64]
 
@@ -118,7 +119,7 @@ def conditions(
     steady = set(range(n))
     for seed in _NEAR:
         x = start.copy()
-        x[: nq + n] += np.random.default_rng(seed).uniform(-0.1, 0.1, nq + n)
+        x[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
         flow = flow_at(eom, known, bare.state(onto(bare, x)), choice)
         tangent = flow.tangents
         matters = dependence(flow.a, len(tangent.free_q))[: len(tangent.free_q)]

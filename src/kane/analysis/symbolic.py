@@ -27,8 +27,9 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import solve_lu
 from kane.expr.substitute import substitute
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Symbol
 from kane.numeric.named import named_values
+from kane.numeric.sample import values_of
 
 Array = npt.NDArray[np.float64]
 Column = list[Expr]
@@ -161,11 +162,7 @@ class _Sample:
     """Numbers at one set of values for all that stays a symbol."""
 
     def __init__(self, eom: Equations, roots: Sequence[Expr]) -> None:
-        generator = np.random.default_rng(20050)
-        self.values = {
-            s: s.default if isinstance(s, Parameter) and s.default is not None else generator.uniform(0.3, 1.2)
-            for s in (*free_symbols(roots), *eom.parameters)
-        }
+        self.values = values_of((*free_symbols(roots), *eom.parameters), 20050)
 
     def __call__(self, roots: Sequence[Expr]) -> Array:
         return np.array(evaluate(list(roots), self.values), dtype=float) if roots else np.zeros(0)

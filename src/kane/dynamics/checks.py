@@ -12,7 +12,7 @@ from kane.errors import ModelError, NotAffineError, ReactionError
 from kane.expr.affine import affine_forms
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols, sample
+from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed
@@ -21,6 +21,7 @@ from kane.kinematics.motion import Kinematics
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.numeric.rank import null_direction
+from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 

@@ -89,33 +89,6 @@ def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:
     return np.moveaxis(flat.reshape(*shape, *leading), (0, 1), (-2, -1))
 
 
-def sample(roots: Iterable[Expr], seed: int) -> list[float]:
-    """Values at one point drawn at random: parameters at their defaults, other symbols between 0.3 and 1.2.
-
-    For questions about structure (is this zero everywhere?), asked while deriving: one pass over the graph.
-    """
-    wanted = list(roots)
-    generator: np.random.Generator | None = None  # making one takes longer than a small graph does
-    values: dict[Expr, Any] = {}
-    with np.errstate(all="ignore"):
-        for node in postorder(wanted):
-            if node.op is SYMBOL:
-                known = node.default if isinstance(node, Parameter) else None
-                if known is None:
-                    generator = generator or np.random.default_rng(seed)
-                    values[node] = generator.uniform(0.3, 1.2)
-                else:
-                    values[node] = np.float64(known)
-            elif node.op is CONST:
-                values[node] = float(constant_value(node) or 0)
-            elif node.op is PI:
-                values[node] = math.pi
-            else:
-                assert node.op.numpy is not None
-                values[node] = node.op.numpy(*[values[a] for a in node.args])
-    return [float(values[e]) for e in wanted]
-
-
 def free_symbols(roots: Iterable[Expr]) -> tuple[Symbol, ...]:
     """The symbols below `roots`, in the order of their first appearance."""
     return tuple(n for n in postorder(roots) if isinstance(n, Symbol))

@@ -14,10 +14,13 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert, structural_rank
 from kane.expr.substitute import substitute
-from kane.expr.symbols import Parameter, QuasiRate, Rate, Speed, input_of, rate
+from kane.expr.symbols import QuasiRate, Rate, Speed, input_of, rate
 from kane.kinematics.speeds import Speeds
 from kane.model.system import System
 from kane.numeric.rank import null_direction
+from kane.numeric.sample import draw, values_of
+
+_SEED = 20041
 
 
 def generalized_speeds(system: System) -> Speeds:
@@ -120,12 +123,8 @@ def _check_rank(
             f"Expected independent definitions of {', '.join(map(str, speeds))}, got structural rank {structural} of "
             f"{len(rates)}: some of them share too few rates. Define one of them differently."
         )
-    generator = np.random.default_rng(20041)
-    numbers = {
-        s: generator.uniform(0.3, 1.2)
-        for s in free_symbols(x for row in dense for x in row)
-        if not (isinstance(s, Parameter) and s.default)
-    }
+    symbols = free_symbols(x for row in dense for x in row)
+    numbers = values_of(symbols, _SEED, {s: draw(_SEED, s) for s in symbols if s.default == 0})
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
     vanishing = null_direction(y.T, 1e-10)
     if vanishing is not None:

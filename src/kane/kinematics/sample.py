@@ -16,6 +16,7 @@ import numpy.typing as npt
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.kinematics.speeds import Speeds
+from kane.numeric.sample import draw
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
@@ -29,7 +30,7 @@ class Sample:
     """Random values of a system's symbols, made when first needed; rates run through their unit vectors and zero."""
 
     speeds: Speeds
-    generator: np.random.Generator = field(default_factory=lambda: np.random.default_rng(20046))
+    seed: int = 20046
     values: dict[Expr, Any] = field(default_factory=dict)
     turns: dict[Frame, Array] = field(default_factory=dict)
     inverse: list[Array] = field(default_factory=list)
@@ -41,13 +42,13 @@ class Sample:
             units = np.eye(len(self.speeds.rates), len(self.speeds.rates) + 1)
             self.values.update(zip(self.speeds.rates, units, strict=True))
             for group in self.speeds.system.euler_parameters:
-                e = self.generator.normal(size=4)
+                e = [draw(self.seed, s, -1.0) for s in group.coordinates]
                 self.values.update(zip(group.coordinates, e / np.linalg.norm(e), strict=True))
         for s in free_symbols(wanted):
             if s in self.speeds.euler_rates:
                 self.values[s] = self.numbers([self.speeds.euler_rates[s]])[0]
             elif s not in self.values:
-                self.values[s] = self.generator.uniform(0.3, 1.2)
+                self.values[s] = draw(self.seed, s)
         found: list[Any] = evaluate(wanted, {s: self.values[s] for s in free_symbols(wanted)})
         return found
 

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from kane.errors import ModelError
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.symbols import Parameter
+from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
 _SLACK = 1e-9
+_SEED = 20045
 
 
 def length(v: Vector) -> float:
@@ -21,9 +23,7 @@ def length(v: Vector) -> float:
     symbols = free_symbols([square])
     if any(isinstance(s, Parameter) and s.default is None for s in symbols):
         return 1.0
-    moving = [s for s in symbols if s.default is None]
-    draws = np.random.default_rng(20045).uniform(0.3, 1.2, len(moving))
-    return float(np.sqrt(evaluate(square, dict(zip(moving, draws, strict=True)))))
+    return math.sqrt(sample([square], _SEED)[0])
 
 
 def is_unit(v: Vector) -> bool:

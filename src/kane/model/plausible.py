@@ -13,9 +13,10 @@ import warnings
 import numpy as np
 
 from kane.errors import KaneWarning, ModelError
-from kane.expr.evaluate import evaluate, free_symbols, sample
+from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Parameter
+from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic
 from kane.write.excerpt import excerpt

@@ -14,11 +14,12 @@ import numpy.typing as npt
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.expr.evaluate import evaluate, free_symbols, sample
+from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate
+from kane.numeric.sample import sample
 
 Array = npt.NDArray[np.float64]
 

@@ -11,10 +11,11 @@ import numpy as np
 from kane.errors import SpaceError
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols, sample
+from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
+from kane.numeric.sample import sample
 from kane.space.rotation import UNITS, Cosines, Orientation, Triple, connected, dot3, express, path, transposed
 from kane.space.vector import Vector
 
@@ -246,7 +247,7 @@ def check_angular_velocity(frame: Frame, base: Frame, given: Vector) -> None:
     if not isinstance(given, Vector):
         raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {given!r:.60}.")
     found = frame.angular_velocity(base)
-    numbers = sample([*found.components(base), *given.components(base)], _SEED)  # at once: both at one state
+    numbers = sample([*found.components(base), *given.components(base)], _SEED)
     if not np.allclose(numbers[:3], numbers[3:], rtol=_AGREE, atol=_AGREE * max(map(abs, numbers)), equal_nan=True):
         raise SpaceError(
             f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {found!s:.60}, got "
@@ -290,12 +291,9 @@ def _check_orthogonal(columns: Cosines) -> None:
     symbols = free_symbols(x for column in columns for x in column)
     if any(isinstance(s, Parameter) and s.default is None for s in symbols):
         return
-    moving = [s for s in symbols if s.default is None]
-    draws = np.random.default_rng(20044).uniform(0.3, 1.2, len(moving))
-    numbers = evaluate(Matrix(columns), dict(zip(moving, draws, strict=True)))
-    if not np.all(np.isfinite(numbers)):
+    c = [sample(column, _SEED) for column in columns]
+    if not np.all(np.isfinite(c)):
         return
-    c = [[float(x) for x in column] for column in numbers]
     for i in range(3):
         for j in range(i, 3):
             product = sum(a * b for a, b in zip(c[i], c[j], strict=True))

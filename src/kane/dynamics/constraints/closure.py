@@ -19,6 +19,7 @@ from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Symbol, input_of, time
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
+from kane.numeric.sample import values_of
 
 Array = npt.NDArray[np.float64]
 Residual = Callable[[Array], tuple[Array, Array]]
@@ -28,6 +29,7 @@ CLOSED = 1e-10
 OFF = 1e-6
 """Residual, over the reach of the coordinates, above which no configuration was found."""
 TRIES = 12
+_SEED = 20322
 _STEPS = 60
 _TIMES = (1.0, 0.01, 0.0)
 """Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
@@ -139,7 +141,7 @@ class Sampled:
     times: tuple[float, ...] = ()
 
 
-def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 20047) -> dict[Symbol, float]:
+def sample_configuration(system: System, roots: Sequence[Expr], seed: int = _SEED) -> dict[Symbol, float]:
     """Values of every symbol below `roots`, with the coordinates on the configuration constraints if that can be reached.
 
     Parameters take their defaults; what has none is drawn at random. Used to choose what is solved for, so that a point off the
@@ -148,15 +150,11 @@ def sample_configuration(system: System, roots: Sequence[Expr], seed: int = 2004
     return sampled(system, roots, seed).values
 
 
-def sampled(system: System, roots: Sequence[Expr], seed: int = 20047) -> Sampled:
+def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled:
     """As `sample_configuration`, with what is left of the constraints."""
     known = closure(system)
     generator = np.random.default_rng(seed)
-    symbols = dict.fromkeys((*free_symbols([*roots, *known.f]), *system.coordinates))
-    values: dict[Any, float] = {
-        s: float(s.default) if isinstance(s, Parameter) and s.default is not None else generator.uniform(0.3, 1.2)
-        for s in symbols
-    }
+    values = values_of((*free_symbols([*roots, *known.f]), *system.coordinates), seed)
     if not known.f:
         return Sampled(values, (), ())
     moving = set(system.coordinates)

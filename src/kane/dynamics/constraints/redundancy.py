@@ -19,12 +19,13 @@ from kane.dynamics.constraints.closure import TRIES, Sampled, closure, matrix_at
 from kane.dynamics.constraints.partition import dependencies, indeterminate, row_sizes, within
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.node import ZERO, Expr, constant_value
+from kane.expr.node import ZERO, constant_value
 from kane.expr.symbols import Coordinate, Parameter, Time, input_of
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
 from kane.model.system import System
+from kane.numeric.sample import values_of
 
 Array = npt.NDArray[np.float64]
 
@@ -44,7 +45,7 @@ def _check_affine(system: System) -> None:
     ]
     if len(plain) < 2:
         return
-    values = _drawn(free_symbols(known.f[k] for k in plain), {})
+    values = values_of(free_symbols(known.f[k] for k in plain), _SEED)
     g = np.array(evaluate([x for k in plain for x in known.gradient.rows[k]], values), dtype=float).reshape(
         len(plain), -1
     )
@@ -158,7 +159,7 @@ def _contradiction(system: System, constraints: Sequence[Constraint], rows: Cons
 
 def _contrary(rows: ConstraintRows, a: Array, values: Mapping[Any, float]) -> list[bool]:
     """Which constraints take part in a contradiction, xᵀ b ≠ 0."""
-    return _against(a, np.array(evaluate(list(rows.b), _drawn(free_symbols(rows.b), values)), dtype=float))
+    return _against(a, np.array(evaluate(list(rows.b), values_of(free_symbols(rows.b), _SEED, values)), dtype=float))
 
 
 def _against(a: Array, right: Array) -> list[bool]:
@@ -170,14 +171,3 @@ def _against(a: Array, right: Array) -> list[bool]:
     reach = np.abs(loose * np.maximum(np.abs(scaled), 1.0)).max(axis=1, initial=0)
     broken = loose[np.abs(terms.sum(axis=1)) > _AGREE * reach]
     return [bool(x) for x in np.abs(broken).max(axis=0, initial=0) > 1e-6]
-
-
-def _drawn(symbols: Sequence[Expr], values: Mapping[Any, float]) -> dict[Any, float]:
-    """The values, with numbers drawn at random for the symbols that have none and are not parameters with a default."""
-    generator = np.random.default_rng(_SEED)
-    known = dict(values)
-    for s in symbols:
-        if s not in known:
-            default = s.default if isinstance(s, Parameter) else None
-            known[s] = float(default) if default is not None else float(generator.uniform(0.3, 1.2))
-    return known

@@ -21,6 +21,7 @@ from kane.expr.node import Expr, postorder
 from kane.expr.ops import CONST, DIV, NEG
 from kane.expr.solve import eliminate
 from kane.expr.symbols import Speed
+from kane.numeric.sample import draw
 
 if TYPE_CHECKING:
     from kane.equations.equations import Equations
@@ -92,8 +93,7 @@ def _denominators(roots: Sequence[Expr]) -> set[Expr]:
 def _vanishing(found: Sequence[Expr], eom: Equations, values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
     if not found:
         return []
-    generator = np.random.default_rng(_SEED)
-    drawn = {q: generator.uniform(0.3, 1.2) for q in eom.coordinates}
+    drawn = {q: draw(_SEED, q) for q in eom.coordinates}
     here, usual = evaluate(found, values), evaluate(found, {**values, **drawn})
     with np.errstate(invalid="ignore"):
         return [np.asarray(np.abs(x) <= _GONE * np.abs(y)) for x, y in zip(here, usual, strict=True)]

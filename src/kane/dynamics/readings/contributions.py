@@ -151,5 +151,5 @@ def _vanish(exprs: Sequence[Expr], eom: Equations) -> bool:
         return True
     if any(node.op.name in _SWITCHES for node in postorder(left)):
         return False
-    sample = Sample(eom.kinematical, np.random.default_rng(_SEED))
+    sample = Sample(eom.kinematical, _SEED)
     return bool(np.abs(np.array(sample.numbers(left), dtype=float)).max() < _SLACK)  # NaN is not zero

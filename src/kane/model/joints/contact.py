@@ -15,11 +15,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kane.errors import ModelError
-from kane.expr.evaluate import sample
 from kane.expr.node import ZERO, Expr
 from kane.model.constraints import Constraint, rolling, touching
 from kane.model.directions import check_unit, home_of
 from kane.model.joints.joint import check_place, fixed
+from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import single

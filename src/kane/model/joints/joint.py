@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from kane.errors import ModelError, UnitError
-from kane.expr.evaluate import free_symbols, sample
+from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.model.directions import check_unit
+from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

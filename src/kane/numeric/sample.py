@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A value for every symbol: the one given, else a parameter's default, else a number drawn at random.
+
+What is drawn depends on the seed and the symbol's declaration alone: not on what else was drawn, nor on the process.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from kane.expr.node import Expr, constant_value, postorder
+from kane.expr.ops import CONST, PI, SYMBOL
+
+LOW, HIGH = 0.3, 1.2
+"""Numbers are drawn from this range: no angle there is special, no length zero."""
+_WORD = 2**64 - 1
+
+
+def draw(seed: int, symbol: Expr, low: float = LOW, high: float = HIGH) -> float:
+    """A number between `low` and `high`: the structural key of the symbol, mixed with the seed.
+
+    The mixing is that of SplitMix64 (Steele, Lea & Flood 2014): every bit of the result depends on every bit of its argument.
+    """
+    z = (symbol.key + seed * 0x9E3779B97F4A7C15) & _WORD
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & _WORD
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & _WORD
+    return low + (high - low) * ((z ^ (z >> 31)) >> 11) * 2.0**-53
+
+
+def value_of(symbol: Any, seed: int) -> float:
+    """The default of the symbol, where it has one, else a number drawn."""
+    return draw(seed, symbol) if symbol.default is None else float(symbol.default)
+
+
+def values_of(symbols: Iterable[Any], seed: int, values: Mapping[Any, float] | None = None) -> dict[Any, float]:
+    """A value for every symbol: the one in `values`, else its default, else a number drawn. Keeps the other `values` too."""
+    found = dict(values or {})
+    found.update((s, value_of(s, seed)) for s in symbols if s not in found)
+    return found
+
+
+def sample(roots: Iterable[Expr], seed: int) -> list[float]:
+    """Values at one point: parameters at their defaults, other symbols drawn.
+
+    For questions about structure (is this zero everywhere?), asked while deriving: one pass over the graph.
+    """
+    wanted = list(roots)
+    values: dict[Expr, Any] = {}
+    with np.errstate(all="ignore"):
+        for node in postorder(wanted):
+            if node.op is SYMBOL:
+                values[node] = np.float64(value_of(node, seed))
+            elif node.op is CONST:
+                values[node] = float(constant_value(node) or 0)
+            elif node.op is PI:
+                values[node] = math.pi
+            else:
+                assert node.op.numpy is not None
+                values[node] = node.op.numpy(*[values[a] for a in node.args])
+    return [float(values[e]) for e in wanted]
