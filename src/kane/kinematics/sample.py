@@ -42,7 +42,7 @@ class Sample:
             units = np.eye(len(self.speeds.rates), len(self.speeds.rates) + 1)
             self.values.update(zip(self.speeds.rates, units, strict=True))
             for group in self.speeds.system.euler_parameters:
-                e = [draw(self.seed, s, -1.0) for s in group.coordinates]
+                e = np.array([draw(self.seed, s, -1.0) for s in group.coordinates])
                 self.values.update(zip(group.coordinates, e / np.linalg.norm(e), strict=True))
         for s in free_symbols(wanted):
             if s in self.speeds.euler_rates:
