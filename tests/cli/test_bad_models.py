@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Never silently wrong: model files with one slip each, and what `kane check` says of them.
 
-`BAD` has a row for each file in `bad`: what the message must say, in the user's own names, with what came and the cure, and
+`BAD` has a row for each slip in `bad.SLIPS`: what the message must say, in the user's own names, with what came and the cure, and
 the line of the file it points at. `COVERED` maps the mistakes that must be named to the rows and, for those that arise only
 when running, to tests at the interface.
 """
@@ -20,9 +20,9 @@ import pytest
 
 import kane as kn
 from kane.cli.faults import LINES
+from tests.cli import bad
 from tests.cli.command import from_json, kane, line, written
 
-FOLDER = Path(__file__).with_name("bad")
 TESTS = Path(__file__).resolve().parents[1]
 
 
@@ -158,7 +158,7 @@ COVERED: dict[str, tuple[str, ...]] = {
     "too few speeds": ("speeds_too_few",),
     "too many speeds": ("speeds_too_many", "kinematics/test_speeds.py::test_too_many_speeds"),
     "dependent speed definitions": ("speeds_dependent", "kinematics/test_speeds.py::test_structurally_dependent_definitions"),
-    "Y singular only at the given start": ("singular_start", "simulate/test_singular.py::test_a_pivot_that_rounding_leaves_over"),
+    "Y singular only at the given start": ("singular_start", "motion/test_singular.py::test_a_pivot_that_rounding_leaves_over"),
     "a coordinate that nothing uses": ("coordinate_unused", "body_not_listed"),
     "a force on a point of another system": ("force_of_another_system", "model/test_system.py::test_errors"),
     "two symbols of one name in a System": ("two_symbols_of_one_name", "two_bodies_of_one_name"),
@@ -178,18 +178,18 @@ COVERED: dict[str, tuple[str, ...]] = {
     "a reaction entering nonlinearly": ("reaction_nonlinear", "dynamics/test_reactions.py::test_two_reactions_multiplied"),
     "an input in a position without derivatives": ("input_in_position",),
     "a point built on a fixed_in leaf": ("point_on_particle",),
-    "missing or unknown parameter": ("parameter_missing", "parameter_unknown", "simulate/test_run.py::test_errors"),
+    "missing or unknown parameter": ("parameter_missing", "parameter_unknown", "motion/test_run.py::test_errors"),
     "wrong state length": (
-        "start_length", "simulate/test_run.py::test_errors", "program/test_handle.py::test_shapes_and_types"),
+        "start_length", "motion/test_run.py::test_errors", "program/native/test_handle.py::test_shapes_and_types"),
     "NaN or infinity": (
-        "start_nan", "start_infinite_parameter", "default_infinite", "program/test_handle.py::test_values_that_are_not_finite"),
+        "start_nan", "start_infinite_parameter", "default_infinite", "program/native/test_handle.py::test_values_that_are_not_finite"),
     "comparing expressions": (
         "compare_equal", "compare_if", "compare_truth", "expr/test_node.py::test_truth_values_are_refused_with_the_cure"),
-    "tolerances ≤ 0": ("simulate/test_start.py::test_span_and_tolerance",),
-    "reversed time span": ("span_reversed", "simulate/test_start.py::test_span_and_tolerance"),
+    "tolerances ≤ 0": ("motion/test_start.py::test_span_and_tolerance",),
+    "reversed time span": ("span_reversed", "motion/test_start.py::test_span_and_tolerance"),
     "a motion that reaches a singularity of W": (
-        "singular_motion", "simulate/test_run.py::test_euler_angles_through_gimbal_lock",
-        "simulate/test_singular.py::test_a_motion_that_breaks_off_names_the_pivot"),
+        "singular_motion", "motion/test_run.py::test_euler_angles_through_gimbal_lock",
+        "motion/test_singular.py::test_a_motion_that_breaks_off_names_the_pivot"),
     "a model file without system()": ("no_system", "no_return"),
     "a Python error inside a model file": ("python_error", "too_few_names"),
     # what students do most often
@@ -209,20 +209,21 @@ COVERED: dict[str, tuple[str, ...]] = {
 """Each mistake that must be named, by the files in `bad` and the tests that make it."""
 
 
-def file_of(name: str) -> Path:
-    return FOLDER / f"{name}.py"
+@pytest.fixture(scope="module")
+def file_of(tmp_path_factory):
+    """The model file of a name, in a folder of their own."""
+    folder = tmp_path_factory.mktemp("bad")
+    return lambda name: bad.written(name, folder)
 
 
 def line_of(name: str) -> str:
     """“line N” of the one line of the file that holds the row's text."""
-    (number,) = [
-        n for n, t in enumerate(file_of(name).read_text(encoding="utf-8").splitlines(), 1) if BAD[name].at in t
-    ]
+    (number,) = [n for n, t in enumerate(bad.source(name).splitlines(), 1) if BAD[name].at in t]
     return f"line {number}"
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_check(name):
+def test_check(name, file_of):
     row, file = BAD[name], file_of(name)
     ran = kane("check", file, code=row.code)
     told = ran.stdout[ran.stdout.index("\nWarnings") :].strip() if row.code == 0 else ran.stderr
@@ -238,7 +239,7 @@ def test_check(name):
 
 
 @pytest.mark.parametrize("name", [n for n in BAD if BAD[n].code])
-def test_category(name):
+def test_category(name, file_of):
     found = from_json("check", file_of(name), code=1)
     assert not found["ok"]
     assert found["error"]["type"] == BAD[name].kind
@@ -246,20 +247,20 @@ def test_category(name):
 
 
 @pytest.mark.parametrize("name", [n for n in BAD if not BAD[n].code])
-def test_doubts_are_no_errors(name):
+def test_doubts_are_no_errors(name, file_of):
     found = from_json("check", file_of(name))
     assert found["ok"]
     assert any(all(words in text for words in BAD[name].words) for text in found["warnings"])
 
 
 @pytest.mark.parametrize("name", RUNNING)
-def test_simulate(name):
+def test_simulate(name, file_of):
     code, stream, parts = RUNNING[name]
     told = line(getattr(kane("simulate", file_of(name), code=code), stream))
     assert all(part in told for part in parts)
 
 
-def test_a_motion_keeps_what_it_has(tmp_path):
+def test_a_motion_keeps_what_it_has(tmp_path, file_of):
     table = tmp_path / "motion.csv"
     kane("simulate", file_of("singular_motion"), "--csv", table, code=1)
     head, *rows = table.read_text(encoding="utf-8").splitlines()
@@ -271,11 +272,11 @@ def test_a_motion_keeps_what_it_has(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["speed_nonlinear", "singular_start"])
-def test_in_a_process_of_its_own(name):
+def test_in_a_process_of_its_own(name, file_of):
     code = "import sys; sys.argv[0] = 'kane'; from kane.cli import main; main()"
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", code, "check", str(file_of(name))],
-        cwd=FOLDER, env=dict(os.environ), capture_output=True, text=True, timeout=60, check=False,
+        cwd=file_of(name).parent, env=dict(os.environ), capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (1, "")
     assert all(words in line(done.stderr) for words in BAD[name].words)
@@ -300,17 +301,23 @@ def test_numpy_functions_know_expressions():
     ],
 )
 def test_the_slip_alone_is_wrong(name, slip, right, tmp_path):
-    text = file_of(name).read_text(encoding="utf-8")
+    text = bad.source(name)
     assert text.count(slip) == 1
     said = kane("check", written(tmp_path, text.replace(slip, right))).stdout
     assert "No error found" in said
     assert "Warnings" not in said
 
 
-def test_every_file_has_a_row_and_every_row_a_file():
-    files = {p.stem for p in FOLDER.glob("*.py")}
-    assert files == BAD.keys() | RUNNING.keys()
-    assert files == {n for names in COVERED.values() for n in names if "::" not in n}
+@pytest.mark.parametrize("model", sorted(p.stem for p in bad.MODELS.glob("*.py")))
+def test_the_models_that_are_edited_are_sound(model):
+    said = kane("check", bad.MODELS / f"{model}.py").stdout
+    assert "No error found" in said
+    assert "Warnings" not in said
+
+
+def test_every_slip_has_a_row_and_every_row_a_slip():
+    assert bad.SLIPS.keys() == BAD.keys() | RUNNING.keys()
+    assert bad.SLIPS.keys() == {n for names in COVERED.values() for n in names if "::" not in n}
 
 
 def test_every_test_named_is_there():

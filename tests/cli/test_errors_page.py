@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The console blocks of the page on errors: each command, run beside the files in `bad`, prints the lines shown."""
+"""The console blocks of the page on errors: each command, run beside a file with that slip, prints the lines shown."""
 
 from __future__ import annotations
 
 import re
 import shlex
-import shutil
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from kane.cli import app
+from tests.cli import bad
 
 HERE = Path(__file__).resolve()
 PAGE = HERE.parents[2] / "docs" / "howto" / "errors.md"
@@ -26,8 +26,7 @@ def test_there_are_examples():
 def test_console_block(block, tmp_path, monkeypatch):
     command, *shown = block.splitlines()
     monkeypatch.chdir(tmp_path)
-    name = command.split()[-1]
-    shutil.copy(HERE.with_name("bad") / name, tmp_path)
+    bad.written(Path(command.split()[-1]).stem, tmp_path)
     ran = CliRunner().invoke(app, shlex.split(command))
     printed = (ran.stderr or ran.stdout).rstrip("\n")
     assert ran.exit_code == (0 if "Warnings" in shown else 1)

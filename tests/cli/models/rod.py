@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An axis without a direction."""
+"""A rod on a pivot."""
 
 import kane as kn
 
@@ -13,7 +13,7 @@ def system():
     L = kn.parameter("L", 0.5, "m", "length")
     g = kn.parameter("g", 9.81, "m/s^2")
 
-    B = N.rotate("B", q, N.z.cross(N.z))
+    B = N.rotate("B", q, N.z)
     G = O.at("G", -L / 2 * B.y)
     rod = kn.RigidBody("rod", frame=B, mass_center=G, mass=m, inertia=kn.rod(B, m, L, axis=B.y))
     return kn.System(N, bodies=[rod], speeds={u: q.dt}, loads=[kn.gravity(-g * N.y)])

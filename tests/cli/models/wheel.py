@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A reaction along a vector that is no unit vector."""
+"""A wheel that slides on the ground, friction smoothed."""
 
 import kane as kn
 
@@ -19,7 +19,7 @@ def system():
     C = N.rotate("C", q, N.z)
     contact = G.fixed_in(C, "contact", -R * N.y)
     wheel = kn.RigidBody("wheel", frame=C, mass_center=G, mass=m, inertia=kn.thin_disk(C, m, R, axis=C.z))
-    normal = kn.reaction("Fn", at=P, along=2 * N.y)
+    normal = kn.reaction("Fn", at=P, along=N.y)
     slip = contact.velocity(N).dot(N.x)
     return kn.System(
         N,

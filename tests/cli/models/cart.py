@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Two bodies of one name."""
+"""A pendulum on a cart that a spring holds."""
 
 import kane as kn
 
@@ -21,7 +21,7 @@ def system():
     B = N.rotate("B", q, N.z)
     P = A.at("P", -L * B.y)
     cart = kn.Particle("cart", A, m1)
-    bob = kn.Particle("cart", P, m2)
+    bob = kn.Particle("bob", P, m2)
     return kn.System(
         N,
         bodies=[cart, bob],
