@@ -5,6 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
+FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
@@ -16,11 +17,11 @@ help:  ## list the targets
 demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write out/rolling_disk/report.html
 	$(BIN)/kane demo --out out
 
-test: $(VENV)/.dev-stamp  ## the quick tests (5 minutes at most)
+test: $(VENV)/.dev-stamp  ## the quick tests (3 minutes at most)
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=quick -q
 
-test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at most)
-	KANE_FULL=1 $(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=full -q --durations=15
+test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at most); FULL=rest: less what `make test` ran alike
+	KANE_FULL=$(FULL) $(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=full -q --durations=15
 
 test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at the lowest versions allowed
 	bash requirements/package.sh $(PYTHON)
@@ -38,8 +39,9 @@ format: $(VENV)/.dev-stamp  ## rewrite the sources as `make check` wants them
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-docs: $(VENV)/.dev-stamp  ## the documentation, in docs/_build/html
+docs: $(VENV)/.dev-stamp  ## the documentation, in docs/_build/html, and the listings of its pages
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	KANE_FULL=pages $(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q tests/docs
 
 bench: $(VENV)/.dev-stamp  ## operation counts and timings
 	$(BIN)/python benchmarks/run.py

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Hypothesis profiles (`--hypothesis-profile=quick|full`), the collection of slow tests, and a cache of the tests' own."""
+"""Hypothesis profiles (`--hypothesis-profile=quick|full`), which tests run, and a cache of the tests' own."""
 
 import os
 import shutil
@@ -39,13 +39,26 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave tests marked `slow` out unless KANE_FULL is set: they are deselected, never skipped."""
-    if os.environ.get("KANE_FULL"):
-        return
-    slow = [item for item in items if item.get_closest_marker("slow")]
-    if slow:
-        config.hook.pytest_deselected(items=slow)
-        items[:] = [item for item in items if not item.get_closest_marker("slow")]
+    """Which tests run, by KANE_FULL; the others are deselected, never skipped.
+
+    Without it those that are neither `slow` nor a `page` (`make test`). "1": all (`make test-full`). "rest": what `make test` has not
+    run in the same way: slow ones, those of random examples, and those that grow with the profile. "pages": the listings of pages.
+    """
+    wanted = {
+        "": lambda i: not (i.get_closest_marker("slow") or i.get_closest_marker("page")),
+        "1": lambda i: True,
+        "rest": lambda i: any(map(i.get_closest_marker, ("slow", "grows"))) or _draws(i),
+        "pages": lambda i: bool(i.get_closest_marker("page")),
+    }[os.environ.get("KANE_FULL", "")]
+    left_out = [item for item in items if not wanted(item)]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if wanted(item)]
+
+
+def _draws(item: pytest.Item) -> bool:
+    """Whether Hypothesis draws the test's examples."""
+    return bool(getattr(getattr(item, "obj", None), "is_hypothesis_test", False))
 
 
 @pytest.fixture

@@ -196,14 +196,14 @@ def test_no_result_is_written_over_the_model(tmp_path):
     assert file.read_text(encoding="utf-8") == SPRING
 
 
-def test_every_system_of_the_gallery_has_a_start():
-    for name in GALLERY:
-        module = load(name)
-        system, start = module.system(), getattr(module, "START", STARTS.get(name))
-        assert start is not None, name
-        assert set(start["q"]) == {q.name for q in system.coordinates}
-        assert set(start["u"]) <= {u.name for u in system.speeds}
-        assert from_json("simulate", name, "--t1", 0.01)["energy"]["passed"], name
+@pytest.mark.parametrize("name", GALLERY)
+def test_every_system_of_the_gallery_has_a_start(name):
+    module = load(name)
+    system, start = module.system(), getattr(module, "START", STARTS.get(name))
+    assert start is not None
+    assert set(start["q"]) == {q.name for q in system.coordinates}
+    assert set(start["u"]) <= {u.name for u in system.speeds}
+    assert from_json("simulate", name, "--t1", 0.01)["energy"]["passed"]
 
 
 def test_emit(tmp_path):

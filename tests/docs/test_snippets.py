@@ -8,6 +8,7 @@ from tests.docs.snippets import PAGES, ROOT, Block, agrees, blocks, printed
 WITH_CODE = [page for page in PAGES if blocks((ROOT / page).read_text(encoding="utf-8"))]
 
 
+@pytest.mark.page
 @pytest.mark.parametrize("page", WITH_CODE)
 def test_snippets_run_and_print_what_is_shown(page, tmp_path):
     found = blocks((ROOT / page).read_text(encoding="utf-8"))

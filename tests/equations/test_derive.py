@@ -216,6 +216,7 @@ def text_under(seed):
     return run.stdout
 
 
+@pytest.mark.slow
 def test_text_does_not_depend_on_the_hash_seed():
     first, second = text_under(1), text_under(271828)
     assert len(first) > 5000

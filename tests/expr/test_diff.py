@@ -164,6 +164,7 @@ def test_tangents_share_a_memo() -> None:
     assert len(memo) == size
 
 
+@pytest.mark.slow
 def test_derivative_of_a_deep_graph() -> None:
     e: Expr = x
     for _ in range(10_000):

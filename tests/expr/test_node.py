@@ -180,6 +180,7 @@ def test_pickling_returns_the_same_nodes(program: Program) -> None:
     assert all(a is b for a, b in zip(pickle.loads(pickle.dumps(rates)), rates, strict=True))
 
 
+@pytest.mark.grows
 def test_pickling_a_deep_graph() -> None:
     e = deep()
     assert pickle.loads(pickle.dumps(e)) is e
@@ -237,6 +238,7 @@ def test_repeated_building_leaves_nothing_behind() -> None:
     assert node.table_size() < size
 
 
+@pytest.mark.slow
 def test_table_stays_bounded_without_sweeping_by_hand() -> None:
     node.sweep()
     held = 4 * 50  # by e itself, when a sweep falls into the middle of it
@@ -256,6 +258,7 @@ def test_sweep_keeps_what_is_held() -> None:
     assert all(any(n is m for m in node._table.values()) for n in inner)
 
 
+@pytest.mark.slow
 def test_threads_share_one_table_while_it_is_swept() -> None:
     """A race would show as two nodes of one structure."""
     rounds, workers = 40, 4

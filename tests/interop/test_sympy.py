@@ -189,6 +189,7 @@ def test_namesakes_are_refused(other: Expr) -> None:
         to_sympy(q1 * other)
 
 
+@pytest.mark.slow
 def test_deep_graphs_pass_the_recursion_limit() -> None:
     e: Expr = q1
     for _ in range(2 * sys.getrecursionlimit()):
@@ -205,6 +206,7 @@ def test_sharing_is_kept() -> None:
     assert len(postorder([from_sympy(theirs, OURS)])) == len(postorder([e]))
 
 
+@pytest.mark.slow
 def test_long_sums_are_one_sum() -> None:
     e: Expr = q1
     for i in range(1, 2000):

@@ -25,7 +25,11 @@ from tests.oracles.mechanism_draw import mechanisms, questions
 from tests.oracles.mechanism_kane import SPEEDS, Asked, Model, to_kane
 from tests.oracles.tree import Array
 
-KINDS = [pytest.param(p, n, id=f"{'planar' if p else 'spatial'}, {n}") for p in (True, False) for n in (1, 2, 3)]
+KINDS = [
+    pytest.param(p, n, id=f"{'planar' if p else 'spatial'}, {n}", marks=[] if p or n < 3 else pytest.mark.slow)
+    for p in (True, False)
+    for n in (1, 2, 3)
+]
 SEEDS = st.integers(0, 2**16)
 
 

@@ -49,6 +49,7 @@ def test_accelerations_and_every_pins_reaction(motion: kn.Solution) -> None:
             np.testing.assert_allclose(f[2 * k : 2 * k + 2], reaction.force[:2], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_motion(motion: kn.Solution) -> None:
     bodies, held, poses, twists = linkage(motion.q[0], motion.u[0])
     run = simulate(bodies, held, poses, twists, motion.t, gravity=-9.81 * Y, rtol=1e-12)

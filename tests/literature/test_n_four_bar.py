@@ -40,6 +40,7 @@ def held_to_pendulum(n: int, tolerance: float) -> kn.Solution:
     return sol
 
 
+@pytest.mark.slow
 def test_it_goes_on_through_alignments() -> None:
     """Small steps come near the alignments, and what they do there is said."""
     sol = held_to_pendulum(2, 1e-11)

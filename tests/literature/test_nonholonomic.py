@@ -152,6 +152,7 @@ def test_rattleback_against_newton_and_euler() -> None:
         assert eom.evaluate(eom.reactions[0], **state) == pytest.approx(n @ force, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_the_rattleback_turns_back() -> None:
     eom = kn.derive(rattleback.system())
     sol = kn.simulate(eom, (0, 8), **rattleback.START)

@@ -80,6 +80,7 @@ class TestBuild:
     def test_results_that_are_inputs_and_constants(self):
         assert results(built(q, a, 3 + q * 0, kn.time)) == [0.7, 2.0, 3.0, 0.3]
 
+    @pytest.mark.slow
     def test_text_is_the_same_under_any_hash_seed(self):
         code = (
             "import hashlib, kane as kn\nfrom kane.gallery.pendulums import chain\n"

@@ -208,6 +208,7 @@ def test_every_intermediate_is_used_and_defined_before() -> None:
         assert defined - {"r"} == used
 
 
+@pytest.mark.grows
 def test_a_deep_chain_prints() -> None:
     e: Expr = q1
     for _ in range(DEEP // 2):
@@ -224,6 +225,7 @@ def test_deep_expressions_print_in_full_on_request() -> None:
     assert to_text(e, intermediates=False).count("sin(") == 5_000
 
 
+@pytest.mark.slow
 def test_a_sum_of_10000_terms_prints_flat() -> None:
     e: Expr = q1
     for i in range(1, 10_000):
@@ -274,6 +276,7 @@ print(digest(energy).hex(), energy.key)
 """
 
 
+@pytest.mark.slow
 def test_text_is_the_same_under_any_hash_seed_and_history() -> None:
     outputs = {
         subprocess.run(

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import kane as kn
 from kane.gallery import choose
@@ -49,26 +50,96 @@ class Model:
     road: tuple[kn.Vector, kn.Vector]
 
 
+class Coordinates(NamedTuple):
+    """The eight coordinates."""
+
+    x: kn.Coordinate
+    y: kn.Coordinate
+    psi: kn.Coordinate
+    phi: kn.Coordinate
+    theta: kn.Coordinate
+    delta: kn.Coordinate
+    theta_R: kn.Coordinate
+    theta_F: kn.Coordinate
+
+
+class Frames(NamedTuple):
+    """Ground N, yawed Y, leaning L, rear frame B, steering axis S.z, fork H, wheels R and F; E: the axes of the fork's inertia."""
+
+    N: kn.Frame
+    Y: kn.Frame
+    L: kn.Frame
+    B: kn.Frame
+    S: kn.Frame
+    H: kn.Frame
+    E: kn.Frame
+    R: kn.Frame
+    F: kn.Frame
+
+
 def model(speeds: str = "rates") -> Model:
     """The bicycle with its frames, contact points and constraints.
 
     Fork and front wheel turn at the rates of their angles ("rates"), or at angular velocities in the ground's frame ("spins"),
     as the rear wheel does either way: with these the equations take a twentieth fewer operations.
     """
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    x = kn.coordinate("x", "m", "rear contact, along x")
-    y = kn.coordinate("y", "m", "rear contact, along y")
-    psi = kn.coordinate("psi", "rad", "yaw")
-    phi = kn.coordinate("phi", "rad", "lean, to the right")
-    theta = kn.coordinate("theta", "rad", "pitch of the rear frame")
-    delta = kn.coordinate("delta", "rad", "steer, to the right")
-    theta_R = kn.coordinate("theta_R", "rad", "angle of the rear wheel")
-    theta_F = kn.coordinate("theta_F", "rad", "angle of the front wheel")
+    q = _coordinates()
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
+    tilt = kn.parameter("lambda", math.pi / 10, "rad", "tilt of the steering axis")
+    f = _frames(q, tilt)
+    O = kn.Point("O", fixed_in=f.N)
+    P = O.at("P", q.x * f.N.x + q.y * f.N.y)
+    bodies, (R_hat, F_hat) = _bodies(f, P, tilt)
+    rear = kn.no_slip(R_hat, along=(f.Y.x, f.Y.y), name="rear wheel")
+    front = kn.no_slip(F_hat, along=(f.H.x, f.H.y), name="front wheel")
+    height = kn.touching(F_hat, O, normal=f.N.z, name="front wheel on the road")
+    T_phi = kn.input("T_phi", "N*m", "lean torque on the rear frame")
+    T_delta = kn.input("T_delta", "N*m", "steer torque between rear frame and fork")
+    system = kn.System(
+        f.N,
+        bodies=bodies,
+        speeds=choose(_definitions(f, q, P), speeds),
+        loads=[
+            kn.gravity(g * f.N.z),
+            kn.Torque(f.B, T_phi * f.L.x, name="lean torque"),
+            kn.torque_pair(f.H, f.B, T_delta * f.S.z, name="steer torque"),
+        ],
+        holonomic=[height],
+        nonholonomic=[*rear, *front],
+        coordinates=q,
+        dependent_coordinates=(q.theta,),
+    )
+    return Model(system, bodies, (R_hat, F_hat), rear, front, height, (f.H.x, f.H.y))
+
+
+def _coordinates() -> Coordinates:
+    return Coordinates(
+        kn.coordinate("x", "m", "rear contact, along x"),
+        kn.coordinate("y", "m", "rear contact, along y"),
+        kn.coordinate("psi", "rad", "yaw"),
+        kn.coordinate("phi", "rad", "lean, to the right"),
+        kn.coordinate("theta", "rad", "pitch of the rear frame"),
+        kn.coordinate("delta", "rad", "steer, to the right"),
+        kn.coordinate("theta_R", "rad", "angle of the rear wheel"),
+        kn.coordinate("theta_F", "rad", "angle of the front wheel"),
+    )
+
+
+def _frames(q: Coordinates, tilt: kn.Expr) -> Frames:
+    N = kn.Frame("N")
+    Y = N.rotate("Y", q.psi, N.z)
+    L = Y.rotate("L", q.phi, Y.x)
+    B = L.rotate("B", q.theta, L.y)
+    S = B.rotate("S", tilt, B.y)
+    H = S.rotate("H", q.delta, S.z)
+    E = H.rotate("E", -tilt, H.y)
+    return Frames(N, Y, L, B, S, H, E, L.rotate("R", q.theta_R, L.y), H.rotate("F", q.theta_F, H.y))
+
+
+def _bodies(f: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.Point, kn.Point]]:
+    """The four bodies above the rear contact P, and the wheels' particles in contact."""
     w = kn.parameter("w", 1.02, "m", "wheel base")
     c = kn.parameter("c", 0.08, "m", "trail")
-    tilt = kn.parameter("lambda", math.pi / 10, "rad", "tilt of the steering axis")
     r_R, r_F = (
         kn.parameter(f"r_{n}", v, "m", f"{s} wheel: radius") for n, v, s in (("R", 0.3, "rear"), ("F", 0.35, "front"))
     )
@@ -77,74 +148,46 @@ def model(speeds: str = "rates") -> Model:
     x_B, z_B, m_B, inertia_B = _frame("B", "rear frame and rider", 0.3, -0.9, 85.0, (9.2, 11.0, 2.8, 2.4))
     x_H, z_H, m_H, inertia_H = _frame("H", "fork and handlebar", 0.9, -0.7, 4.0, (0.05892, 0.06, 0.00708, -0.00756))
 
-    Y = N.rotate("Y", psi, N.z)
-    L = Y.rotate("L", phi, Y.x)  # leans with the rear wheel's plane, x along the road
-    B = L.rotate("B", theta, L.y)
-    S = B.rotate("S", tilt, B.y)  # z along the steering axis
-    H = S.rotate("H", delta, S.z)
-    E = H.rotate("E", -tilt, H.y)  # the fork's axes in which its inertia is given
-    R = L.rotate("R", theta_R, L.y)
-    F = H.rotate("F", theta_F, H.y)
-
     def along(dx: kn.Expr, dz: kn.Expr) -> tuple[kn.Expr, kn.Expr]:
         """Measure numbers along S.x and S.z of dx B.x + dz B.z."""
         return kn.cos(tilt) * dx - kn.sin(tilt) * dz, kn.sin(tilt) * dx + kn.cos(tilt) * dz
 
+    N, L, B, H = f.N, f.L, f.B, f.H
     reach = along(w + c, r_R)[0]  # from the rear axle square to the steering axis
     front_x, front_z = along(w, r_R - r_F)
     fork_x, fork_z = along(x_H, z_H + r_R)
-    P = O.at("P", x * N.x + y * N.y)
     Rs = P.at("R*", -r_R * L.z)
     Bs = Rs.at("B*", x_B * B.x + (z_B + r_R) * B.z)
-    A = Rs.at("A", reach * S.x)
+    A = Rs.at("A", reach * f.S.x)
     Hs = A.at("H*", (fork_x - reach) * H.x + fork_z * H.z)
     Fs = A.at("F*", (front_x - reach) * H.x + front_z * H.z)
-    R_hat = Rs.fixed_in(R, "R^", r_R * L.z)
+    R_hat = Rs.fixed_in(f.R, "R^", r_R * L.z)
     lean = N.z.dot(H.y)
-    F_hat = Fs.fixed_in(F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
-
-    bodies = (
-        kn.RigidBody("rear wheel", frame=R, mass_center=Rs, mass=m_R, inertia=kn.inertia(L, I_R, J_R, I_R)),
+    F_hat = Fs.fixed_in(f.F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
+    return (
+        kn.RigidBody("rear wheel", frame=f.R, mass_center=Rs, mass=m_R, inertia=kn.inertia(L, I_R, J_R, I_R)),
         kn.RigidBody("rear frame", frame=B, mass_center=Bs, mass=m_B, inertia=kn.inertia(B, *inertia_B)),
-        kn.RigidBody("fork", frame=H, mass_center=Hs, mass=m_H, inertia=kn.inertia(E, *inertia_H)),
-        kn.RigidBody("front wheel", frame=F, mass_center=Fs, mass=m_F, inertia=kn.inertia(H, I_F, J_F, I_F)),
-    )
-    rear = kn.no_slip(R_hat, along=(Y.x, Y.y), name="rear wheel")
-    front = kn.no_slip(F_hat, along=(H.x, H.y), name="front wheel")
-    height = kn.touching(F_hat, O, normal=N.z, name="front wheel on the road")
+        kn.RigidBody("fork", frame=H, mass_center=Hs, mass=m_H, inertia=kn.inertia(f.E, *inertia_H)),
+        kn.RigidBody("front wheel", frame=f.F, mass_center=Fs, mass=m_F, inertia=kn.inertia(H, I_F, J_F, I_F)),
+    ), (R_hat, F_hat)
 
-    u = kn.speeds("u1:7", "rad/s")
-    v = kn.speeds("u7:9", "m/s")
-    spin = B.angular_velocity(N)
-    contact = P.velocity(N)
+
+def _definitions(f: Frames, q: Coordinates, P: kn.Point) -> dict[str, dict[kn.Speed, kn.Expr]]:
+    """The speeds u by name of the choice."""
+    u = (*kn.speeds("u1:7", "rad/s"), *kn.speeds("u7:9", "m/s"))
+    spin, contact = f.B.angular_velocity(f.N), P.velocity(f.N)
     rates = {
-        u[0]: spin.dot(L.x),
-        u[1]: spin.dot(L.y),
-        u[2]: spin.dot(L.z),
-        u[3]: delta.dt,
-        u[4]: R.angular_velocity(N).dot(L.y),
-        u[5]: theta_F.dt,
-        v[0]: contact.dot(Y.x),
-        v[1]: contact.dot(Y.y),
+        u[0]: spin.dot(f.L.x),
+        u[1]: spin.dot(f.L.y),
+        u[2]: spin.dot(f.L.z),
+        u[3]: q.delta.dt,
+        u[4]: f.R.angular_velocity(f.N).dot(f.L.y),
+        u[5]: q.theta_F.dt,
+        u[6]: contact.dot(f.Y.x),
+        u[7]: contact.dot(f.Y.y),
     }
-    spins = rates | {u[3]: H.angular_velocity(N).dot(S.z), u[5]: F.angular_velocity(N).dot(H.y)}
-    T_phi = kn.input("T_phi", "N*m", "lean torque on the rear frame")
-    T_delta = kn.input("T_delta", "N*m", "steer torque between rear frame and fork")
-    system = kn.System(
-        N,
-        bodies=bodies,
-        speeds=choose({"rates": rates, "spins": spins}, speeds),
-        loads=[
-            kn.gravity(g * N.z),
-            kn.Torque(B, T_phi * L.x, name="lean torque"),
-            kn.torque_pair(H, B, T_delta * S.z, name="steer torque"),
-        ],
-        holonomic=[height],
-        nonholonomic=[*rear, *front],
-        coordinates=(x, y, psi, phi, theta, delta, theta_R, theta_F),
-        dependent_coordinates=(theta,),
-    )
-    return Model(system, bodies, (R_hat, F_hat), rear, front, height, (H.x, H.y))
+    spins = {u[3]: f.H.angular_velocity(f.N).dot(f.S.z), u[5]: f.F.angular_velocity(f.N).dot(f.H.y)}
+    return {"rates": rates, "spins": rates | spins}
 
 
 def _wheel(letter: str, words: str, mass: float, across: float, about: float) -> tuple[kn.Parameter, ...]:

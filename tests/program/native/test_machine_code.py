@@ -280,6 +280,7 @@ class TestCache:
             assert found == [a.tobytes().hex() for a in expected]
 
 
+@pytest.mark.slow
 class TestLife:
     """What is called keeps its code; what nothing can call goes. In a child, where a crash is seen."""
 

@@ -508,6 +508,7 @@ class TestSize:
         assert self.left(folder, keys) == []
 
 
+@pytest.mark.slow
 class TestAtTheSameTime:
     def test_threads_read_write_and_clear(self, folder):
         """Whoever reads gets one writer's bytes as a whole, or nothing; no warning, no half-written file."""

@@ -13,6 +13,8 @@ import kane as kn
 from kane.gallery.pendulums import chain
 from tests.program.child import child
 
+pytestmark = pytest.mark.slow
+
 N, WORKERS = 3, 8
 COMPILED = kn.derive(chain(N)).compile()
 RHS = COMPILED.rhs
