@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""This checkout against another one, in turn: `python -m benchmarks.against OTHER/src [--pairs 15]`.
+
+Each side runs in a process of its own that imports its own `kane`; the processes take the same task in turn, so that a drift of the
+machine's speed meets both. A ratio above 1 means that this checkout is slower.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve()
+
+
+def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
+    """Name → what is done before each run, untimed, and what is timed. Public names alone, so that any version can be asked."""
+    import numpy as np
+
+    import kane as kn
+    from kane.expr.node import sweep
+    from kane.gallery import four_bar, pendulums, rolling_disk, whipple_bicycle
+
+    rods, bar = kn.derive(pendulums.chain(10)), kn.derive(four_bar.system())
+    two = kn.derive(pendulums.chain(2)).compile(cache=False).rhs
+    ten = rods.compile(cache=False).rhs
+    generator = np.random.default_rng(1)
+    x2, x10, rows = (generator.uniform(-1, 1, shape) for shape in (4, 20, (20_000, 20)))
+
+    def calls(rhs: Callable[..., object], x: object) -> Callable[[], object]:
+        return lambda: [rhs(0.0, x) for _ in range(20_000)]
+
+    start: dict[str, Any] = dict(four_bar.START)
+
+    def motion(eom: kn.Equations) -> object:
+        return kn.simulate(eom, (0, 10), rtol=1e-9, atol=1e-9, **start)
+
+    motion(bar)
+    nothing = lambda: None  # noqa: E731
+    return {
+        "derivation of the bicycle": (sweep, lambda: kn.derive(whipple_bicycle.system())),
+        "derivation of ten rods": (sweep, lambda: [kn.derive(pendulums.chain(10)) for _ in range(10)]),
+        "derivation of the sliding disk": (sweep, lambda: [kn.derive(rolling_disk.system()) for _ in range(10)]),
+        "derivation of the four-bar": (sweep, lambda: [kn.derive(four_bar.system()) for _ in range(10)]),
+        "compilation of ten rods": (nothing, lambda: rods.compile(cache=False)),
+        "calls from Python, two rods": (nothing, calls(two, x2)),
+        "calls from Python, ten rods": (nothing, calls(ten, x10)),
+        "rows in machine code, ten rods": (nothing, lambda: ten(0.0, rows)),
+        "motion of the four-bar, compiled before": (nothing, lambda: motion(bar)),
+        "motion of the four-bar, derived and compiled anew": (sweep, lambda: motion(kn.derive(four_bar.system()))),
+    }
+
+
+def serve() -> None:
+    """Run the tasks that come by name, line by line; answer with seconds."""
+    table = tasks()
+    print(*table, sep="|", flush=True)
+    for line in sys.stdin:
+        prepare, run = table[line.strip()]
+        prepare()
+        gc.collect()
+        start = time.perf_counter()
+        run()
+        print(time.perf_counter() - start, flush=True)
+
+
+class Side:
+    """A process with the `kane` of a source folder."""
+
+    def __init__(self, source: Path) -> None:
+        environment = {**os.environ, "PYTHONPATH": str(source), "KANE_CACHE": "off"}
+        self.process = subprocess.Popen(
+            [sys.executable, str(HERE), "--serve"],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.names = self._line().split("|")
+
+    def _line(self) -> str:
+        assert self.process.stdout is not None
+        return self.process.stdout.readline().strip()
+
+    def seconds(self, name: str) -> float:
+        """One run."""
+        assert self.process.stdin is not None
+        print(name, file=self.process.stdin, flush=True)
+        return float(self._line())
+
+
+def main() -> None:
+    """Print a line for each task: medians of both, the median ratio of the pairs."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("other", type=Path)
+    parser.add_argument("--pairs", type=int, default=15)
+    chosen = parser.parse_args()
+    old, new = Side(chosen.other.resolve()), Side(HERE.parents[1] / "src")
+    for name in new.names:
+        old.seconds(name), new.seconds(name)
+        pairs = []
+        for k in range(chosen.pairs):
+            sides = (old, new) if k % 2 else (new, old)
+            seconds = {id(side): side.seconds(name) for side in sides}
+            pairs.append((seconds[id(old)], seconds[id(new)]))
+        a, b = (statistics.median(column) * 1e3 for column in zip(*pairs, strict=True))
+        ratio = statistics.median(y / x for x, y in pairs)
+        print(f"{name:50} other {a:9.2f} ms, this {b:9.2f} ms, ratio {ratio:.3f} over {len(pairs)} pairs", flush=True)
+
+
+if __name__ == "__main__":
+    serve() if "--serve" in sys.argv[1:] else main()
