@@ -15,8 +15,7 @@ from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter
 from kane.model.bodies import RigidBody
 from kane.numeric.sample import draw
-from kane.space.frame import Frame
-from kane.space.rotation import Cosines, Triple, dot3
+from kane.space.rotation import Basis, Cosines, Triple, dot3
 from kane.space.vector import Vector
 
 _SEEDS = (20043, 20068)
@@ -26,7 +25,7 @@ _SEEDS = (20043, 20068)
 class ConstantInertia:
     """The measure numbers of a central inertia dyadic along a frame in which they are constant."""
 
-    frame: Frame
+    frame: Basis
     rows: Cosines
 
     def times(self, w: Vector) -> Vector:
@@ -70,7 +69,7 @@ def _turns_with(matrix: Matrix) -> bool:
     return bool(np.abs(other - one).max() > 1e-9 * np.abs(one).max())
 
 
-def _despun(frame: Frame, rows: Cosines) -> Frame:
+def _despun(frame: Basis, rows: Cosines) -> Basis:
     """Climb over rotations about an axis of symmetry: I is the same on either side of them."""
     if _symmetric_about(rows, 0) and _symmetric_about(rows, 1):
         return frame  # a sphere has the same inertia everywhere; its own frame serves

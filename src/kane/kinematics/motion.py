@@ -19,10 +19,9 @@ from kane.expr.symbols import AuxiliarySpeed, Coordinate, Symbol, Time, input_of
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.model.reactions import cut_of
-from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.space.rotation import NOTHING, Triple, chain
-from kane.space.vector import Vector
+from kane.space.rotation import NOTHING, Basis, Triple, chain
+from kane.space.vector import Vector, angular_velocity, axes
 
 Partials = dict[Expr, Vector]
 Forms = tuple[ScalarForm, ScalarForm, ScalarForm]
@@ -57,10 +56,10 @@ class Kinematics:
     """
 
     speeds: Speeds
-    cuts: dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]
+    cuts: dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]
     sample: Sample
-    homes: dict[Frame, Frame] = field(default_factory=dict)
-    _frames: dict[Frame, Motion] = field(default_factory=dict)
+    homes: dict[Basis, Basis] = field(default_factory=dict)
+    _frames: dict[Basis, Motion] = field(default_factory=dict)
     _points: dict[Point, Motion] = field(default_factory=dict)
     _drift: dict[Expr, Expr] = field(default_factory=dict)
     _rates: dict[Expr, Expr] = field(default_factory=dict)
@@ -87,21 +86,21 @@ class Kinematics:
 
     # Frames ---------------------------------------------------------------------------------------------------------
 
-    def frame(self, frame: Frame) -> Motion:
+    def frame(self, frame: Basis) -> Motion:
         """Rotation of a frame."""
         for f in reversed(chain(frame)):
             if f not in self._frames:
                 self._frames[f] = self._rotation(f)
         return self._frames[frame]
 
-    def _rotation(self, frame: Frame) -> Motion:
+    def _rotation(self, frame: Basis) -> Motion:
         o = frame.orientation
         if o is None:
             return _STILL
         base = self._frames[o.base]
         auxiliary: Partials = {s: v for s, v in base.partials.items() if isinstance(s, AuxiliarySpeed)}
         # A cut on a frame between this one and its base (several coaxial rotations share a base) belongs to the far side.
-        between: Frame | None = frame
+        between: Basis | None = frame
         while between is not None and between is not o.base:
             for u, along in self.cuts.get(between, ()):
                 auxiliary[u] = auxiliary.get(u, Vector()) + along
@@ -123,12 +122,12 @@ class Kinematics:
         bias = base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
         return Motion(partials, base.rest + rest, bias, total)
 
-    def _matched_rotation(self, frame: Frame, auxiliary: Partials) -> Motion | None:
+    def _matched_rotation(self, frame: Basis, auxiliary: Partials) -> Motion | None:
         """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
         if not self.speeds.nontrivial:
             return None
-        omega = frame.angular_velocity(self.speeds.system.inertial)
-        best: tuple[int, Frame, Forms] | None = None
+        omega = angular_velocity(frame, self.speeds.system.inertial)
+        best: tuple[int, Basis, Forms] | None = None
         numbers = self.sample.coefficients(omega)
         for target in chain(frame):
             if self.sample.whole(numbers, target)[0] <= (best[0] if best is not None else 0):
@@ -146,7 +145,7 @@ class Kinematics:
         return self._direct(frame, target, partials, rest, chosen)
 
     def _direct(
-        self, frame: Frame | None, target: Frame, partials: Partials, rest: Vector, forms: Iterable[ScalarForm]
+        self, frame: Basis | None, target: Basis, partials: Partials, rest: Vector, forms: Iterable[ScalarForm]
     ) -> Motion:
         """A motion given outright along `target`: the bias is the drift of the measure numbers plus ω × total."""
         a, b, c = (f.total() for f in forms)
@@ -240,15 +239,16 @@ class Kinematics:
 _NO_FORM = ScalarForm({}, ZERO)
 
 
-def _measures(v: Vector, frame: Frame) -> tuple[Triple, ...]:
+def _measures(v: Vector, frame: Basis) -> tuple[Triple, ...]:
     """The measure numbers of `v` along `frame` in the two ways in which a speed's definition may have come to them."""
     components = v.components(frame)
-    products = (v.dot(frame.x), v.dot(frame.y), v.dot(frame.z))
+    x, y, z = axes(frame)
+    products = (v.dot(x), v.dot(y), v.dot(z))
     same = all(x is y for x, y in zip(components, products, strict=True))
     return (components,) if same else (components, products)
 
 
-def _vectors(forms: Iterable[ScalarForm], frame: Frame) -> tuple[Partials, Vector]:
+def _vectors(forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:
     """Partial velocities and remainder from three scalar forms along a frame."""
     found: dict[Expr, list[Expr]] = {}
     rest: list[Expr] = []
@@ -287,9 +287,9 @@ def acceleration_form(motion: Motion) -> Vector:
     return total
 
 
-def cuts_of(symbols: Iterable[AuxiliarySpeed]) -> dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]:
+def cuts_of(symbols: Iterable[AuxiliarySpeed]) -> dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]:
     """Auxiliary speeds by the place where they act."""
-    found: dict[Frame | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]] = {}
+    found: dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]] = {}
     for u in symbols:
         cut = cut_of(u)
         if cut is not None:  # that of a constraint moves nothing of the tree

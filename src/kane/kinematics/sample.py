@@ -17,8 +17,8 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.kinematics.speeds import Speeds
 from kane.numeric.sample import draw
-from kane.space.frame import Frame
-from kane.space.vector import Vector
+from kane.space.rotation import Basis
+from kane.space.vector import Vector, axes
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Sample:
     speeds: Speeds
     seed: int = 20046
     values: dict[Expr, Any] = field(default_factory=dict)
-    turns: dict[Frame, Array] = field(default_factory=dict)
+    turns: dict[Basis, Array] = field(default_factory=dict)
     inverse: list[Array] = field(default_factory=list)
 
     def numbers(self, exprs: Iterable[Expr]) -> list[Any]:
@@ -52,15 +52,14 @@ class Sample:
         found: list[Any] = evaluate(wanted, {s: self.values[s] for s in free_symbols(wanted)})
         return found
 
-    def turn(self, frame: Frame) -> Array:
+    def turn(self, frame: Basis) -> Array:
         """Direction cosines of the frame in the root."""
         if frame not in self.turns:
             o = frame.orientation
             if o is None:
                 self.turns[frame] = np.eye(3)
             else:
-                unit = (frame.x, frame.y, frame.z)
-                columns = [self.numbers(axis.components(o.base)) for axis in unit]
+                columns = [self.numbers(axis.components(o.base)) for axis in axes(frame)]
                 self.turns[frame] = self.turn(o.base) @ np.array(columns, dtype=float).T
         return self.turns[frame]
 
@@ -81,7 +80,7 @@ class Sample:
             total = total + self.turn(frame) @ np.array(parts)
         return np.asarray((total[:, :-1] - total[:, -1:]) @ self.inverse[0])
 
-    def whole(self, coefficients: Array, frame: Frame) -> tuple[int, bool]:
+    def whole(self, coefficients: Array, frame: Basis) -> tuple[int, bool]:
         """How many measure numbers along `frame` may be sums of whole rows, and whether all that are not absent may.
 
         Where the numbers are not finite nothing is ruled out.

@@ -26,7 +26,7 @@ from kane.expr.symbols import Coordinate, Rate, Speed, Symbol, input_of
 from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.space.rotation import chain
+from kane.space.rotation import Basis, chain
 from kane.space.vector import Vector
 from kane.write.excerpt import excerpt
 
@@ -103,7 +103,7 @@ def _check_rides(what: str, p: Point) -> None:
             )
 
 
-def _orienting(frame: Frame) -> tuple[Symbol, ...]:
+def _orienting(frame: Basis) -> tuple[Symbol, ...]:
     """What the orientation of a frame in its base depends on."""
     o = frame.orientation
     if o is None:

@@ -10,7 +10,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.symbols import Parameter
 from kane.numeric.sample import sample
-from kane.space.frame import Frame
+from kane.space.frame import Frame, frames_of
 from kane.space.vector import Vector
 
 _SLACK = 1e-9
@@ -53,7 +53,7 @@ def home_of(v: Vector, what: str) -> Frame:
     ModelError
         if there is none
     """
-    frames = [f for f, _ in v.parts]
+    frames = frames_of(v)
     if len(frames) != 1 or not is_constant_in_time(v.scalars()):
         raise ModelError(
             f"Expected the {what} fixed in the one frame that it is written in, got {v}. Make a frame that turns with it and write "

@@ -17,7 +17,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.numeric.sample import sample
-from kane.space.frame import Frame
+from kane.space.rotation import Basis
 from kane.space.vector import Dyadic
 from kane.write.excerpt import excerpt
 
@@ -89,7 +89,7 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
         )
 
 
-def _numbers(inertia: Dyadic, frame: Frame, one: bool) -> list[list[float]] | None:
+def _numbers(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | None:
     """The matrix at the parameters' defaults; None where one has none, or the matrix is not constant in its one frame.
 
     Along several frames the turns between them are drawn at random: neither symmetry nor principal moments depend on them.

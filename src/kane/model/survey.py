@@ -12,7 +12,7 @@ from kane.model.bodies import Body, RigidBody
 from kane.model.constraints import Constraint
 from kane.model.loads import Gravity, Load
 from kane.model.reactions import cut_of
-from kane.space.frame import Frame
+from kane.space.frame import Frame, frames_of
 from kane.space.point import Point
 from kane.space.vector import Vector
 
@@ -49,14 +49,14 @@ def places(
                 f"{line[-1].frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
             )
         for p in reversed(line):
-            for frame, _ in p.offset.parts:
+            for frame in frames_of(p.offset):
                 meet_frame(frame)
             if p.body is not None:
                 meet_frame(p.body)
             points[p] = None
 
     def meet_parts(v: Vector) -> None:
-        for f, _ in v.parts:
+        for f in frames_of(v):
             meet_frame(f)
 
     for b in bodies:

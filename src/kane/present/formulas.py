@@ -10,8 +10,8 @@ from typing import Any
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
 from kane.present.wrap import is_sum, opposite
-from kane.space.frame import Frame
 from kane.space.latex import unit_vector_latex
+from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.latex import latex_lines, latex_name
 from kane.write.text import text_lines
@@ -56,14 +56,14 @@ def text_formulas(items: Sequence[Item]) -> tuple[list[tuple[str, str]], list[tu
     return between, [(name, text) for (name, _), text in zip(items, texts, strict=True)]
 
 
-def _latex_axis(frame: Frame, axis: str) -> str:
+def _latex_axis(frame: Basis, axis: str) -> str:
     return rf"\,{unit_vector_latex(frame, axis)}"
 
 
 def _written(
     items: Sequence[Item],
     lines_of: Callable[[Mapping[str, Expr]], list[str]],
-    axis_of: Callable[[Frame, str], str],
+    axis_of: Callable[[Basis, str], str],
     brackets: str,
 ) -> tuple[list[tuple[str, str]], list[str]]:
     scalars: dict[str, Expr] = {}
@@ -89,7 +89,7 @@ def _written(
     return pairs[:extra], written
 
 
-def _terms(v: Vector) -> list[tuple[bool, bool, tuple[Frame, str], Expr]]:
+def _terms(v: Vector) -> list[tuple[bool, bool, tuple[Basis, str], Expr]]:
     """Each measure number that is not zero: whether it is negative, whether ±1, its unit vector, its magnitude."""
     found = []
     for frame, triple in v.parts:

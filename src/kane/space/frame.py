@@ -16,8 +16,8 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
 from kane.numeric.sample import sample
-from kane.space.rotation import UNITS, Cosines, Orientation, Triple, connected, dot3, express, path, transposed
-from kane.space.vector import Vector
+from kane.space.rotation import UNITS, Basis, Cosines, Orientation, Triple, connected, dot3, express, transposed
+from kane.space.vector import Vector, angular_velocity, axes
 
 _SLACK = 1e-12
 _AGREE = 1e-9
@@ -25,19 +25,16 @@ _SEED = 20048
 _AXES = "xyz"
 
 
-class Frame:
+class Frame(Basis):
     """A reference frame with the right-handed unit vectors `x`, `y`, `z`.
 
     `Frame("N")` is a root; every other frame is made by one of the `rotate…` methods of its parent.
     """
 
-    __slots__ = ("__weakref__", "_spins", "lineage", "name", "orientation", "parent", "x", "y", "z")
+    __slots__ = ("x", "y", "z")
 
-    name: str
     parent: Frame | None
-    orientation: Orientation | None
     lineage: tuple[Frame, ...]
-    _spins: dict[Frame, Vector]
     x: Vector
     y: Vector
     z: Vector
@@ -50,8 +47,7 @@ class Frame:
             raise SpaceError(f"Expected a name for the frame, got {name!r}.")
         values: dict[str, Any] = {"name": name, "parent": parent, "orientation": orientation, "_spins": {}}
         values["lineage"] = (self,) if orientation is None else (self, *orientation.base.lineage)
-        for axis, unit in zip(_AXES, UNITS, strict=True):
-            values[axis] = Vector(((self, unit),))
+        values |= zip(_AXES, axes(self), strict=True)
         for slot, value in values.items():
             object.__setattr__(self, slot, value)
 
@@ -98,7 +94,7 @@ class Frame:
 
     def _turned(self, name: str, theta: Expr, i: int) -> Frame:
         own = self.orientation
-        base = self
+        base: Basis = self
         if own is not None and own.axis == i:
             assert own.angle is not None
             base, theta = own.base, add(own.angle, theta)
@@ -205,19 +201,7 @@ class Frame:
     def angular_velocity(self, frame: Frame) -> Vector:
         """Angular velocity of this frame in `frame`, in rates."""
         self._check(frame)
-        known = self._spins
-        found = known.get(frame)
-        if found is None:
-            up, down = path(frame, self)
-            found = Vector()
-            for step in down:
-                assert step.orientation is not None
-                found = found + Vector(((step, step.orientation.rates),))
-            for step in up:
-                assert step.orientation is not None
-                found = found - Vector(((step, step.orientation.rates),))
-            known[frame] = found
-        return found
+        return angular_velocity(self, frame)
 
     def angular_acceleration(self, frame: Frame) -> Vector:
         """Angular acceleration of this frame in `frame`, in rates and their derivatives."""
@@ -227,13 +211,18 @@ class Frame:
         """The frame at the root of the tree."""
         return self.lineage[-1]
 
-    def _check(self, other: Frame) -> None:
-        if not isinstance(other, Frame):
+    def _check(self, other: Basis) -> None:
+        if not isinstance(other, Basis):
             raise SpaceError(f"Expected a Frame, got {other!r:.60}.")
         if not connected(self, other):
             raise SpaceError(
                 f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root."
             )
+
+
+def frames_of(v: Vector) -> tuple[Frame, ...]:
+    """The frames along whose axes `v` is written."""
+    return tuple(f for f, _ in v.parts if isinstance(f, Frame))
 
 
 def check_angular_velocity(frame: Frame, base: Frame, given: Vector) -> None:

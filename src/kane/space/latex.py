@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 
-from kane.space.frame import Frame
+from kane.space.rotation import Basis
 from kane.write.latex import latex_name
 
 
@@ -20,7 +20,7 @@ def place_latex(name: str) -> str:
     return f"{text}^{{{raised}}}" if raised else text
 
 
-def unit_vector_latex(frame: Frame, axis: str) -> str:
+def unit_vector_latex(frame: Basis, axis: str) -> str:
     r"""\hat{b}_{x} of a frame B, \hat{b}_{1x} of a frame B1, \widehat{\mathrm{rod}}_{x} of a frame rod."""
     found = re.fullmatch(r"([A-Za-z])([0-9]*)", frame.name)
     if found:

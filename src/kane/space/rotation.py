@@ -5,15 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import NEG, SUB
 from kane.expr.symbols import Coordinate, QuasiRate
-
-if TYPE_CHECKING:
-    from kane.space.frame import Frame
 
 Triple = tuple[Expr, Expr, Expr]
 Cosines = tuple[Triple, Triple, Triple]
@@ -31,7 +28,7 @@ class Orientation:
     `parameters` holds the four coordinates.
     """
 
-    base: Frame
+    base: Basis
     rates: Triple
     axis: int | None = None
     c: Expr = ONE
@@ -42,12 +39,27 @@ class Orientation:
     quasi: tuple[QuasiRate, ...] = ()
 
 
-def chain(frame: Frame) -> tuple[Frame, ...]:
+class Basis:
+    """Three right-handed unit vectors in a tree of such: what measure numbers are along, and what a change of basis needs of a frame.
+
+    `lineage` is this basis, the base of its orientation, the base's base, … up to the root.
+    """
+
+    __slots__ = ("__weakref__", "_spins", "lineage", "name", "orientation", "parent")
+
+    name: str
+    parent: Basis | None
+    orientation: Orientation | None
+    lineage: tuple[Basis, ...]
+    _spins: dict[Basis, Any]
+
+
+def chain(frame: Basis) -> tuple[Basis, ...]:
     """The frame, its base, the base's base, … up to the root."""
     return frame.lineage
 
 
-def common_base(a: Frame, b: Frame) -> Frame:
+def common_base(a: Basis, b: Basis) -> Basis:
     """The deepest frame that both descend from (or are)."""
     up, _ = path(a, b)
     if not up:
@@ -57,8 +69,8 @@ def common_base(a: Frame, b: Frame) -> Frame:
     return last.base
 
 
-def path(source: Frame, target: Frame) -> tuple[tuple[Frame, ...], tuple[Frame, ...]]:
-    """Frames to leave on the way up from `source`, and to enter on the way down to `target`."""
+def path(source: Basis, target: Basis) -> tuple[tuple[Basis, ...], tuple[Basis, ...]]:
+    """Basiss to leave on the way up from `source`, and to enter on the way down to `target`."""
     if source is target:
         return (), ()
     up, down = source.lineage, target.lineage
@@ -70,7 +82,7 @@ def path(source: Frame, target: Frame) -> tuple[tuple[Frame, ...], tuple[Frame, 
     return up[: len(up) - shared], down[: len(down) - shared][::-1]
 
 
-def connected(a: Frame, b: Frame) -> bool:
+def connected(a: Basis, b: Basis) -> bool:
     """Whether both frames hang on one root."""
     return a.lineage[-1] is b.lineage[-1]
 
@@ -124,7 +136,7 @@ def transposed(rows: Cosines) -> Cosines:
     return (a, b, c)
 
 
-def leave(frame: Frame, v: Triple) -> Triple:
+def leave(frame: Basis, v: Triple) -> Triple:
     """Components along `frame` turned into components along its base."""
     o = frame.orientation
     assert o is not None
@@ -133,7 +145,7 @@ def leave(frame: Frame, v: Triple) -> Triple:
     return _turn(o, v, o.s)
 
 
-def enter(frame: Frame, v: Triple) -> Triple:
+def enter(frame: Basis, v: Triple) -> Triple:
     """Components along the base of `frame` turned into components along `frame`."""
     o = frame.orientation
     assert o is not None
@@ -142,7 +154,7 @@ def enter(frame: Frame, v: Triple) -> Triple:
     return _turn(o, v, neg(o.s))
 
 
-def express(v: Triple, source: Frame, target: Frame) -> Triple:
+def express(v: Triple, source: Basis, target: Basis) -> Triple:
     """Components along `source` turned into components along `target`, step by step along the tree.
 
     A multiple of a unit vector is turned as the unit vector, so that direction cosines are shared between multiples.
@@ -157,7 +169,7 @@ def express(v: Triple, source: Frame, target: Frame) -> Triple:
     return (mul(x, a), mul(x, b), mul(x, c))
 
 
-def _walk(v: Triple, source: Frame, target: Frame) -> Triple:
+def _walk(v: Triple, source: Basis, target: Basis) -> Triple:
     up, down = path(source, target)
     between = _between(up, down)
     if between is not None:
@@ -171,7 +183,7 @@ def _walk(v: Triple, source: Frame, target: Frame) -> Triple:
     return v
 
 
-def _between(up: Sequence[Frame], down: Sequence[Frame]) -> Orientation | None:
+def _between(up: Sequence[Basis], down: Sequence[Basis]) -> Orientation | None:
     """The turn from the last frame of `up` to the first of `down`, both turned about one axis, where its angle is a plain one.
 
     Of frames turned by θ and by θ + δ that is δ: their direction cosines are cos δ, not cos θ cos(θ + δ) + sin θ sin(θ + δ).
@@ -200,7 +212,7 @@ def single(v: Triple) -> int | None:
     return 0 if y is ZERO and z is ZERO else None
 
 
-def cost(v: Triple, source: Frame, target: Frame) -> int:
+def cost(v: Triple, source: Basis, target: Basis) -> int:
     """About how many operations `express` would take."""
     if source is target:
         return 0

@@ -3,26 +3,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 from kane.expr.build import neg
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.ops import ADD, NEG, SUB
+from kane.space.rotation import Basis, Triple
 from kane.write.text import to_text
 
-if TYPE_CHECKING:
-    from kane.space.vector import Vector
 
-_AXES = ("x", "y", "z")
-
-
-def _terms(v: Vector) -> list[tuple[str, bool, Expr, str, str]]:
-    return [
-        ("-" if _is_negative(x) else "+", x.op in (ADD, SUB), neg(x) if _is_negative(x) else x, frame.name, axis)
-        for frame, triple in v.parts
-        for x, axis in zip(triple, _AXES, strict=True)
-        if x is not ZERO
-    ]
+def parts_text(parts: Iterable[tuple[Basis, Triple]]) -> str:
+    """One line of text for the parts of a vector."""
+    line = ""
+    for basis, triple in parts:
+        for x, axis in zip(triple, "xyz", strict=True):
+            if x is ZERO:
+                continue
+            negative = _is_negative(x)
+            lead = (" - " if negative else " + ") if line else ("-" if negative else "")
+            line += f"{lead}{_factor(neg(x) if negative else x)}{basis.name}.{axis}"
+    return line or "0"
 
 
 def _is_negative(x: Expr) -> bool:
@@ -30,11 +30,7 @@ def _is_negative(x: Expr) -> bool:
     return x.op is NEG or (value is not None and value < 0)
 
 
-def vector_text(v: Vector) -> str:
-    """One line of text."""
-    line = ""
-    for sign, _, x, frame, axis in _terms(v):
-        factor = "" if x is ONE else (f"({to_text(x)}) " if x.op in (ADD, SUB) else f"{to_text(x)} ")
-        lead = f" {sign} " if line else ("-" if sign == "-" else "")
-        line += f"{lead}{factor}{frame}.{axis}"
-    return line or "0"
+def _factor(x: Expr) -> str:
+    if x is ONE:
+        return ""
+    return f"({to_text(x)}) " if x.op in (ADD, SUB) else f"{to_text(x)} "

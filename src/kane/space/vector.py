@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import reduce
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from kane import show
 from kane.errors import SpaceError
@@ -13,12 +13,23 @@ from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.space.rotation import NOTHING, UNITS, Triple, common_base, connected, cost, cross3, dot3, express, single
+from kane.space.rotation import (
+    NOTHING,
+    UNITS,
+    Basis,
+    Triple,
+    common_base,
+    connected,
+    cost,
+    cross3,
+    dot3,
+    express,
+    path,
+    single,
+)
+from kane.space.text import parts_text
 
-if TYPE_CHECKING:
-    from kane.space.frame import Frame
-
-Parts = tuple[tuple["Frame", Triple], ...]
+Parts = tuple[tuple[Basis, Triple], ...]
 
 
 class Vector:
@@ -30,7 +41,7 @@ class Vector:
     __slots__ = ("parts",)
     parts: Parts
 
-    def __init__(self, parts: Iterable[tuple[Frame, Triple]] = ()) -> None:
+    def __init__(self, parts: Iterable[tuple[Basis, Triple]] = ()) -> None:
         kept = []
         for part in parts:
             x, y, z = part[1]
@@ -131,7 +142,7 @@ class Vector:
         """The dyad self other."""
         return Dyadic(((self, other),))
 
-    def components(self, frame: Frame) -> Triple:
+    def components(self, frame: Basis) -> Triple:
         """Measure numbers along the axes of `frame`."""
         if not self.parts:
             return NOTHING
@@ -146,7 +157,7 @@ class Vector:
             total = (add(total[0], x), add(total[1], y), add(total[2], z))
         return total
 
-    def express(self, frame: Frame) -> Vector:
+    def express(self, frame: Basis) -> Vector:
         """The same vector, written along the axes of `frame` alone."""
         if len(self.parts) == 1 and self.parts[0][0] is frame:
             return self
@@ -162,14 +173,14 @@ class Vector:
         best = min(prices)
         return self.express([f for f, p in zip(candidates, prices, strict=True) if p == best][-1])
 
-    def dt(self, frame: Frame) -> Vector:
+    def dt(self, frame: Basis) -> Vector:
         """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), in rates."""
         total = Vector()
         for f, (x, y, z) in self.parts:
             _check_connected(f, frame)
             total = total + Vector(((f, (time_derivative(x), time_derivative(y), time_derivative(z))),))
             if f is not frame:
-                total = total + f.angular_velocity(frame).cross(Vector(((f, (x, y, z)),)))
+                total = total + angular_velocity(f, frame).cross(Vector(((f, (x, y, z)),)))
         return total
 
     def magnitude(self) -> Expr:
@@ -200,9 +211,7 @@ class Vector:
         return tuple(x for _, t in self.parts for x in t)
 
     def __str__(self) -> str:
-        from kane.space.text import vector_text
-
-        return vector_text(self)
+        return parts_text(self.parts)
 
     __repr__ = __str__
 
@@ -212,7 +221,30 @@ class Vector:
 _set_parts = Vector.__dict__["parts"].__set__
 
 
-def _check_connected(f: Frame, g: Frame) -> None:
+def axes(basis: Basis) -> tuple[Vector, Vector, Vector]:
+    """The three unit vectors."""
+    x, y, z = (Vector(((basis, unit),)) for unit in UNITS)
+    return x, y, z
+
+
+def angular_velocity(frame: Basis, base: Basis) -> Vector:
+    """Angular velocity of `frame` in `base`, in rates."""
+    known = frame._spins
+    found: Vector | None = known.get(base)
+    if found is None:
+        up, down = path(base, frame)
+        found = Vector()
+        for step in down:
+            assert step.orientation is not None
+            found = found + Vector(((step, step.orientation.rates),))
+        for step in up:
+            assert step.orientation is not None
+            found = found - Vector(((step, step.orientation.rates),))
+        known[base] = found
+    return found
+
+
+def _check_connected(f: Basis, g: Basis) -> None:
     if not connected(f, g):
         raise SpaceError(
             f"Expected frames of one tree, got {f.name} and {g.name}, which have no common root. Make one from the other "
@@ -220,7 +252,7 @@ def _check_connected(f: Frame, g: Frame) -> None:
         )
 
 
-def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, Triple]:
+def _together(f: Basis, v: Triple, g: Basis, w: Triple) -> tuple[Basis, Triple, Triple]:
     """Both triples along one frame, whichever is cheaper; ties go to the deeper frame's axes."""
     if f is g:
         return f, v, w
@@ -230,7 +262,7 @@ def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, 
     return g, express(v, f, g), w
 
 
-def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
+def dot_parts(f: Basis, v: Triple, g: Basis, w: Triple) -> Expr:
     """Scalar product of two parts; multiples of unit vectors meet in one direction cosine."""
     if f is g:
         return dot3(v, w)
@@ -262,11 +294,12 @@ class Dyadic:
         return Dyadic, (self.dyads,)
 
     @classmethod
-    def of(cls, frame: Frame, rows: Iterable[Iterable[Any]]) -> Dyadic:
+    def of(cls, frame: Basis, rows: Iterable[Iterable[Any]]) -> Dyadic:
         """Σ I_ij a_i a_j along the axes of one frame."""
-        axes = (frame.x, frame.y, frame.z)
-        entries = [[as_expr(x) for x in row] for row in rows]
-        return cls((axes[i] * entries[i][j], axes[j]) for i in range(3) for j in range(3) if entries[i][j] is not ZERO)
+        units, entries = axes(frame), [[as_expr(x) for x in row] for row in rows]
+        return cls(
+            (units[i] * entries[i][j], units[j]) for i in range(3) for j in range(3) if entries[i][j] is not ZERO
+        )
 
     def __add__(self, other: Dyadic | int) -> Dyadic:
         if isinstance(other, int) and other == 0:  # sum() starts with the integer 0
@@ -299,7 +332,7 @@ class Dyadic:
             total = total + a * b.dot(w)
         return total
 
-    def components(self, frame: Frame) -> Matrix:
+    def components(self, frame: Basis) -> Matrix:
         """The 3 × 3 matrix of measure numbers along the axes of `frame`."""
         rows = [[ZERO] * 3 for _ in range(3)]
         for a, b in self.dyads:
@@ -310,11 +343,11 @@ class Dyadic:
                         rows[i][j] = add(rows[i][j], mul(left[i], right[j]))
         return Matrix(rows)
 
-    def express(self, frame: Frame) -> Dyadic:
+    def express(self, frame: Basis) -> Dyadic:
         """The same dyadic along the axes of `frame` alone."""
         return Dyadic.of(frame, self.components(frame).rows)
 
-    def frames(self) -> tuple[Frame, ...]:
+    def frames(self) -> tuple[Basis, ...]:
         """The frames it is written in, each once."""
         return tuple(dict.fromkeys(f for d in self.dyads for v in d for f, _ in v.parts))
 

@@ -31,6 +31,7 @@ from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.excerpt import excerpt
 
@@ -64,7 +65,7 @@ class _Side:
 
     name: str
     has_point: Callable[[Point], bool]
-    has_frame: Callable[[Frame], bool]
+    has_frame: Callable[[Basis], bool]
     arm: Callable[[Point], Vector]
     point: Point | None
 
@@ -168,25 +169,25 @@ def _through_point(point: Point) -> Callable[[Point], bool]:
     return lambda p: any(x is point for x in p.ancestry())
 
 
-def _through_frame(frame: Frame) -> Callable[[Frame], bool]:
+def _through_frame(frame: Frame) -> Callable[[Basis], bool]:
     return lambda f: any(x is frame for x in _line(f))
 
 
-def _line(frame: Frame) -> list[Frame]:
+def _line(frame: Basis) -> list[Basis]:
     found = [frame]
     while found[-1].parent is not None:
         found.append(found[-1].parent)
     return found
 
 
-def _turned_arm(p: Point, turned: Callable[[Frame], bool]) -> Vector:
+def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
     """The part of a point's position that turns with a frame: v = n × arm where it turns about n."""
     total = Vector()
     for x in p.ancestry():
         if x.body is not None:
             total = total + x.offset if turned(x.body) else total
         else:
-            total = total + Vector(part for part in x.offset.parts if turned(part[0]))
+            total = total + Vector((f, r) for f, r in x.offset.parts if turned(f))
     return total
 
 
@@ -200,12 +201,12 @@ def _check_body_frames(eom: Equations, side: _Side) -> None:
             )
 
 
-def _owned(eom: Equations, point: Point, reached: Callable[[Point], bool]) -> Callable[[Frame], bool]:
+def _owned(eom: Equations, point: Point, reached: Callable[[Point], bool]) -> Callable[[Basis], bool]:
     """Frames beyond a point: each belongs to the nearest body up its line of parents."""
     sides = {b.frame: reached(b.mass_center) for b in eom.system.rigid_bodies}
     between = {f for frame, far in sides.items() if far for f in _line(frame)}
 
-    def far(frame: Frame) -> bool:
+    def far(frame: Basis) -> bool:
         for f in _line(frame):
             if f in sides:
                 return sides[f]

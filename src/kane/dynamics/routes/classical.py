@@ -23,6 +23,7 @@ from kane.model.loads import Load
 from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.rotation import Basis
 from kane.space.vector import Parts, Vector
 
 
@@ -53,7 +54,7 @@ class Moving:
         return inertia.times(alpha) + w.cross(inertia.times(w))
 
 
-def homes(system: System) -> tuple[dict[Frame, Frame], dict[Body, ConstantInertia]]:
+def homes(system: System) -> tuple[dict[Basis, Basis], dict[Body, ConstantInertia]]:
     """For each rigid body its constant inertia; for its frame, the frame along which ω is best written."""
     inertias: dict[Body, ConstantInertia] = {b: constant_inertia(b) for b in system.rigid_bodies}
     found = {b.frame: inertias[b].frame for b in system.rigid_bodies}

@@ -22,7 +22,7 @@ from kane.model.joints.joint import (
     made,
     reach,
 )
-from kane.space.frame import Frame
+from kane.space.frame import Frame, frames_of
 from kane.space.point import Point
 from kane.space.vector import Vector
 
@@ -69,7 +69,7 @@ def close_screw(
 
 
 def _thread(name: str, at: Point, point: Point, a: Vector, h: Expr, frame: Frame) -> Constraint:
-    parent = a.parts[0][0]
+    (parent,) = frames_of(a)
     p1, p2 = across(a, parent)
     b1 = mirrored(p1, parent, frame)
     r = point.position(at)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr
 from kane.present.notebook.typeset import Typeset, typeset
-from kane.space.frame import Frame
 from kane.space.latex import unit_vector_latex
+from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector
 from kane.write.latex import tree_latex
 from kane.write.trees import Minus, NumberTree, Sum, Tree
@@ -23,7 +23,7 @@ def vector(v: Vector) -> Typeset:
 
 def dyadic(d: Dyadic) -> Typeset:
     """A dyadic multiplied out, a term for each pair of unit vectors."""
-    found: dict[tuple[Frame, str, Frame, str], Expr] = {}
+    found: dict[tuple[Basis, str, Basis, str], Expr] = {}
     for a, b in d.dyads:
         for x, f, i in _terms(a):
             for y, g, k in _terms(b):
@@ -33,7 +33,7 @@ def dyadic(d: Dyadic) -> Typeset:
     return _linear(list(kept.values()), pairs)
 
 
-def _terms(v: Vector) -> list[tuple[Expr, Frame, str]]:
+def _terms(v: Vector) -> list[tuple[Expr, Basis, str]]:
     return [(x, f, axis) for f, t in v.parts for x, axis in zip(t, "xyz", strict=True) if x is not ZERO]
 
 
