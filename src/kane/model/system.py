@@ -13,7 +13,7 @@ from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed
 from kane.model.bodies import Body, RigidBody
 from kane.model.checks import (
     check_bodies,
@@ -27,6 +27,7 @@ from kane.model.checks import (
     listed,
 )
 from kane.model.constraints import Constraint, as_constraints
+from kane.model.declarations import Declarations
 from kane.model.events import Event
 from kane.model.joints.joint import Joint
 from kane.model.joints.listed import with_joints
@@ -34,7 +35,6 @@ from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
 from kane.model.units import check_units
 from kane.model.variables import (
-    EulerParameters,
     euler_sets,
     inputs_with_rates,
     ordered_coordinates,
@@ -45,7 +45,7 @@ from kane.space.point import Point
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
-class System:
+class System(Declarations):
     """A mechanical system: bodies, loads, speeds, constraints, reactions, in the inertial frame `inertial`.
 
     Parameters
@@ -65,25 +65,6 @@ class System:
     dependent_speeds : which speeds the constraints give, chosen by rank if left out
     joints : joints to be known by name; their speeds come first, but for joints whose rates `speeds` defines otherwise
     """
-
-    inertial: Frame
-    bodies: tuple[Body, ...]
-    speeds: Mapping[Speed, Expr]
-    loads: tuple[Load, ...]
-    gravities: tuple[Gravity, ...]
-    reactions: tuple[Reaction, ...]
-    auxiliary_speeds: tuple[AuxiliarySpeed, ...]
-    events: tuple[Event, ...]
-    coordinates: tuple[Coordinate, ...]
-    constraints: tuple[Constraint, ...]
-    dependent_coordinates: tuple[Coordinate, ...]
-    dependent_speeds: tuple[Speed, ...]
-    joints: tuple[Joint, ...]
-    euler_parameters: tuple[EulerParameters, ...]
-    parameters: tuple[Parameter, ...]
-    inputs: tuple[Input | Rate, ...]
-    frames: tuple[Frame, ...]
-    points: tuple[Point, ...]
 
     def __init__(
         self,

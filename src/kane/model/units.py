@@ -8,7 +8,6 @@ dimension one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 from kane.errors import UnitError
 from kane.expr.build import mul
@@ -17,6 +16,7 @@ from kane.expr.node import Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
 from kane.model.bodies import RigidBody
+from kane.model.declarations import Declarations
 from kane.model.reactions import cut_of
 from kane.space.point import Point
 from kane.space.vector import Dyadic
@@ -40,9 +40,6 @@ from kane.units.table import (
 from kane.units.text import spelled
 from kane.write.excerpt import excerpt
 
-if TYPE_CHECKING:
-    from kane.model.system import System
-
 INERTIA = product(MASS, power(LENGTH, 2))
 ACCELERATION = quotient(LENGTH, power(TIME, 2))
 
@@ -65,7 +62,7 @@ Quantity = tuple[str, Unit | None, Iterable[Expr]]
 """What it is, the unit that it must have up to a scale (None: any), its measure numbers."""
 
 
-def check_units(system: System, symbols: Iterable[Symbol]) -> None:
+def check_units(system: Declarations, symbols: Iterable[Symbol]) -> None:
     """Refuse units that contradict each other; a system whose symbols carry none costs nothing."""
     everything = dict.fromkeys((*symbols, *system.coordinates, *system.speeds, *system.reactions))
     carriers = [s for s in everything if s.unit]
@@ -78,13 +75,13 @@ def check_units(system: System, symbols: Iterable[Symbol]) -> None:
         _check_reaction(r)
 
 
-def _unasked(system: System) -> set[Symbol]:
+def _unasked(system: Declarations) -> set[Symbol]:
     """What joints gave a unit to without being asked, and the rates: shown in it, but a spring of 5 between them is not refused."""
     named = [s for joint in system.joints for s in joint.named]
     return {*named, *map(rate, named)}
 
 
-def _check_quantities(system: System, known: Known) -> None:
+def _check_quantities(system: Declarations, known: Known) -> None:
     for what, wanted, exprs in _quantities(system):
         for e in exprs:
             if e.op is not CONST:
@@ -128,7 +125,7 @@ def _read(s: Symbol) -> Unit:
         raise UnitError(f"{error} This is the unit of {s}.") from None
 
 
-def _quantities(system: System) -> Iterator[Quantity]:
+def _quantities(system: Declarations) -> Iterator[Quantity]:
     for p in system.points:
         if p.parent is not None:
             yield f"the position of {p.name} from {p.parent.name}", LENGTH, p.offset.scalars()
@@ -209,7 +206,7 @@ def _check_reaction(reaction: Reaction) -> None:
 # Reading ------------------------------------------------------------------------------------------------------------
 
 
-def unit_in(system: System, e: Expr) -> str:
+def unit_in(system: Declarations, e: Expr) -> str:
     """The unit of an expression of a system, "" where it is unknown.
 
     A speed that declares none has that of its definition. Where a symbol of the system has no unit, or a quantity is a bare number
@@ -235,7 +232,7 @@ def unit_in(system: System, e: Expr) -> str:
         return ""
 
 
-def _is_complete(system: System) -> bool:
+def _is_complete(system: Declarations) -> bool:
     """Whether every symbol but the speeds carries a unit, and no quantity of a dimension is a number other than 0."""
     if not all(s.unit for s in (*system.coordinates, *system.parameters, *system.inputs, *system.reactions)):
         return False
@@ -246,7 +243,7 @@ def _is_complete(system: System) -> bool:
     return all(infer(e, known) is not NUMBER for exprs in dimensional for e in exprs)
 
 
-def _fits(system: System) -> bool:
+def _fits(system: Declarations) -> bool:
     """Whether the units that joints chose fit the others."""
     try:
         _check_quantities(system, {})

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a system consists of, once it is declared: plain fields, which its checks read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kane.expr.node import Expr
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
+from kane.model.bodies import Body
+from kane.model.constraints import Constraint
+from kane.model.events import Event
+from kane.model.joints.joint import Joint
+from kane.model.loads import Gravity, Load
+from kane.model.variables import EulerParameters
+from kane.space.frame import Frame
+from kane.space.point import Point
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Declarations:
+    """Everything that was declared, or reached from what was, parents first; `System` makes and checks it."""
+
+    inertial: Frame
+    bodies: tuple[Body, ...]
+    speeds: Mapping[Speed, Expr]
+    loads: tuple[Load, ...]
+    gravities: tuple[Gravity, ...]
+    reactions: tuple[Reaction, ...]
+    auxiliary_speeds: tuple[AuxiliarySpeed, ...]
+    events: tuple[Event, ...]
+    coordinates: tuple[Coordinate, ...]
+    constraints: tuple[Constraint, ...]
+    dependent_coordinates: tuple[Coordinate, ...]
+    dependent_speeds: tuple[Speed, ...]
+    joints: tuple[Joint, ...]
+    euler_parameters: tuple[EulerParameters, ...]
+    parameters: tuple[Parameter, ...]
+    inputs: tuple[Input | Rate, ...]
+    frames: tuple[Frame, ...]
+    points: tuple[Point, ...]
