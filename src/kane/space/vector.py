@@ -16,7 +16,6 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.space.rotation import (
     NOTHING,
     UNITS,
-    Basis,
     Triple,
     common_base,
     connected,
@@ -27,9 +26,10 @@ from kane.space.rotation import (
     path,
     single,
 )
+from kane.space.rotation import Basis as Frame  # public signatures say Frame: a vector needs no more of one
 from kane.space.text import parts_text
 
-Parts = tuple[tuple[Basis, Triple], ...]
+Parts = tuple[tuple[Frame, Triple], ...]
 
 
 class Vector:
@@ -41,7 +41,7 @@ class Vector:
     __slots__ = ("parts",)
     parts: Parts
 
-    def __init__(self, parts: Iterable[tuple[Basis, Triple]] = ()) -> None:
+    def __init__(self, parts: Iterable[tuple[Frame, Triple]] = ()) -> None:
         kept = []
         for part in parts:
             x, y, z = part[1]
@@ -142,7 +142,7 @@ class Vector:
         """The dyad self other."""
         return Dyadic(((self, other),))
 
-    def components(self, frame: Basis) -> Triple:
+    def components(self, frame: Frame) -> Triple:
         """Measure numbers along the axes of `frame`."""
         if not self.parts:
             return NOTHING
@@ -157,7 +157,7 @@ class Vector:
             total = (add(total[0], x), add(total[1], y), add(total[2], z))
         return total
 
-    def express(self, frame: Basis) -> Vector:
+    def express(self, frame: Frame) -> Vector:
         """The same vector, written along the axes of `frame` alone."""
         if len(self.parts) == 1 and self.parts[0][0] is frame:
             return self
@@ -173,7 +173,7 @@ class Vector:
         best = min(prices)
         return self.express([f for f, p in zip(candidates, prices, strict=True) if p == best][-1])
 
-    def dt(self, frame: Basis) -> Vector:
+    def dt(self, frame: Frame) -> Vector:
         """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), in rates."""
         total = Vector()
         for f, (x, y, z) in self.parts:
@@ -221,13 +221,13 @@ class Vector:
 _set_parts = Vector.__dict__["parts"].__set__
 
 
-def axes(basis: Basis) -> tuple[Vector, Vector, Vector]:
+def axes(frame: Frame) -> tuple[Vector, Vector, Vector]:
     """The three unit vectors."""
-    x, y, z = (Vector(((basis, unit),)) for unit in UNITS)
+    x, y, z = (Vector(((frame, unit),)) for unit in UNITS)
     return x, y, z
 
 
-def angular_velocity(frame: Basis, base: Basis) -> Vector:
+def angular_velocity(frame: Frame, base: Frame) -> Vector:
     """Angular velocity of `frame` in `base`, in rates."""
     known = frame._spins
     found: Vector | None = known.get(base)
@@ -244,7 +244,7 @@ def angular_velocity(frame: Basis, base: Basis) -> Vector:
     return found
 
 
-def _check_connected(f: Basis, g: Basis) -> None:
+def _check_connected(f: Frame, g: Frame) -> None:
     if not connected(f, g):
         raise SpaceError(
             f"Expected frames of one tree, got {f.name} and {g.name}, which have no common root. Make one from the other "
@@ -252,7 +252,7 @@ def _check_connected(f: Basis, g: Basis) -> None:
         )
 
 
-def _together(f: Basis, v: Triple, g: Basis, w: Triple) -> tuple[Basis, Triple, Triple]:
+def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, Triple]:
     """Both triples along one frame, whichever is cheaper; ties go to the deeper frame's axes."""
     if f is g:
         return f, v, w
@@ -262,7 +262,7 @@ def _together(f: Basis, v: Triple, g: Basis, w: Triple) -> tuple[Basis, Triple, 
     return g, express(v, f, g), w
 
 
-def dot_parts(f: Basis, v: Triple, g: Basis, w: Triple) -> Expr:
+def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
     """Scalar product of two parts; multiples of unit vectors meet in one direction cosine."""
     if f is g:
         return dot3(v, w)
@@ -294,7 +294,7 @@ class Dyadic:
         return Dyadic, (self.dyads,)
 
     @classmethod
-    def of(cls, frame: Basis, rows: Iterable[Iterable[Any]]) -> Dyadic:
+    def of(cls, frame: Frame, rows: Iterable[Iterable[Any]]) -> Dyadic:
         """Σ I_ij a_i a_j along the axes of one frame."""
         units, entries = axes(frame), [[as_expr(x) for x in row] for row in rows]
         return cls(
@@ -332,7 +332,7 @@ class Dyadic:
             total = total + a * b.dot(w)
         return total
 
-    def components(self, frame: Basis) -> Matrix:
+    def components(self, frame: Frame) -> Matrix:
         """The 3 × 3 matrix of measure numbers along the axes of `frame`."""
         rows = [[ZERO] * 3 for _ in range(3)]
         for a, b in self.dyads:
@@ -343,11 +343,11 @@ class Dyadic:
                         rows[i][j] = add(rows[i][j], mul(left[i], right[j]))
         return Matrix(rows)
 
-    def express(self, frame: Basis) -> Dyadic:
+    def express(self, frame: Frame) -> Dyadic:
         """The same dyadic along the axes of `frame` alone."""
         return Dyadic.of(frame, self.components(frame).rows)
 
-    def frames(self) -> tuple[Basis, ...]:
+    def frames(self) -> tuple[Frame, ...]:
         """The frames it is written in, each once."""
         return tuple(dict.fromkeys(f for d in self.dyads for v in d for f, _ in v.parts))
 
