@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import kane as kn
 from kane.gallery import choose
@@ -50,31 +49,18 @@ class Model:
     road: tuple[kn.Vector, kn.Vector]
 
 
-class Coordinates(NamedTuple):
-    """The eight coordinates."""
-
-    x: kn.Coordinate
-    y: kn.Coordinate
-    psi: kn.Coordinate
-    phi: kn.Coordinate
-    theta: kn.Coordinate
-    delta: kn.Coordinate
-    theta_R: kn.Coordinate
-    theta_F: kn.Coordinate
-
-
-class Frames(NamedTuple):
-    """Ground N, yawed Y, leaning L, rear frame B, steering axis S.z, fork H, wheels R and F; E: the axes of the fork's inertia."""
-
-    N: kn.Frame
-    Y: kn.Frame
-    L: kn.Frame
-    B: kn.Frame
-    S: kn.Frame
-    H: kn.Frame
-    E: kn.Frame
-    R: kn.Frame
-    F: kn.Frame
+COORDINATES = (
+    ("x", "m", "rear contact, along x"),
+    ("y", "m", "rear contact, along y"),
+    ("psi", "rad", "yaw"),
+    ("phi", "rad", "lean, to the right"),
+    ("theta", "rad", "pitch of the rear frame"),
+    ("delta", "rad", "steer, to the right"),
+    ("theta_R", "rad", "angle of the rear wheel"),
+    ("theta_F", "rad", "angle of the front wheel"),
+)
+Frames = tuple[kn.Frame, ...]
+"""N ground, Y yawed, L leaning, B rear frame, S z along the steering axis, H fork, E axes of its inertia, R and F wheels."""
 
 
 def model(speeds: str = "rates") -> Model:
@@ -83,60 +69,48 @@ def model(speeds: str = "rates") -> Model:
     Fork and front wheel turn at the rates of their angles ("rates"), or at angular velocities in the ground's frame ("spins"),
     as the rear wheel does either way: with these the equations take a twentieth fewer operations.
     """
-    q = _coordinates()
+    q = x, y, _, _, theta, delta, _, theta_F = tuple(kn.coordinate(*c) for c in COORDINATES)
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
     tilt = kn.parameter("lambda", math.pi / 10, "rad", "tilt of the steering axis")
-    f = _frames(q, tilt)
-    O = kn.Point("O", fixed_in=f.N)
-    P = O.at("P", q.x * f.N.x + q.y * f.N.y)
-    bodies, (R_hat, F_hat) = _bodies(f, P, tilt)
-    rear = kn.no_slip(R_hat, along=(f.Y.x, f.Y.y), name="rear wheel")
-    front = kn.no_slip(F_hat, along=(f.H.x, f.H.y), name="front wheel")
-    height = kn.touching(F_hat, O, normal=f.N.z, name="front wheel on the road")
+    frames = N, Y, L, B, S, H, *_ = _frames(q, tilt)
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", x * N.x + y * N.y)
+    bodies, (R_hat, F_hat) = _bodies(frames, P, tilt)
+    rear = kn.no_slip(R_hat, along=(Y.x, Y.y), name="rear wheel")
+    front = kn.no_slip(F_hat, along=(H.x, H.y), name="front wheel")
+    height = kn.touching(F_hat, O, normal=N.z, name="front wheel on the road")
     T_phi = kn.input("T_phi", "N*m", "lean torque on the rear frame")
     T_delta = kn.input("T_delta", "N*m", "steer torque between rear frame and fork")
     system = kn.System(
-        f.N,
+        N,
         bodies=bodies,
-        speeds=choose(_definitions(f, q, P), speeds),
+        speeds=choose(_definitions(frames, delta, theta_F, P), speeds),
         loads=[
-            kn.gravity(g * f.N.z),
-            kn.Torque(f.B, T_phi * f.L.x, name="lean torque"),
-            kn.torque_pair(f.H, f.B, T_delta * f.S.z, name="steer torque"),
+            kn.gravity(g * N.z),
+            kn.Torque(B, T_phi * L.x, name="lean torque"),
+            kn.torque_pair(H, B, T_delta * S.z, name="steer torque"),
         ],
         holonomic=[height],
         nonholonomic=[*rear, *front],
         coordinates=q,
-        dependent_coordinates=(q.theta,),
+        dependent_coordinates=(theta,),
     )
-    return Model(system, bodies, (R_hat, F_hat), rear, front, height, (f.H.x, f.H.y))
+    return Model(system, bodies, (R_hat, F_hat), rear, front, height, (H.x, H.y))
 
 
-def _coordinates() -> Coordinates:
-    return Coordinates(
-        kn.coordinate("x", "m", "rear contact, along x"),
-        kn.coordinate("y", "m", "rear contact, along y"),
-        kn.coordinate("psi", "rad", "yaw"),
-        kn.coordinate("phi", "rad", "lean, to the right"),
-        kn.coordinate("theta", "rad", "pitch of the rear frame"),
-        kn.coordinate("delta", "rad", "steer, to the right"),
-        kn.coordinate("theta_R", "rad", "angle of the rear wheel"),
-        kn.coordinate("theta_F", "rad", "angle of the front wheel"),
-    )
-
-
-def _frames(q: Coordinates, tilt: kn.Expr) -> Frames:
+def _frames(q: tuple[kn.Coordinate, ...], tilt: kn.Expr) -> Frames:
+    _, _, psi, phi, theta, delta, theta_R, theta_F = q
     N = kn.Frame("N")
-    Y = N.rotate("Y", q.psi, N.z)
-    L = Y.rotate("L", q.phi, Y.x)
-    B = L.rotate("B", q.theta, L.y)
+    Y = N.rotate("Y", psi, N.z)
+    L = Y.rotate("L", phi, Y.x)
+    B = L.rotate("B", theta, L.y)
     S = B.rotate("S", tilt, B.y)
-    H = S.rotate("H", q.delta, S.z)
+    H = S.rotate("H", delta, S.z)
     E = H.rotate("E", -tilt, H.y)
-    return Frames(N, Y, L, B, S, H, E, L.rotate("R", q.theta_R, L.y), H.rotate("F", q.theta_F, H.y))
+    return N, Y, L, B, S, H, E, L.rotate("R", theta_R, L.y), H.rotate("F", theta_F, H.y)
 
 
-def _bodies(f: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.Point, kn.Point]]:
+def _bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.Point, kn.Point]]:
     """The four bodies above the rear contact P, and the wheels' particles in contact."""
     w = kn.parameter("w", 1.02, "m", "wheel base")
     c = kn.parameter("c", 0.08, "m", "trail")
@@ -152,41 +126,44 @@ def _bodies(f: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, 
         """Measure numbers along S.x and S.z of dx B.x + dz B.z."""
         return kn.cos(tilt) * dx - kn.sin(tilt) * dz, kn.sin(tilt) * dx + kn.cos(tilt) * dz
 
-    N, L, B, H = f.N, f.L, f.B, f.H
+    N, _, L, B, S, H, E, R, F = frames
     reach = along(w + c, r_R)[0]  # from the rear axle square to the steering axis
     front_x, front_z = along(w, r_R - r_F)
     fork_x, fork_z = along(x_H, z_H + r_R)
     Rs = P.at("R*", -r_R * L.z)
     Bs = Rs.at("B*", x_B * B.x + (z_B + r_R) * B.z)
-    A = Rs.at("A", reach * f.S.x)
+    A = Rs.at("A", reach * S.x)
     Hs = A.at("H*", (fork_x - reach) * H.x + fork_z * H.z)
     Fs = A.at("F*", (front_x - reach) * H.x + front_z * H.z)
-    R_hat = Rs.fixed_in(f.R, "R^", r_R * L.z)
+    R_hat = Rs.fixed_in(R, "R^", r_R * L.z)
     lean = N.z.dot(H.y)
-    F_hat = Fs.fixed_in(f.F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
+    F_hat = Fs.fixed_in(F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
     return (
-        kn.RigidBody("rear wheel", frame=f.R, mass_center=Rs, mass=m_R, inertia=kn.inertia(L, I_R, J_R, I_R)),
+        kn.RigidBody("rear wheel", frame=R, mass_center=Rs, mass=m_R, inertia=kn.inertia(L, I_R, J_R, I_R)),
         kn.RigidBody("rear frame", frame=B, mass_center=Bs, mass=m_B, inertia=kn.inertia(B, *inertia_B)),
-        kn.RigidBody("fork", frame=H, mass_center=Hs, mass=m_H, inertia=kn.inertia(f.E, *inertia_H)),
-        kn.RigidBody("front wheel", frame=f.F, mass_center=Fs, mass=m_F, inertia=kn.inertia(H, I_F, J_F, I_F)),
+        kn.RigidBody("fork", frame=H, mass_center=Hs, mass=m_H, inertia=kn.inertia(E, *inertia_H)),
+        kn.RigidBody("front wheel", frame=F, mass_center=Fs, mass=m_F, inertia=kn.inertia(H, I_F, J_F, I_F)),
     ), (R_hat, F_hat)
 
 
-def _definitions(f: Frames, q: Coordinates, P: kn.Point) -> dict[str, dict[kn.Speed, kn.Expr]]:
+def _definitions(
+    frames: Frames, delta: kn.Coordinate, theta_F: kn.Coordinate, P: kn.Point
+) -> dict[str, dict[kn.Speed, kn.Expr]]:
     """The speeds u by name of the choice."""
+    N, Y, L, B, S, H, _, R, F = frames
     u = (*kn.speeds("u1:7", "rad/s"), *kn.speeds("u7:9", "m/s"))
-    spin, contact = f.B.angular_velocity(f.N), P.velocity(f.N)
+    spin, contact = B.angular_velocity(N), P.velocity(N)
     rates = {
-        u[0]: spin.dot(f.L.x),
-        u[1]: spin.dot(f.L.y),
-        u[2]: spin.dot(f.L.z),
-        u[3]: q.delta.dt,
-        u[4]: f.R.angular_velocity(f.N).dot(f.L.y),
-        u[5]: q.theta_F.dt,
-        u[6]: contact.dot(f.Y.x),
-        u[7]: contact.dot(f.Y.y),
+        u[0]: spin.dot(L.x),
+        u[1]: spin.dot(L.y),
+        u[2]: spin.dot(L.z),
+        u[3]: delta.dt,
+        u[4]: R.angular_velocity(N).dot(L.y),
+        u[5]: theta_F.dt,
+        u[6]: contact.dot(Y.x),
+        u[7]: contact.dot(Y.y),
     }
-    spins = {u[3]: f.H.angular_velocity(f.N).dot(f.S.z), u[5]: f.F.angular_velocity(f.N).dot(f.H.y)}
+    spins = {u[3]: H.angular_velocity(N).dot(S.z), u[5]: F.angular_velocity(N).dot(H.y)}
     return {"rates": rates, "spins": rates | spins}
 
 
