@@ -16,8 +16,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.constraints.partition import balanced, choose
+from kane.dynamics.constraints.partition import choose
 from kane.equations.derive import repartition
+from kane.numeric.rank import balanced
 from tests.oracles.compare import error, tolerance
 from tests.oracles.loops.equations import Solution, solve
 from tests.oracles.mechanism import Loops, Mechanism, admissible_rates, to_oracle

@@ -3,36 +3,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from kane.dynamics.constraints.closure import (
-    CLOSED,
-    Closed,
-    Closure,
-    Residual,
-    close,
-    closest,
-    closure,
-    residual_function,
-)
+from kane.dynamics.constraints.closure import Closure, closure, residual_function
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, time
+from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.newton import CLOSED, Closed, Residual, close, closest, starts
+from kane.numeric.projection import least_squares
+from kane.numeric.rank import STATE_RANK, singular
 
 GIVEN = 1e-8
 """Residual up to which a start that is given whole is taken as meant, and moved onto the constraints."""
-_TRIES = 24
+_TRIES, _SEED = 24, 20048
 _ROUNDING = 1e-7
 """Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
 
@@ -95,12 +87,12 @@ def assemble(
     constants: dict[Expr, Any] = {**parameter_values(eom, parameters), time: float(t)}
     constants.update(named_values("inputs", eom.inputs, inputs))
     configuration = _configuration(eom, _entries("coordinates", eom.coordinates, q), constants)
-    at: dict[Expr, Any] = {**constants, **dict(zip(eom.coordinates, configuration.q.tolist(), strict=True))}
+    at: dict[Expr, Any] = {**constants, **dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))}
     if u is not None and rates is not None:
         raise SimulationError("Expected either u= or rates= to assemble with, got both.")
     speeds, left = _motion(eom, _wanted_speeds(eom, u, rates), at, rates is not None)
     return Assembled(
-        dict(zip(eom.coordinates, configuration.q.tolist(), strict=True)),
+        dict(zip(eom.coordinates, configuration.x.tolist(), strict=True)),
         dict(zip(eom.speeds, speeds.tolist(), strict=True)),
         max(configuration.size, left),
     )
@@ -145,18 +137,10 @@ def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]
     function = residual_function(eom.system, known, constants)
     if not start.free:
         return _as_given(known, function, start.values)
-    generator = np.random.default_rng(20048)
-
-    def starts() -> Iterator[Array]:
-        yield start.values
-        for k in range(1, _TRIES if start.missing else 1):
-            q = start.values.copy()
-            q[list(start.missing)] += generator.normal(size=len(start.missing)) * (0.3 + 0.15 * k)
-            yield q
-
-    best = closest(function, starts(), start.free)
+    spreads = [0.3 + 0.15 * k for k in range(1, _TRIES)] if start.missing else []
+    best = closest(function, starts(start.values, start.missing, _SEED, spreads), start.free)
     _check_closed(known, function, start, best, names)
-    _check_determined(function, start, best.q, names)
+    _check_determined(function, start, best.x, names)
     return best
 
 
@@ -206,10 +190,9 @@ def _check_determined(function: Residual, start: Entries, q: Array, names: Seque
 
 def _undetermined(block: Array, start: Entries, names: Sequence[str]) -> tuple[list[str], int]:
     """What is left out and may still move where `block`, over what is free, holds the rest; and how many values are too few."""
-    _, sigma, right = np.linalg.svd(block)
-    rank = int((sigma > 1e-9 * sigma[0]).sum()) if sigma.size else 0
-    loose = np.abs(right[rank:]).max(axis=0, initial=0) > 1e-7
-    return [names[i] for i, x in zip(start.free, loose, strict=True) if x and i in start.missing], len(right) - rank
+    directions = singular(block).kernel(STATE_RANK)
+    loose = np.abs(directions).max(axis=0, initial=0) > 1e-7
+    return [names[i] for i, x in zip(start.free, loose, strict=True) if x and i in start.missing], len(directions)
 
 
 def _refuse_missing(what: str, names: Sequence[str]) -> None:
@@ -249,7 +232,7 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
                 f"{', '.join(unknown)} are not determined. Give {count} of them."
             )
         if m:
-            x[free] += np.linalg.lstsq(block, -(rows @ x + rest) / scale, rcond=1e-10)[0]
+            x[free] += least_squares(block, -(rows @ x + rest) / scale)
     left = np.abs((rows @ x + rest) / scale)
     limit = GIVEN * max(1.0, np.abs(x).max(initial=0))
     if not np.all(left <= limit):

@@ -10,18 +10,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.flow import Choice, flow_at
 from kane.analysis.local import State, slopes_at, solver, values_at
 from kane.analysis.symbolic import dependence
-from kane.dynamics.constraints.closure import close
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
+from kane.numeric.newton import close
 from kane.numeric.sample import draw
-
-Array = npt.NDArray[np.float64]
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
@@ -141,4 +139,4 @@ def onto(bare: Conditions, x: Array) -> Array:
     if not bare.eom.constraints.constraints and not bare.known.sets:
         return x
     count = len(bare.eom.coordinates) + len(bare.eom.speeds)
-    return close(bare, x, range(count)).q
+    return close(bare, x, range(count)).x

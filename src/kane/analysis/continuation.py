@@ -12,19 +12,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.linear import Linear
 from kane.analysis.linearize import Linearizer, linearizer
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.stability import Crossing, changes, tracked
-from kane.analysis.trim import Problem, level, loose, null_space, problem, solve_problem
-from kane.dynamics.constraints.closure import close
+from kane.analysis.trim import Problem, loose, null_space, problem, solve_problem
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.newton import close
+from kane.numeric.rank import level, singular
 
 _FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
 """Steps along the branch, where the whole range of the value counts 1."""
@@ -44,7 +43,7 @@ class Branch:
     values: Array
     points: tuple[OperatingPoint, ...]
     linear: tuple[Linear, ...]
-    eigenvalues: npt.NDArray[np.complex128]
+    eigenvalues: Complex
     turning: tuple[int, ...]
     crossings: tuple[Crossing, ...]
     message: str
@@ -173,7 +172,7 @@ class _Follower:
         """The unit tangent of the branch that points along."""
         _, j = self.made.conditions(self.spread(y))
         columns = j[:, [*self.free, self.place]] * self.scale
-        found = np.linalg.svd(level(columns))[2][-1]
+        found = singular(level(columns)).right[-1]
         return np.asarray(found if found @ along >= 0 else -found)
 
     def corrected(self, y: Array, across: Array) -> Array | None:
@@ -185,7 +184,7 @@ class _Follower:
             return np.append(f, across @ (trial - y)), np.vstack([columns, across])
 
         found = close(bordered, y, range(len(y)), limit=1e-13)
-        return found.q if found.size <= _CLOSED else None
+        return found.x if found.size <= _CLOSED else None
 
     def middle(self, a: Array, b: Array) -> Array | None:
         """The point of the branch halfway between two, in the plane across their chord."""

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.local import Slopes, State, Values, slopes_at, solver, values_at
-from kane.analysis.manifold import mobility, quality, sizes
 from kane.analysis.routines import once, routine
 from kane.analysis.tangents import Tangents, cross, tangents
+from kane.dynamics.constraints.partition import POOR, quality
 from kane.dynamics.readings.unsolved import Perturbations, partial_columns, unsolved
 from kane.dynamics.readings.values import without_rates
 from kane.equations.equations import Equations
@@ -25,11 +24,8 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
 from kane.expr.symbols import time
-
-Array = npt.NDArray[np.float64]
-
-_POOR = 0.02
-"""Quality of the dependent block below which other dependent speeds are taken than those of the equations."""
+from kane.numeric.arrays import Array
+from kane.numeric.projection import mobility, sizes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,7 +93,7 @@ def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
     if eom.embedding is None:
         return ()
     partition = eom.embedding.partition
-    return partition.dependent if quality(a, partition, sizes(a, mobility(m, a))) > _POOR else ()
+    return partition.dependent if quality(a, partition, sizes(a, mobility(m, a))) > POOR else ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

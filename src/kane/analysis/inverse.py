@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.assemble import GIVEN
 from kane.analysis.local import independent_rows
@@ -26,14 +25,12 @@ from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Symbol, rate
+from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
+from kane.numeric.rank import INVERSE_RANK, TAKES_PART, balance, singular
 
 if TYPE_CHECKING:
     from kane.motion.solution import Solution
-
-Array = npt.NDArray[np.float64]
-
-_RANK = 1e-11
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,17 +146,13 @@ class Inverse:
     def _check_regular(self, square: Array) -> None:
         count = square.shape[-1]
         for matrix in square.reshape(-1, count, count):
-            rows = np.abs(matrix).max(axis=1, keepdims=True)
-            scaled = matrix / np.where(rows > 0, rows, 1.0)
-            columns = np.abs(scaled).max(axis=0)
-            columns = np.where(columns > 0, columns, 1.0)
-            _, sigma, right = np.linalg.svd(scaled / columns)
-            if sigma[-1] > _RANK * sigma[0]:
+            scaled = balance(matrix, order=(1, 0), rounding=0.0)
+            found = singular(scaled.matrix)
+            if found.regular(INVERSE_RANK):
                 continue
-            open_ = right[-1] / columns
-            own = open_[: len(self.unknowns)]
+            own = (found.right[-1] / scaled.columns[0])[: len(self.unknowns)]
             own = own / (np.abs(own).max(initial=0) or 1.0)
-            terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > 1e-6]
+            terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]
             raise SingularError(
                 f"Expected unknowns that the equations determine, got a combination they leave open: {' '.join(terms)} "
                 "can be added without any effect. Give one of these, or take another unknown in its place."

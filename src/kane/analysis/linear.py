@@ -9,15 +9,13 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from kane import show
 from kane.analysis.point import OperatingPoint
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
-
-Array = npt.NDArray[np.float64]
-Complex = npt.NDArray[np.complex128]
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.rank import singular
 
 _LINK = 1e-9
 
@@ -188,7 +186,7 @@ class Linear:
         back = np.linalg.solve(self.mass, h.T)
         mobility = h @ back
         length = np.sqrt(np.diag(mobility))
-        if not np.all(length > 0) or np.linalg.cond(mobility / np.outer(length, length)) > 1 / _LINK:
+        if not np.all(length > 0) or not singular(mobility / np.outer(length, length)).regular(_LINK):
             raise SimulationError(
                 f"Expected as many speeds as coordinates, got {len(q)} coordinates ({', '.join(self.states[i] for i in q)}) moved by "
                 f"{len(self.speeds)} independent speeds ({', '.join(self.speeds)}), which do not move them one by one. Name the "

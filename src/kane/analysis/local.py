@@ -12,17 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.analysis.routines import once, routine
-from kane.dynamics.constraints.partition import RANK, balanced, choose
+from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import partial_columns, unsolved
 from kane.equations.equations import Equations
 from kane.errors import SingularError
 from kane.expr.node import Expr
+from kane.numeric.arrays import Array
+from kane.numeric.rank import SOLVE_RANK, SURE_RANK, balanced, singular
 from kane.program.native.handle import Handle
-
-Array = npt.NDArray[np.float64]
-
-_SURE = 1e-5
-"""Smallest over largest singular value of the balanced rows at which they are taken as independent without a second look."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +105,7 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     if eom.embedding is None:
         return ()
     rows = eom.embedding.partition.rows
-    sigma = np.linalg.svd(balanced(a[list(rows)]), compute_uv=False)
-    if sigma[-1] > _SURE * sigma[0]:
+    if singular(balanced(a[list(rows)])).regular(SURE_RANK):
         return rows
     found = choose(a)
     if len(found.rows) < len(rows):
@@ -153,11 +149,9 @@ def solver(eom: Equations, values: Values) -> Solver:
             "Expected equations of motion that are finite at this state, got infinity or NaN: coordinates, speeds or parameters are "
             "singular here."
         )
-    if matrix.size:
-        sigma = np.linalg.svd(balanced(matrix), compute_uv=False)
-        if not sigma[-1] > 1e-4 * RANK * sigma[0]:
-            raise SingularError(
-                "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "
-                "no mass here, or reactions cannot be told apart."
-            )
+    if matrix.size and not singular(balanced(matrix)).regular(SOLVE_RANK):
+        raise SingularError(
+            "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "
+            "no mass here, or reactions cannot be told apart."
+        )
     return Solver(matrix, keep)

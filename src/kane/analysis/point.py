@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.assemble import GIVEN, Guess, assemble
-from kane.analysis.local import State, slopes_at, values_at
+from kane.analysis.local import State, Values, slopes_at, values_at
 from kane.analysis.start import start_state
 from kane.analysis.tangents import spread
 from kane.dynamics.readings.unsolved import Perturbations
@@ -19,9 +19,10 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.newton import improved
+from kane.numeric.projection import least_squares, of_unit_length
 
 _CLOSED, _ROUNDS = 1e-15, 4
 
@@ -110,26 +111,31 @@ def _complete(given: Any, symbols: tuple[Symbol, ...]) -> bool:
 def closed(eom: Equations, known: Perturbations, state: State) -> State:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
     values = values_at(eom, state)
-    _check(eom, "coordinates", [c.name for c in eom.system.holonomic], values.configuration)
+    _check("coordinates", [c.name for c in eom.system.holonomic], values.configuration)
     nq, n = len(eom.coordinates), len(eom.speeds)
-    x = state.x.copy()
     zero = np.zeros(values.right.shape)
-    for places in known.sets:
-        x[list(places)] /= np.linalg.norm(x[list(places)])
-    for _ in range(_ROUNDS):
-        if not np.abs(values.configuration).max(initial=0) > _CLOSED:
-            break
-        g = slopes_at(eom, State(state.t, x, state.p, state.r), zero).configuration[:, :nq]
+
+    def closer(x: Array, now: Values) -> Array:
+        g = slopes_at(eom, replace(state, x=x), zero).configuration[:, :nq]
         t = spread(known, x[:nq])
-        x[:nq] -= t @ np.linalg.lstsq(g @ t, values.configuration, rcond=1e-10)[0]
-        values = values_at(eom, State(state.t, x, state.p, state.r))
-    _check(eom, "speeds", [c.name for c in eom.system.constraints], values.motion)
+        return np.append(x[:nq] - t @ least_squares(g @ t, now.configuration), x[nq:])
+
+    x, values = improved(
+        of_unit_length(state.x, known.sets),
+        values,
+        attrgetter("configuration"),
+        lambda x: values_at(eom, replace(state, x=x)),
+        closer,
+        _CLOSED,
+        _ROUNDS,
+    )
+    _check("speeds", [c.name for c in eom.system.constraints], values.motion)
     if len(values.motion):
-        x[nq:] -= np.linalg.lstsq(values.constraints(n), values.motion, rcond=1e-10)[0]
-    return State(state.t, x, state.p, state.r)
+        x = np.append(x[:nq], x[nq:] - least_squares(values.constraints(n), values.motion))
+    return replace(state, x=x)
 
 
-def _check(eom: Equations, what: str, names: list[str], residual: Array) -> None:
+def _check(what: str, names: list[str], residual: Array) -> None:
     if np.all(np.abs(residual) <= GIVEN):
         return
     bad = ", ".join(f"{n} by {v:.3g}" for n, v in zip(names, residual, strict=True) if not abs(v) <= GIVEN)

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.point import OperatingPoint
+from kane.numeric.arrays import Array, Complex
 
-Array = npt.NDArray[np.float64]
-Complex = npt.NDArray[np.complex128]
 Middle = Callable[[Array, Array], Array | None]
 Spectrum = Callable[[Array], Complex]
 

@@ -7,16 +7,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
-
-Array = npt.NDArray[np.float64]
 
 _UNIT_SLACK = 1e-8
 

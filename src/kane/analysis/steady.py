@@ -18,8 +18,8 @@ from kane.analysis.local import State, values_at
 from kane.analysis.symbolic import dependence
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.projection import least_squares
 
 _SAME = 1e-7
 _SHIFT = 0.71
@@ -33,7 +33,7 @@ class Steadiness:
     `left` are those that matter and change, by index; `varies` those that move and change the equations, −1 for the time.
     """
 
-    matters: npt.NDArray[np.bool_]
+    matters: Mask
     left: tuple[int, ...]
     varies: tuple[int, ...]
 
@@ -61,7 +61,7 @@ def _same(
     known: Perturbations,
     flow: Flow,
     choice: Choice,
-    matters: npt.NDArray[np.bool_],
+    matters: Mask,
     moving: npt.NDArray[np.intp],
 ) -> bool:
     """Whether the flow of what matters is the same, displaced along what moves."""
@@ -82,7 +82,7 @@ def _same(
     if len(values.motion):
         a = values.constraints(n)
         held = [i for i in range(n) if i not in tangent.free_u]
-        x[nq:][held] -= np.linalg.lstsq(a[:, held], values.motion, rcond=1e-10)[0]
+        x[nq:][held] -= least_squares(a[:, held], values.motion)
     there = flow_at(eom, known, moved, Choice(choice.q, tuple(i for i in range(n) if i not in tangent.free_u)))
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import Perturbations, perturbations, unsolved
@@ -28,10 +27,10 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import solve_lu
 from kane.expr.substitute import substitute
 from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.named import named_values
 from kane.numeric.sample import values_of
 
-Array = npt.NDArray[np.float64]
 Column = list[Expr]
 
 _ZERO, _HELD = 1e-10, 1e-8
@@ -51,7 +50,7 @@ class SymbolicLinear:
         return f"SymbolicLinear({', '.join(self.states)}; A {self.A.shape}, B {self.B.shape})"
 
 
-def dependence(a: Array, count: int) -> npt.NDArray[np.bool_]:
+def dependence(a: Array, count: int) -> Mask:
     """Which of the states the speeds depend on, through whatever chain; the first `count` are coordinates."""
     from scipy.linalg import matrix_balance
 

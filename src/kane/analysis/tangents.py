@@ -14,14 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.local import Slopes
-from kane.analysis.manifold import mobility, sizes
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import Perturbations
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array
+from kane.numeric.projection import mobility, sizes
 
 
 def turning(e: Array) -> Array:

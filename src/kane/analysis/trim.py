@@ -8,22 +8,21 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.assemble import Guess
 from kane.analysis.conditions import Conditions, conditions
 from kane.analysis.linearize import choice_of
 from kane.analysis.point import OperatingPoint, closed, point_of
-from kane.dynamics.constraints.closure import Closed, close
 from kane.dynamics.readings.unsolved import perturbations
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
+from kane.numeric.newton import closest, starts
+from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
 
-Array = npt.NDArray[np.float64]
-
-_LOOSE, _TRIES, _NOISE = 1e-6, 12, 1e-11
+_TRIES, _SEED = 12, 20049
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,18 +154,12 @@ def solve_problem(made: Problem, tolerance: float) -> Array:
     SimulationError
         if there is none; says what remains
     """
-    generator = np.random.default_rng(20049)
-    first: Closed | None = None
-    for k in range(_TRIES if made.missing else 1):
-        x = made.start.copy()
-        x[list(made.missing)] += (0.2 * k) * generator.normal(size=len(made.missing))
-        found = close(made.conditions, x, made.free, limit=1e-14)
-        if found.size <= tolerance:
-            return found.q
-        if first is None or found.size < first.size:
-            first = found
-    assert first is not None
-    raise SimulationError(_failed(made, first.residual, first.steps))
+    spreads = [0.2 * k for k in range(1, _TRIES)] if made.missing else []
+    tries = starts(made.start, made.missing, _SEED, spreads)
+    best = closest(made.conditions, tries, made.free, tolerance, limit=1e-14)
+    if best.size <= tolerance:
+        return best.x
+    raise SimulationError(_failed(made, best.residual, best.steps))
 
 
 def _failed(made: Problem, residual: Array, steps: int) -> str:
@@ -185,19 +178,10 @@ def _failed(made: Problem, residual: Array, steps: int) -> str:
     )
 
 
-def level(rows: Array) -> Array:
-    """Rows divided by their largest entries, those of rounding alone zero."""
-    size = np.abs(rows).max(axis=1, keepdims=True, initial=0)
-    counts = size > _NOISE * size.max(initial=0)
-    return np.where(counts, rows / np.where(counts, size, 1.0), 0.0)
-
-
 def null_space(made: Problem, x: Array) -> Array:
-    """Directions of the free entries in which the conditions stay satisfied, one a row."""
+    """Directions of the free entries in which the conditions stay satisfied, one a row (k × free)."""
     _, j = made.conditions(x)
-    _, sigma, right = np.linalg.svd(level(j[:, list(made.free)]))
-    rank = int((sigma > 1e-9 * sigma[0]).sum()) if sigma.size else 0
-    return np.asarray(right[rank:])
+    return singular(level(j[:, list(made.free)])).kernel(STATE_RANK)
 
 
 def loose(made: Problem, x: Array, among: Sequence[int]) -> list[str]:
@@ -209,7 +193,7 @@ def loose(made: Problem, x: Array, among: Sequence[int]) -> list[str]:
     return [
         made.conditions.symbols[i].name
         for i, d in zip(made.free, directions, strict=True)
-        if d > _LOOSE and i in matter
+        if d > TAKES_PART and i in matter
     ]
 
 

@@ -28,7 +28,7 @@ from kane.model.reactions import constraint_of, cut_of
 from kane.motion.drives import check_prescribed, input_functions
 from kane.motion.singular import check_regular
 from kane.numeric.named import finite_number
-from kane.numeric.rank import null_direction
+from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
 
 _LONG = 70
 
@@ -117,10 +117,10 @@ def _why(eom: kn.Equations, begin: Start, t: float) -> str:
         mass = np.asarray(
             eom.evaluate(eom.mass_matrix, q=begin.q, u=begin.u, parameters=begin.parameters, t=t), dtype=float
         )
-    free = null_direction(mass, 1e-12)
+    free = null_direction(mass, SOLVE_RANK)
     if free is None:
         return "the equations are singular there, or a load is not defined"
-    still = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > 1e-6)
+    still = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > TAKES_PART)
     return f"the mass matrix is singular there, where {still} moves no mass"
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.errors import ModelError, NotAffineError, ReactionError
 from kane.expr.affine import affine_forms
@@ -20,7 +19,8 @@ from kane.kinematics.constraints import ConstraintRows, unplaced
 from kane.kinematics.motion import Kinematics
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
-from kane.numeric.rank import null_direction
+from kane.numeric.arrays import Array
+from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
 from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -38,7 +38,7 @@ def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -
         )
     free = _null_vector(Matrix(mass, (len(mass), len(mass))))
     if free is not None:
-        culprits = [u for u, c in zip(speeds, free, strict=True) if abs(c) > 1e-6]
+        culprits = [u for u, c in zip(speeds, free, strict=True) if abs(c) > TAKES_PART]
         raise ModelError(
             f"Expected every motion to move some mass, got a combination of {', '.join(map(str, culprits))} that moves none: the mass "
             f"matrix is singular at every configuration. Here {_defined(system, culprits)}. Give the massless part a mass or inertia "
@@ -55,19 +55,19 @@ def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> No
     """The matrix that the reactions are solved from must have an inverse at some configuration."""
     free = _null_vector(matrix)
     if free is not None:
-        culprits = ", ".join(str(r) for r, c in zip(reactions, free, strict=True) if abs(c) > 1e-6)
+        culprits = ", ".join(str(r) for r, c in zip(reactions, free, strict=True) if abs(c) > TAKES_PART)
         raise ReactionError(
             f"Expected reactions that can be told apart, got {culprits}, which the auxiliary equations do not determine. Bring into "
             "evidence at most three independent directions at one cut."
         )
 
 
-def _null_vector(matrix: Matrix) -> npt.NDArray[np.float64] | None:
+def _null_vector(matrix: Matrix) -> Array | None:
     """x with A x = 0 at a random point, its entries scaled; None where A is regular there."""
     if not matrix.rows:
         return None
     numbers = sample([x for row in matrix.rows for x in row], _SEED)
-    return null_direction(np.array(numbers).reshape(matrix.shape), 1e-12)
+    return null_direction(np.array(numbers).reshape(matrix.shape), SOLVE_RANK)
 
 
 def check_released(system: System, rows: ConstraintRows) -> None:

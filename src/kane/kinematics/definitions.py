@@ -17,7 +17,7 @@ from kane.expr.substitute import substitute
 from kane.expr.symbols import QuasiRate, Rate, Speed, input_of, rate
 from kane.kinematics.speeds import Speeds
 from kane.model.system import System
-from kane.numeric.rank import null_direction
+from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
 from kane.numeric.sample import draw, values_of
 
 _SEED = 20041
@@ -126,9 +126,9 @@ def _check_rank(
     symbols = free_symbols(x for row in dense for x in row)
     numbers = values_of(symbols, _SEED, {s: draw(_SEED, s) for s in symbols if s.default == 0})
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
-    vanishing = null_direction(y.T, 1e-10)
+    vanishing = null_direction(y.T, SPEEDS_RANK)
     if vanishing is not None:
-        culprits = [u for u, c in zip(speeds, vanishing, strict=True) if abs(c) > 1e-6]
+        culprits = [u for u, c in zip(speeds, vanishing, strict=True) if abs(c) > TAKES_PART]
         said = ", ".join(f"{u} = {system.speeds[u]!s:.80}" for u in culprits)
         raise SpeedsError(
             f"Expected independent definitions of the generalized speeds, got a combination of {', '.join(map(str, culprits))} that "

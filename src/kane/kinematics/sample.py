@@ -11,16 +11,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.kinematics.speeds import Speeds
+from kane.numeric.arrays import Array
 from kane.numeric.sample import draw
 from kane.space.rotation import Basis
 from kane.space.vector import Vector, axes
-
-Array = npt.NDArray[np.float64]
 
 _SLACK = 1e-6
 
@@ -42,7 +40,7 @@ class Sample:
             units = np.eye(len(self.speeds.rates), len(self.speeds.rates) + 1)
             self.values.update(zip(self.speeds.rates, units, strict=True))
             for group in self.speeds.system.euler_parameters:
-                e = np.array([draw(self.seed, s, -1.0) for s in group.coordinates])
+                e = np.array([draw(self.seed, s, -1.0, 1.0) for s in group.coordinates])
                 self.values.update(zip(group.coordinates, e / np.linalg.norm(e), strict=True))
         for s in free_symbols(wanted):
             if s in self.speeds.euler_rates:

@@ -5,12 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-import numpy.typing as npt
-
 from kane.model.events import Event
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array
 
 _TIME_TOLERANCE = 1e-12
 

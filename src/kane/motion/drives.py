@@ -10,7 +10,6 @@ from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
@@ -21,7 +20,6 @@ from kane.expr.symbols import Input, Parameter, Time, input_of, time
 from kane.model.survey import geometry
 from kane.numeric.named import finite_number, named_values
 
-Array = npt.NDArray[np.float64]
 Function = Callable[[Any], Any]
 Ends = Literal["not-a-knot", "natural", "clamped", "periodic"]
 

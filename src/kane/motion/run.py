@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.assemble import assemble
 from kane.analysis.start import check_masses, check_span, check_tolerance, start_state
@@ -20,8 +19,7 @@ from kane.motion.singular import check_regular
 from kane.motion.solution import Solution
 from kane.motion.stepping import SOLVERS, integrate
 from kane.motion.steps import Motion
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array
 
 
 def simulate(

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
@@ -19,11 +18,10 @@ from kane.expr.kinds import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate
+from kane.numeric.arrays import Array
+from kane.numeric.rank import SOLVE_RANK, TAKES_PART, balance, singular
 from kane.numeric.sample import sample
 
-Array = npt.NDArray[np.float64]
-
-_SLACK = 1e-12
 _GONE = 1e-9
 _NEAR = 1e-4
 _SEED = 20049
@@ -74,7 +72,7 @@ def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
     if free is None:
         return
     named = [r for r in small if r.relative <= _GONE] or small[:1]
-    open_ = ", ".join(str(b) for b, c in zip(rates, free, strict=True) if abs(c) > 1e-6)
+    open_ = ", ".join(str(b) for b, c in zip(rates, free, strict=True) if abs(c) > TAKES_PART)
     where = ", ".join(f"{q} = {float(values[q]):.6g}" for q in dict.fromkeys(q for r in named for q in r.coordinates))
     raise SimulationError(
         f"Expected finite rates at the start, got none for {open_} at t = {t:g}: the kinematics are singular at {where}, where W of "
@@ -92,13 +90,9 @@ def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array
     usual = np.abs(np.array(sample([x for row in rows for x in row], _SEED)).reshape(y.shape))
     if not (np.all(np.isfinite(y)) and np.all(np.isfinite(usual))):
         return None
-    for axis in (1, 0):
-        size = usual.max(axis=axis, keepdims=True)
-        size[size == 0] = 1.0
-        y, usual = y / size, usual / size
-    _, sigma, right = np.linalg.svd(y)
-    found: Array = right[-1]
-    return found if sigma[-1] <= _SLACK * sigma[0] else None
+    size = balance(usual, order=(1, 0), rounding=0.0)
+    found = singular(y / size.rows / size.columns)
+    return None if found.regular(SOLVE_RANK) else found.right[-1]
 
 
 def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane import show
 from kane.dynamics.readings.joint_reactions import Place, unsolved
@@ -22,10 +21,9 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Reaction, Symbol
 from kane.model.constraints import Constraint
 from kane.model.events import Event
+from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
 from kane.space.vector import Vector
-
-Array = npt.NDArray[np.float64]
 
 _FEW = 25
 """At as many samples, at most, it is asked what tolerances mean for the energy."""
@@ -145,7 +143,7 @@ class Solution:
         return found
 
     @cached_property
-    def lost(self) -> npt.NDArray[np.bool_]:
+    def lost(self) -> Mask:
         """Samples at which the constraints determine fewer speeds than elsewhere."""
         ranks = np.array([len(eom.dependent_speeds) for eom in self.samples or (self.equations,) * len(self)])
         return np.asarray(ranks < max(ranks.max(initial=0), len(self.equations.dependent_speeds)))

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.expr.node import Expr
 from kane.model.events import Event
@@ -16,8 +15,7 @@ from kane.motion.crossings import crossings
 from kane.motion.singular import nearly_singular
 from kane.motion.solution import Segment, Solution
 from kane.motion.steps import Motion
-
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")

@@ -11,22 +11,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from kane.analysis.manifold import (
-    RANK,
-    Manifold,
-    Numbers,
-    combinations,
-    manifold,
-    mobility,
-    nearest,
-    quality,
-    sizes,
-)
 from kane.analysis.routines import once, routine
-from kane.dynamics.constraints.closure import OFF, close, closure, residual_function
-from kane.dynamics.constraints.partition import Partition, balanced, choose
+from kane.dynamics.constraints.closure import OFF, closure, residual_function
+from kane.dynamics.constraints.partition import POOR, choose, quality
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
@@ -36,12 +24,15 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import input_of, time
 from kane.model.events import Event
+from kane.motion.projection import Manifold, Numbers, manifold
+from kane.numeric.arrays import Array
+from kane.numeric.newton import close
+from kane.numeric.projection import least_constraint, mobility, sizes
+from kane.numeric.rank import MOTION_RANK, balanced, combinations
 from kane.program.native.handle import Handle
 
-Array = npt.NDArray[np.float64]
-
-_POOR, _BETTER = 0.02, 4.0
-"""Reciprocal condition of the dependent block below which another is sought, and by how much that must be better."""
+_BETTER = 4.0
+"""By how much the quality of other dependent speeds must be better for a change."""
 _SHORT_OF_RANK = 0.02
 """Least singular value of A over the largest below which a motion that broke off may have come to a lock."""
 _SHORT = 1e-3
@@ -127,8 +118,8 @@ class Motion:
         kept, numbers = self.keep(t, y)
         if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
             return ""
-        sigma = combinations(numbers.a, self.reach)[1]
-        least = float(sigma[len(self.eom.dependent_speeds) - 1] / sigma[0])
+        values = combinations(numbers.a, self.reach).values
+        least = float(values[len(self.eom.dependent_speeds) - 1] / values[0])
         known, moving = closure(self.eom.system), set(self.eom.coordinates)
         rest = {s: v for s, v in self.values(later, kept).items() if s not in moving}
         found = close(residual_function(self.eom.system, known, rest), kept[: len(moving)], range(len(moving)))
@@ -162,12 +153,11 @@ class Motion:
         e = self.eom.embedding
         if e is None or numbers is None or not np.all(np.isfinite(numbers.a)):
             return kept, self.eom
-        sigma = combinations(numbers.a, self.reach)[1]
-        rank = int((sigma > RANK * sigma[0]).sum())
+        rank = combinations(numbers.a, self.reach).rank
         reach = np.maximum(self.reach, sizes(numbers.a, mobility(numbers.m, self.reach)))
         if rank >= len(e.partition.rows) and quality(numbers.a, e.partition, reach) >= _SHORT:
             return kept, self.eom
-        found = _first(choose(numbers.a, reach=reach), min(rank, len(e.partition.rows)))
+        found = choose(numbers.a, reach=reach).first(min(rank, len(e.partition.rows)))
         try:
             return kept, once(self.first, f"partition {found}", lambda: repartition(self.first, found))
         except ReactionError:
@@ -180,7 +170,7 @@ class Motion:
             return False
         before = (self.eom, self.lost)
         now = quality(numbers.a, e.partition, self.reach)
-        if now < _POOR:
+        if now < POOR:
             found = choose(numbers.a, reach=self.reach)
             more = len(found.rows) - len(e.partition.rows)
             if (more == 0 or (more > 0 and not self.segments)) and quality(
@@ -216,8 +206,8 @@ class Motion:
         return float(np.linalg.slogdet(block)[0])
 
     def _loses(self, numbers: Numbers) -> bool:
-        sigma = combinations(numbers.a, self.reach)[1]
-        return bool(sigma[len(self.eom.dependent_speeds) - 1] < RANK * sigma[0])
+        values = combinations(numbers.a, self.reach).values
+        return bool(values[len(self.eom.dependent_speeds) - 1] < MOTION_RANK * values[0])
 
     def _note(self, t: float, name: str, message: str) -> None:
         self.changes.append((Event(name, ZERO, terminal=False, message=message), t))
@@ -236,10 +226,5 @@ class Motion:
         numbers = self.manifold.numbers(t, x, self.fixed, r)
         nq, n = len(eom.coordinates), len(eom.speeds)
         loose = once(eom, "loose", lambda: _loose(eom))(t, x, self.fixed, r)
-        u_dot = nearest(numbers.m, numbers.a, loose[nq : nq + n], -loose[nq + n :], self.reach)
+        u_dot = least_constraint(numbers.m, numbers.a, loose[nq : nq + n], -loose[nq + n :], self.reach)
         return np.concatenate([loose[:nq], u_dot, found[-1:]])
-
-
-def _first(p: Partition, count: int) -> Partition:
-    """The first `count` pivots; the other rows follow from theirs."""
-    return Partition(p.rows[:count], p.dependent[:count], tuple(sorted((*p.rows[count:], *p.redundant))))

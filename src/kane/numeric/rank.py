@@ -1,26 +1,171 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rank of a matrix of numbers, whatever the units of its rows and columns."""
+"""Rank: what a matrix of numbers determines, whatever the units of its rows and columns. Every decision on rank is made here.
+
+A is divided by the sizes of its rows and columns; a singular value counts as zero where its share of the largest is no larger than
+a threshold of the list below.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array, Mask
+
+ROUNDING = 1e-13
+"""Share of the largest entry below which an entry is what rounding left of zero; dividing by it would make it count."""
+DERIVE_RANK = 1e-8
+"""Constraints at a configuration that Newton's method has closed: which of them hold, and which follow from the others."""
+MOTION_RANK = 1e-4
+"""Constraints along a motion. Where a linkage comes through a position at which they lose rank, what rounding leaves of f becomes f/σ
+in q and f/σ² in u, however short the steps: f = c ≠ 0 does not go through there, but turns off."""
+SURE_RANK = 1e-5
+"""Rows at a state above this share are independent without a second look by elimination."""
+STATE_RANK = 1e-9
+"""Whether conditions determine the values that are solved for; seven digits of these would be right."""
+SPEEDS_RANK = 1e-10
+"""The definitions of speeds at a point drawn at random, where nothing is small but what vanishes everywhere."""
+INVERSE_RANK = 1e-11
+"""The equations of inverse dynamics; five digits of the unknowns would be right."""
+SOLVE_RANK = 1e-12
+"""Any other square matrix that is solved with; four digits of the solution would be right."""
+TAKES_PART = 1e-6
+"""Share of its largest entry above which an entry of a null vector is not zero."""
 
 
-def null_direction(matrix: Array, slack: float) -> Array | None:
-    """x with A x = 0, its entries scaled; None where A is regular (or not finite, so that nothing can be said).
+@dataclass(frozen=True, slots=True, eq=False)
+class Balanced:
+    """`matrix` (m × n) = A divided by the sizes of `rows` (m × 1) and `columns` (1 × n)."""
 
-    Rows and columns are balanced first, so that units do not matter; singular means σ_min ≤ slack σ_max.
+    matrix: Array
+    rows: Array
+    columns: Array
+
+
+def balance(
+    a: Array,
+    reach: Array | float | None = None,
+    *,
+    order: tuple[int, ...] = (0, 1, 0, 1),
+    rounding: float = ROUNDING,
+) -> Balanced:
+    """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first.
+
+    Parameters
+    ----------
+    a : A (m × n)
+    reach : sizes that the entries have had along a motion (m × n): measured by them, what is small now shows
+    order : which sizes are divided out one after the other, those of columns (0) or of rows (1)
+    rounding : share of the largest entry that is dropped
     """
-    if not np.all(np.isfinite(matrix)):
+    a = np.where(np.abs(a) > rounding * np.abs(a).max(initial=0), a, 0.0)
+    sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
+    divided = [np.ones((1, a.shape[1])), np.ones((len(a), 1))]
+    for axis in order:
+        size = sizes.max(axis=axis, keepdims=True, initial=0)
+        size = np.where(size > 0, size, 1.0)
+        a, sizes = a / size, sizes / size
+        divided[axis] = divided[axis] * size
+    return Balanced(a, divided[1], divided[0])
+
+
+def balanced(a: Array, reach: Array | float | None = None) -> Array:
+    """The matrix (m × n) of `balance`."""
+    return balance(a, reach).matrix
+
+
+def row_sizes(a: Array) -> Array:
+    """What balancing divides the rows of A by (m)."""
+    return balance(a).rows[:, 0]
+
+
+def level(rows: Array, rounding: float = 1e-11) -> Array:
+    """Rows (m × n) divided by their largest entries, those of rounding alone zero."""
+    size = np.abs(rows).max(axis=1, keepdims=True, initial=0)
+    counts = size > rounding * size.max(initial=0)
+    return np.where(counts, rows / np.where(counts, size, 1.0), 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Singular:
+    """A = `left` diag(`values`) `right`, the values falling; what a threshold says of them."""
+
+    left: Array
+    values: Array
+    right: Array
+
+    def rank(self, threshold: float) -> int:
+        """How many singular values count."""
+        return int((self.values > threshold * self.values[:1]).sum())
+
+    def kernel(self, threshold: float) -> Array:
+        """The x with A x = 0, orthonormal, one a row."""
+        return self.right[self.rank(threshold) :]
+
+    def cokernel(self, threshold: float) -> Array:
+        """The x with xᵀ A = 0, orthonormal, one a row."""
+        return self.left[:, self.rank(threshold) :].T
+
+    def regular(self, threshold: float) -> bool:
+        """Whether the least singular value counts."""
+        return bool(self.values[-1] > threshold * self.values[0])
+
+
+def singular(a: Array) -> Singular:
+    """The singular values of A (m × n) as it stands: balanced before, or in units that compare."""
+    if not a.size:
+        return Singular(np.eye(len(a)), np.zeros(0), np.eye(a.shape[1]))
+    return Singular(*np.linalg.svd(a))
+
+
+def null_direction(a: Array, threshold: float) -> Array | None:
+    """x (n) with A x = 0, its entries scaled; None where A is regular (or not finite, so that nothing can be said)."""
+    if not np.all(np.isfinite(a)):
         return None
-    a = matrix
-    for _ in range(2):
-        for axis in (0, 1):
-            size = np.abs(a).max(axis=axis, keepdims=True)
-            a = a / np.where(size > 0, size, 1.0)
-    _, sigma, right = np.linalg.svd(a)
-    found: Array = right[-1]
-    return found if sigma[-1] <= slack * sigma[0] else None
+    found = singular(balance(a, rounding=0.0).matrix)
+    return None if found.regular(threshold) else found.right[-1]
+
+
+def dependencies(a: Array) -> Array:
+    """The vectors x with Σ x_i A_i / size_i = 0, a row each (k × m), for the rows A_i of A and their `row_sizes`."""
+    return singular(balanced(a)).cokernel(DERIVE_RANK)
+
+
+def indeterminate(a: Array) -> Mask:
+    """Which multipliers (m) the forces in the speeds do not determine: those in which a vector x with xᵀ A = 0 is not zero."""
+    return np.asarray(np.abs(dependencies(a)).max(axis=0, initial=0) > TAKES_PART)
+
+
+def within(a: Array, column: Array) -> bool:
+    """Whether `column` (m) is a combination of the columns of A (m × n)."""
+    wide, plain = np.column_stack([a, column]), np.column_stack([a, np.zeros_like(column)])
+    return singular(balanced(wide)).rank(DERIVE_RANK) == singular(balanced(plain)).rank(DERIVE_RANK)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Combinations:
+    """`rows` (k × m) combine those of A into independent ones, `values` (k) are the singular values of A without units."""
+
+    rows: Array
+    values: Array
+
+    @property
+    def sure(self) -> Array:
+        """The combinations (rank × m) that count in a motion."""
+        return self.rows[: self.rank]
+
+    @property
+    def rank(self) -> int:
+        """How many of them do."""
+        return int((self.values > MOTION_RANK * self.values[0]).sum())
+
+
+def combinations(a: Array, reach: Array | float = 0.0) -> Combinations:
+    """Combinations of the rows of A (m × n), divided by the sizes that its rows and columns have had.
+
+    So units do not matter, and a row that vanishes now is not mistaken for one in small units.
+    """
+    scaled = balance(a, reach, order=(1, 0))
+    found = singular(scaled.matrix)
+    return Combinations((found.left / scaled.rows).T[: len(found.values)], found.values)

@@ -3,13 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.expr.build import sub
 from kane.expr.diff import jacobian
@@ -19,18 +17,14 @@ from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Symbol, input_of, time
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
+from kane.numeric.arrays import Array
+from kane.numeric.newton import Closed, Residual, closest, starts
 from kane.numeric.sample import values_of
 
-Array = npt.NDArray[np.float64]
-Residual = Callable[[Array], tuple[Array, Array]]
-
-CLOSED = 1e-10
-"""Residual, over the size of the terms it is made of, at which a configuration counts as closed."""
 OFF = 1e-6
 """Residual, over the reach of the coordinates, above which no configuration was found."""
 TRIES = 12
 _SEED = 20322
-_STEPS = 60
 _TIMES = (1.0, 0.01, 0.0)
 """Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
 
@@ -54,61 +48,6 @@ def closure(system: System) -> Closure:
     return Closure(
         tuple(names), tuple(f), jacobian(f, system.coordinates) if f else Matrix([], (0, len(system.coordinates)))
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Closed:
-    """A configuration and what is left of the constraints there."""
-
-    q: Array
-    residual: Array
-    steps: int
-
-    @property
-    def size(self) -> float:
-        """The largest residual."""
-        return float(np.abs(self.residual).max(initial=0))
-
-
-def close(function: Residual, q: Array, free: Sequence[int], limit: float = 1e-13) -> Closed:
-    """Gauss–Newton with least steps and halving, moving the coordinates `free` only."""
-    columns = list(free)
-    f, g = function(q)
-    best = Closed(q, f, 0)
-    for step in range(1, _STEPS + 1):
-        if not np.all(np.isfinite(f)) or best.size <= limit or not columns:
-            break
-        change = np.linalg.lstsq(g[:, columns], -f, rcond=1e-12)[0]
-        largest = np.abs(change).max(initial=0)
-        share = min(1.0, 1.0 / largest) if largest > 0 else 1.0
-        for _ in range(30):
-            trial = q.copy()
-            trial[columns] += share * change
-            f_trial, g_trial = function(trial)
-            if np.all(np.isfinite(f_trial)) and np.linalg.norm(f_trial) < np.linalg.norm(f):
-                break
-            share /= 2
-        else:
-            break
-        stalled = np.linalg.norm(f_trial) > 0.999 * np.linalg.norm(f)
-        q, f, g = trial, f_trial, g_trial
-        best = Closed(q, f, step)
-        if stalled:
-            break
-    return best
-
-
-def closest(function: Residual, starts: Iterable[Array], free: Sequence[int]) -> Closed:
-    """From the first start that closes; where none does, the one that came nearest."""
-    best: Closed | None = None
-    for q in starts:
-        found = close(function, q, free)
-        if best is None or found.size < best.size:
-            best = found
-        if best.size <= CLOSED:
-            break
-    assert best is not None
-    return best
 
 
 def residual_function(system: System, known: Closure, values: Mapping[Expr, Any]) -> Residual:
@@ -153,7 +92,6 @@ def sample_configuration(system: System, roots: Sequence[Expr], seed: int = _SEE
 def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled:
     """As `sample_configuration`, with what is left of the constraints."""
     known = closure(system)
-    generator = np.random.default_rng(seed)
     values = values_of((*free_symbols([*roots, *known.f]), *system.coordinates), seed)
     if not known.f:
         return Sampled(values, (), ())
@@ -163,12 +101,12 @@ def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled
     missed: tuple[tuple[str, float], ...] = ()
     for at in [{time: t} for t in times] or [{}]:
         function = residual_function(system, known, {s: v for s, v in (values | at).items() if s not in moving})
-        others = (start + generator.normal(size=len(start)) for _ in range(TRIES - 1))
-        best = closest(function, chain([start], others), range(len(start)))
+        every = range(len(start))
+        best = closest(function, starts(start, every, seed, [1.0] * (TRIES - 1)), every)
         left = _missed(known, function, best)
         if not left:
             values.update(at)
-            values.update(zip(system.coordinates, best.q.tolist(), strict=True))
+            values.update(zip(system.coordinates, best.x.tolist(), strict=True))
             return Sampled(values, (), _drawn(known))
         missed = missed or left
     return Sampled(values, missed, _drawn(known), tuple(times))
@@ -176,8 +114,8 @@ def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled
 
 def _missed(known: Closure, function: Residual, found: Closed) -> tuple[tuple[str, float], ...]:
     """Constraints that are further off than steps that go on closing would leave them."""
-    _, gradient = function(found.q)
-    reach = np.abs(gradient) @ np.maximum(np.abs(found.q), 1.0)
+    _, gradient = function(found.x)
+    reach = np.abs(gradient) @ np.maximum(np.abs(found.x), 1.0)
     left = [
         (name, float(r))
         for name, r, size in zip(known.names, found.residual, reach, strict=True)

@@ -11,15 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.rank import DERIVE_RANK, balanced
+
 _LARGE = 0.15
 """Share of the largest entry left that a pivot must have."""
-RANK = 1e-8
-"""Share of the largest entry below which nothing is left."""
-_ROUNDING = 1e-13
-"""Share of the largest entry of A below which an entry is taken for what rounding left of zero; dividing by it would make it count."""
+POOR = 0.02
+"""Quality below which other dependent speeds are sought."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,34 +34,18 @@ class Partition:
         given = set(self.dependent)
         return tuple(i for i in range(count) if i not in given)
 
-
-def balanced(a: Array, reach: Array | None = None) -> Array:
-    """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first.
-
-    `reach` holds the sizes that the entries have had along a motion: measured by them, what is small now shows.
-    """
-    return _balanced(a, reach)[0]
-
-
-def _balanced(a: Array, reach: Array | None = None) -> tuple[Array, Array]:
-    """The balanced matrix, and what its rows were divided by."""
-    a = np.where(np.abs(a) > _ROUNDING * np.abs(a).max(initial=0), a, 0.0)
-    sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
-    rows = np.ones(len(a))
-    for _ in range(2):
-        for axis in (0, 1):
-            size = sizes.max(axis=axis, keepdims=True, initial=0)
-            size = np.where(size > 0, size, 1.0)
-            a, sizes = a / size, sizes / size
-            rows = rows * size[:, 0] if axis else rows
-    return a, rows
+    def first(self, count: int) -> Partition:
+        """The first `count` pivots; the other rows follow from theirs."""
+        return Partition(
+            self.rows[:count], self.dependent[:count], tuple(sorted((*self.rows[count:], *self.redundant)))
+        )
 
 
 def choose(
     a: Array,
     preferred: Sequence[int] = (),
     *,
-    easy: npt.NDArray[np.bool_] | None = None,
+    easy: Mask | None = None,
     reach: Array | None = None,
 ) -> Partition:
     """Partition of A u + b = 0 by elimination at the numbers `a` (m × n).
@@ -77,7 +60,7 @@ def choose(
     work = balanced(np.array(a, dtype=float), reach)
     m, n = work.shape
     cheap = np.zeros((m, n), dtype=bool) if easy is None else easy
-    full = np.abs(work) > RANK
+    full = np.abs(work) > DERIVE_RANK
     rows: list[int] = []
     columns: list[int] = []
     left = set(range(m))
@@ -103,15 +86,13 @@ def choose(
     return Partition(tuple(rows), tuple(columns), tuple(sorted(left)))
 
 
-def _pivot(
-    work: Array, full: npt.NDArray[np.bool_], cheap: npt.NDArray[np.bool_], rows: list[int], columns: list[int]
-) -> tuple[int, int] | None:
+def _pivot(work: Array, full: Mask, cheap: Mask, rows: list[int], columns: list[int]) -> tuple[int, int] | None:
     """The emptiest of the large entries."""
     if not rows or not columns:
         return None
     block = np.abs(work[np.ix_(rows, columns)])
     largest = float(block.max())
-    if not largest > RANK:
+    if not largest > DERIVE_RANK:
         return None
     shape = full[np.ix_(rows, columns)]
     cost = np.outer(shape.sum(axis=1) - 1, shape.sum(axis=0) - 1) + 0.5 * ~cheap[np.ix_(rows, columns)]
@@ -120,31 +101,21 @@ def _pivot(
     return rows[i], columns[j]
 
 
-def dependencies(a: Array) -> Array:
-    """The vectors x with Σ x_i A_i / size_i = 0, a row each, for the rows A_i of A and their `row_sizes`."""
-    work = balanced(np.array(a, dtype=float))
-    if not work.size:
-        return np.zeros((0, len(work)))
-    left, sigma, _ = np.linalg.svd(work)
-    return np.asarray(left[:, int((sigma > RANK * sigma[0]).sum()) :].T)
+def quality(a: Array, partition: Partition, reach: Array | None = None) -> float:
+    """How well the rows give the dependent speeds, A (m × n) balanced: the least of three shares, 1 at best, 0 where they do not.
 
-
-def row_sizes(a: Array) -> Array:
-    """What balancing divides the rows of A by."""
-    return _balanced(np.array(a, dtype=float))[1]
-
-
-def indeterminate(a: Array) -> Array:
-    """Which multipliers the forces in the speeds do not determine: those in which a vector x with xᵀ A = 0 is not zero."""
-    return np.asarray(np.abs(dependencies(a)).max(axis=0, initial=0) > 1e-6)
-
-
-def within(a: Array, column: Array) -> bool:
-    """Whether `column` is a combination of the columns of `a`."""
-    wider = np.column_stack([a, column])
-    return _rank(wider) == _rank(np.column_stack([a, np.zeros_like(column)]))
-
-
-def _rank(a: Array) -> int:
-    sigma = np.linalg.svd(balanced(a), compute_uv=False)
-    return int((sigma > RANK * sigma.max(initial=0)).sum())
+    The reciprocal condition number of the dependent block; its largest entry over that of the rows, since all of it may be small;
+    and the least share that a pivot of its elimination has.
+    """
+    rows = balanced(a, reach)[list(partition.rows)]
+    block = rows[:, list(partition.dependent)]
+    if not block.any():
+        return 0.0 if block.size else 1.0
+    least = float(min(1.0 / np.linalg.cond(block), np.abs(block).max() / np.abs(rows).max()))
+    for j in range(len(block)):
+        rest = block[j:, j:]
+        if not rest[0, 0]:
+            return 0.0
+        least = min(least, float(abs(rest[0, 0]) / np.abs(rest).max()))
+        block[j + 1 :, j:] -= np.outer(block[j + 1 :, j] / block[j, j], block[j, j:])
+    return least

@@ -13,10 +13,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.dynamics.constraints.closure import TRIES, Sampled, closure, matrix_at, sampled
-from kane.dynamics.constraints.partition import dependencies, indeterminate, row_sizes, within
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, constant_value
@@ -25,9 +23,9 @@ from kane.kinematics.constraints import ConstraintRows
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
 from kane.model.system import System
+from kane.numeric.arrays import Array
+from kane.numeric.rank import TAKES_PART, dependencies, indeterminate, row_sizes, within
 from kane.numeric.sample import values_of
-
-Array = npt.NDArray[np.float64]
 
 _SEED = 20067
 _AGREE = 1e-7
@@ -170,4 +168,4 @@ def _against(a: Array, right: Array) -> list[bool]:
     terms = loose * scaled
     reach = np.abs(loose * np.maximum(np.abs(scaled), 1.0)).max(axis=1, initial=0)
     broken = loose[np.abs(terms.sum(axis=1)) > _AGREE * reach]
-    return [bool(x) for x in np.abs(broken).max(axis=0, initial=0) > 1e-6]
+    return [bool(x) for x in np.abs(broken).max(axis=0, initial=0) > TAKES_PART]

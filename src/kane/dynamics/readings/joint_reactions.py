@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kane.dynamics.constraints.closure import matrix_at, sample_configuration
-from kane.dynamics.constraints.partition import dependencies, row_sizes
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.routes.classical import Moving
 from kane.errors import ReactionError
@@ -29,6 +28,7 @@ from kane.kinematics.motion import acceleration_form
 from kane.model.bodies import RigidBody
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
+from kane.numeric.rank import dependencies, row_sizes
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis

@@ -4,55 +4,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import kane as kn
-from kane.analysis.manifold import manifold, metric, step
+from kane.motion.projection import manifold
+from tests.numeric.kkt import kkt
 from tests.systems.four_bar import BAR, EOM, N, O, state
-
-
-def spd(n, rng):
-    x = rng.normal(size=(n, n))
-    return x @ x.T + 0.1 * np.eye(n)
-
-
-def kkt(m, a, right):
-    """δ of least δᵀM δ with A δ = right."""
-    n, k = len(m), len(a)
-    return np.linalg.solve(np.block([[m, a.T], [a, np.zeros((k, k))]]), np.append(np.zeros(n), right))[:n]
-
-
-@pytest.mark.parametrize(("n", "k"), [(1, 1), (4, 1), (5, 3), (6, 6)])
-def test_a_step_is_the_least_in_the_mass_metric(n, k, rng):
-    m, a, right = spd(n, rng), rng.normal(size=(k, n)), rng.normal(size=k)
-    np.testing.assert_allclose(step(m, a, right, np.abs(a)), kkt(m, a, right), atol=1e-10)
-
-
-def test_redundant_rows_do_no_harm(rng):
-    m, a, right = spd(5, rng), rng.normal(size=(2, 5)), rng.normal(size=2)
-    mix = np.array([[1, 0], [0, 1], [2.0, -1], [1e3, 0]])
-    found = step(m, mix @ a, mix @ right, np.abs(mix @ a))
-    np.testing.assert_allclose(found, kkt(m, a, right), atol=1e-9)
-
-
-def test_a_row_that_vanishes_now_is_no_row_in_small_units():
-    """Sizes that entries have had tell the two apart: a rod along x, and one that would be along y were it not for rounding."""
-    a, right, m = np.array([[1.0, 0.0], [0.0, 1e-9]]), np.array([0.1, 1e-12]), np.eye(2)
-    np.testing.assert_allclose(step(m, a, right, np.abs(a)), [0.1, 1e-3])
-    np.testing.assert_allclose(step(m, a, right, np.ones((2, 2))), [0.1, 0.0], atol=1e-10)
-
-
-def test_the_metric_is_a_root_of_the_inverse(rng):
-    m = spd(4, rng)
-    s = metric(m)
-    np.testing.assert_allclose(s @ s.T @ m, np.eye(4), atol=1e-10)
-
-
-def test_what_moves_no_mass_is_free_to_move():
-    """The second speed is massless: it takes the whole change, and no more than that."""
-    change = step(np.diag([1.0, 0.0]), np.array([[1.0, 1.0]]), np.array([0.3]), np.ones((1, 2)))
-    assert change.sum() == pytest.approx(0.3)
-    assert abs(change[0]) < 1e-3
 
 
 def project(eom, x):

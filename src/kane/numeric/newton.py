@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""f(x) = 0 by Gauss–Newton steps of least size, halved until they help, from one start or from several."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.numeric.projection import least_squares
+
+T = TypeVar("T")
+Residual = Callable[[Array], tuple[Array, Array]]
+"""f (m) and ∂f/∂x (m × n) at x (n)."""
+
+CLOSED = 1e-10
+"""Residual, over the size of the terms it is made of, at which a configuration counts as closed."""
+_STEPS, _HALVINGS = 60, 30
+_SHARE = 1e-12
+"""Singular values of ∂f/∂x below this share of the largest move nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Closed:
+    """Where the steps ended, `x` (n), what is left of f there (m), and how many steps it took."""
+
+    x: Array
+    residual: Array
+    steps: int
+
+    @property
+    def size(self) -> float:
+        """The largest residual."""
+        return float(np.abs(self.residual).max(initial=0))
+
+
+def close(function: Residual, x: Array, free: Sequence[int], limit: float = 1e-13) -> Closed:
+    """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move, by at most 1 a step."""
+    columns = list(free)
+    f, g = function(x)
+    best = Closed(x, f, 0)
+    for step in range(1, _STEPS + 1):
+        if not np.all(np.isfinite(f)) or best.size <= limit or not columns:
+            break
+        change = least_squares(g[:, columns], -f, _SHARE)
+        share = 1.0 / max(1.0, np.abs(change).max(initial=0))
+        for _ in range(_HALVINGS):
+            trial = x.copy()
+            trial[columns] += share * change
+            f_trial, g_trial = function(trial)
+            if np.all(np.isfinite(f_trial)) and np.linalg.norm(f_trial) < np.linalg.norm(f):
+                break
+            share /= 2
+        else:
+            break
+        stalled = np.linalg.norm(f_trial) > 0.999 * np.linalg.norm(f)
+        x, f, g = trial, f_trial, g_trial
+        best = Closed(x, f, step)
+        if stalled:
+            break
+    return best
+
+
+def closest(
+    function: Residual, starts: Iterable[Array], free: Sequence[int], enough: float = CLOSED, limit: float = 1e-13
+) -> Closed:
+    """From the first start that leaves no more than `enough`; where none does, the one that came nearest."""
+    best: Closed | None = None
+    for x in starts:
+        last = close(function, x, free, limit)
+        if best is None or last.size < best.size:
+            best = last
+        if best.size <= enough:
+            break
+    assert best is not None
+    return best
+
+
+def starts(x: Array, free: Sequence[int], seed: int, spreads: Iterable[float]) -> Iterator[Array]:
+    """x, then x with those that are `free` displaced at random, by about each of `spreads` in turn."""
+    yield x
+    generator = np.random.default_rng(seed)
+    for spread in spreads:
+        other = x.copy()
+        other[list(free)] += spread * generator.normal(size=len(free))
+        yield other
+
+
+def improved(
+    x: Array,
+    now: T,
+    residual: Callable[[T], Array],
+    read: Callable[[Array], T],
+    change: Callable[[Array, T], Array],
+    limit: float,
+    rounds: int,
+) -> tuple[Array, T]:
+    """x moved on while that lets the largest residual fall, down to `limit`, and what is read there.
+
+    Parameters
+    ----------
+    x, now : the start, and what `read` says there
+    residual : what should vanish (m), of what was read
+    change : the next x
+    limit, rounds : where to stop, and after how many changes
+    """
+    size = np.abs(residual(now)).max(initial=0)
+    for _ in range(rounds):
+        if not size > limit:
+            break
+        trial = change(x, now)
+        new = read(trial)
+        left = np.abs(residual(new)).max(initial=0)
+        if not left < size:
+            break
+        x, now, size = trial, new, left
+    return x, now

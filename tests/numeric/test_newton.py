@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Gauss–Newton steps: to a root, past a step that is too long, from the start that closes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kane.numeric.newton import close, closest, improved, starts
+
+
+def circle(x):
+    """x² + y² = 4."""
+    return np.array([x @ x - 4.0]), 2 * x[None, :]
+
+
+def test_least_steps_go_straight_to_the_circle():
+    found = close(circle, np.array([0.3, 0.4]), range(2))
+    np.testing.assert_allclose(found.x, [1.2, 1.6], atol=1e-12)
+    assert found.size < 1e-12
+    held = close(circle, np.array([0.3, 0.4]), [1])
+    np.testing.assert_allclose(held.x, [0.3, np.sqrt(4 - 0.09)], atol=1e-12)
+
+
+def test_a_step_that_is_too_long_is_halved():
+    found = close(lambda x: (np.arctan(x), np.diag(1 / (1 + x**2))), np.array([3.0]), [0])
+    assert abs(found.x[0]) < 1e-12
+
+
+def test_what_cannot_close_ends_nearest():
+    found = close(lambda x: (np.array([x[0] ** 2 + 1]), np.array([[2 * x[0]]])), np.array([2.0]), [0])
+    assert found.size == pytest.approx(1, abs=1e-6)
+
+
+def test_the_first_start_that_closes_is_taken():
+    first, *others = starts(np.zeros(3), [0, 2], 5, [0.1, 10.0])
+    assert not first.any()
+    assert [x[1] for x in others] == [0, 0]
+    assert 0 < np.abs(others[0]).max() < 1 < np.abs(others[1]).max()
+    again = list(starts(np.zeros(3), [0, 2], 5, [0.1, 10.0]))
+    np.testing.assert_array_equal(np.array(again[1:]), np.array(others))
+    found = closest(circle, [np.zeros(2), np.array([0.0, 1.0]), np.array([1.0, 0.0])], range(2))
+    np.testing.assert_allclose(found.x, [0, 2], atol=1e-10)
+
+
+def test_changes_go_on_while_they_help():
+    def halved(x, now):
+        return x / 2
+
+    x, now = improved(np.array([1.0]), np.array([1.0]), np.asarray, np.asarray, halved, 0.1, 10)
+    assert x == now == 0.0625
+    x, _ = improved(np.array([1.0]), np.array([1.0]), np.asarray, np.asarray, lambda x, now: 2 * x, 0.1, 10)
+    assert x == 1

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rank in any units: what a matrix determines, and what it leaves open."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from kane.numeric.rank import (
+    DERIVE_RANK,
+    SOLVE_RANK,
+    balance,
+    balanced,
+    combinations,
+    dependencies,
+    indeterminate,
+    null_direction,
+    row_sizes,
+    singular,
+    within,
+)
+
+
+def units(rng, count):
+    return 10.0 ** rng.integers(-2, 3, count)
+
+
+def test_multipliers_of_rows_that_depend_on_each_other():
+    a = np.array([[1.0, 2, 0, 0], [0, 0, 1, 0], [2, 4, 0, 0], [0, 0, 0, 0]])
+    np.testing.assert_array_equal(indeterminate(a), [True, False, True, True])
+    assert not indeterminate(a[:2]).any()
+    assert indeterminate(np.zeros((0, 3))).shape == (0,)
+
+
+def test_what_the_forces_determine():
+    """A column of A_a is determined where it is a combination of the columns of A: then xᵀ A = 0 says xᵀ A_a = 0."""
+    a = np.array([[1.0, 2, 0], [0, 0, 1], [2, 4, 0]])
+    assert within(a, np.array([1.0, 5.0, 2.0]))
+    assert not within(a, np.array([1.0, 5.0, 3.0]))
+    assert within(a, np.zeros(3))
+
+
+@pytest.mark.parametrize("rank", [0, 1, 2, 4])
+def test_rank_in_any_units(rank, rng):
+    a = (rng.normal(size=(4, rank)) @ rng.normal(size=(rank, 6))) * units(rng, (4, 1)) * units(rng, 6)
+    scaled = balance(a)
+    np.testing.assert_allclose(scaled.matrix * scaled.rows * scaled.columns, a)
+    found = singular(scaled.matrix)
+    assert found.rank(DERIVE_RANK) == rank
+    assert np.abs(scaled.matrix @ found.kernel(DERIVE_RANK).T).max(initial=0) < 1e-12
+    assert np.abs(found.cokernel(DERIVE_RANK) @ scaled.matrix).max(initial=0) < 1e-12
+    assert len(dependencies(a)) == 4 - rank
+    assert np.abs((dependencies(a) / row_sizes(a)) @ a).max(initial=0) < 1e-9 * np.abs(a).max(initial=1e-300)
+
+
+def test_a_direction_in_which_nothing_is_felt(rng):
+    a = rng.normal(size=(4, 4))
+    assert null_direction(a * units(rng, 4), SOLVE_RANK) is None
+    a[:, 3] = a[:, 0] - 2 * a[:, 1]
+    size = units(rng, 4)
+    x = null_direction(a * size, SOLVE_RANK)
+    assert np.abs(balanced(a * size) @ x).max() < 1e-12
+    a[0, 0] = np.nan
+    assert null_direction(a, SOLVE_RANK) is None
+
+
+def test_a_row_that_vanishes_now_is_no_row_in_small_units():
+    a = np.array([[1.0, 0.0], [0.0, 1e-9]])
+    assert combinations(a).rank == 2
+    assert combinations(a, np.ones((2, 2))).rank == 1
+    np.testing.assert_allclose(np.abs(combinations(a, np.ones((2, 2))).sure), [[1.0, 0.0]], atol=1e-8)
