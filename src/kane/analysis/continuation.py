@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kane.analysis.linear import Linear
 from kane.analysis.linearize import Linearizer, linearizer
@@ -21,7 +22,7 @@ from kane.analysis.trim import Problem, loose, null_space, problem, solve_proble
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
-from kane.numeric.arrays import Array, Complex
+from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 from kane.numeric.rank import level, singular
 
@@ -43,7 +44,7 @@ class Branch:
     values: Array
     points: tuple[OperatingPoint, ...]
     linear: tuple[Linear, ...]
-    eigenvalues: Complex
+    eigenvalues: npt.NDArray[np.complex128]
     turning: tuple[int, ...]
     crossings: tuple[Crossing, ...]
     message: str
