@@ -53,6 +53,16 @@ def compiler(name: str = "cc") -> str:
     return found
 
 
+def ports(x: Sequence[Symbol], p: Sequence[Symbol] = (), r: Sequence[Symbol] = ()) -> tuple[Port, ...]:
+    """The ports of equations of motion: t, x, p, r."""
+    return (
+        Port("t", (time,), scalar=True, noun="time"),
+        Port("x", tuple(x), noun="state", nouns="states"),
+        Port("p", tuple(p), "parameter", noun="parameters"),
+        Port("r", tuple(r), noun="inputs", optional=True),
+    )
+
+
 def small(
     steps: Sequence[Step] = (),
     results: Sequence[int] = (),
@@ -66,11 +76,10 @@ def small(
     goals: Sequence[Goal] | None = None,
 ) -> Program:
     """A program with the routine "f" of the values `results`, which are numbered: t, x, p, r, constants, steps."""
-    ports = (Port("t", (time,)), Port("x", tuple(x)), Port("p", tuple(p)), Port("r", tuple(r)))
     named = tuple(labels) if labels is not None else tuple(f"y{k}" for k in range(len(results)))
     wanted = tuple(goals or [Goal("f", (len(results),), named, tuple(results))])
     ops, args = tuple(OPS[op] for op, _ in steps), tuple(tuple(reads) for _, reads in steps)
-    return assembled(Draft(name, ports, tuple(constants), ops, args, wanted))
+    return assembled(Draft(name, "equations of motion", ports(x, p, r), tuple(constants), ops, args, wanted))
 
 
 @st.composite

@@ -17,12 +17,12 @@ from kane.expr.ops import OPS
 from kane.program.build import Wanted, build_program
 from kane.program.machine import Settings
 from kane.program.native.handle import Handle
-from kane.program.program import Port
 from tests.program.emitted import from_c, from_numpy
+from tests.program.programs import ports
 
 EPS = np.finfo(float).eps
 STATES, PARAMETERS = kn.coordinates("a b c d"), kn.parameters("k l m", 1.0)
-PORTS = (Port("t", (kn.time,)), Port("x", STATES), Port("p", PARAMETERS), Port("r", ()))
+PORTS = ports(STATES, PARAMETERS)
 SYMBOLS = (kn.time, *STATES, *PARAMETERS)
 EXACT = ("add", "sub", "mul", "div", "sqrt")
 ROWS = 6

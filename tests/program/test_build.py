@@ -22,11 +22,12 @@ from kane.program.passes.verify import verified
 from kane.program.program import Port, Program
 from kane.program.receipt import receipt
 from kane.program.reference import explain, values
+from tests.program.programs import ports
 
 a, b = kn.parameters("a b")
 q, s = kn.coordinates("q s")
 w = kn.input("w")
-PORTS = (Port("t", (kn.time,)), Port("x", (q, s)), Port("p", (a, b)), Port("r", (w,)))
+PORTS = ports((q, s), (a, b), (w,))
 
 
 def built(*roots, reciprocals=False):
@@ -86,7 +87,7 @@ class TestBuild:
             "import hashlib, kane as kn\nfrom kane.gallery.pendulums import chain\n"
             "from kane.equations import routines\nfrom kane.program.emit.llvm import emit_llvm, Options\n"
             "p = routines.program(kn.derive(chain(4)))\n"
-            "print(hashlib.sha256(emit_llvm(p, Options()).encode()).hexdigest())"
+            "print(hashlib.sha256(emit_llvm([p], Options()).encode()).hexdigest())"
         )
         found = {
             subprocess.run(

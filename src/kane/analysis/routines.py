@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from kane.equations.equations import Equations
@@ -14,7 +15,6 @@ from kane.expr.symbols import Symbol
 from kane.program.build import Wanted, build_program
 from kane.program.machine import Settings
 from kane.program.native.handle import Handle
-from kane.program.program import Port
 
 T = TypeVar("T")
 
@@ -41,5 +41,5 @@ def routine(
     t, x, p, r = ports(eom)
     names = [f"{name}[{k}]" for k in range(len(roots))] if labels is None else labels
     wanted = Wanted(name, roots, (len(roots),), names)
-    program = build_program("model", (t, Port("x", (*x.symbols, *more)), p, r), [wanted], reciprocals=True)
+    program = build_program("model", (t, replace(x, symbols=(*x.symbols, *more)), p, r), [wanted], reciprocals=True)
     return Handle(program, name, Settings(), None, "ignore")

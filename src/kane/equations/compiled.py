@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NoReturn
@@ -105,20 +105,13 @@ class Compiled:
         """
         from importlib.metadata import version
 
-        from kane.program.emit.c import emit_c, emit_header
-        from kane.program.emit.numpy import emit_numpy
+        from kane.program.emit.targets import EMITTERS
 
-        release = version("kane")
         chosen = (routines,) if isinstance(routines, str) else routines
-        made = self.program if chosen is None else self._program(chosen)
-        emitters: dict[str, Callable[[], str]] = {
-            "c": lambda: emit_c(made, contract=self.settings.contract, version=release),
-            "h": lambda: emit_header(made, version=release),
-            "numpy": lambda: emit_numpy(made, version=release),
-        }
-        if target not in emitters:
-            raise ArgumentError(f"Expected one of {', '.join(emitters)}, got {target!r}.")
-        return emitters[target]()
+        program = self.program if chosen is None else self._program(chosen)
+        if target not in EMITTERS:
+            raise ArgumentError(f"Expected one of {', '.join(EMITTERS)}, got {target!r}.")
+        return EMITTERS[target](program, contract=self.settings.contract, version=version("kane"))
 
     def __reduce__(self) -> NoReturn:
         raise ArgumentError(

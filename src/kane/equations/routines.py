@@ -20,15 +20,16 @@ from kane.space.vector import Vector
 
 ROUTINES = ("rhs", "mass_matrix", "forcing", "reactions")
 """What every set of equations has; "outputs" comes with the user's own expressions."""
+SUBJECT = "equations of motion"
 
 
 def ports(eom: Equations) -> tuple[Port, ...]:
     """t, x (coordinates, then speeds), p (parameters), r (inputs)."""
     return (
-        Port("t", (time,)),
-        Port("x", (*eom.coordinates, *eom.speeds)),
-        Port("p", eom.parameters),
-        Port("r", eom.inputs),
+        Port("t", (time,), scalar=True, noun="time"),
+        Port("x", (*eom.coordinates, *eom.speeds), noun="state", nouns="states"),
+        Port("p", eom.parameters, "parameter", noun="parameters"),
+        Port("r", eom.inputs, noun="inputs", optional=True),
     )
 
 
@@ -54,7 +55,7 @@ def program(
         roots = [root for output in outputs for root in output.roots]
         labels = [label for output in outputs for label in output.labels]
         wanted.append(Wanted("outputs", roots, (len(roots),), labels))
-    return build_program(name, ports(eom), wanted, reciprocals)
+    return build_program(name, ports(eom), wanted, reciprocals, SUBJECT)
 
 
 def expressions(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Program:

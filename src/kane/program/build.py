@@ -29,7 +29,9 @@ class Wanted:
     labels: Sequence[str]
 
 
-def build_program(name: str, ports: Sequence[Port], wanted: Sequence[Wanted], reciprocals: bool = False) -> Program:
+def build_program(
+    name: str, ports: Sequence[Port], wanted: Sequence[Wanted], reciprocals: bool = False, subject: str = "expressions"
+) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
     Raises
@@ -37,11 +39,11 @@ def build_program(name: str, ports: Sequence[Port], wanted: Sequence[Wanted], re
     ValueMissingError
         if an expression holds a symbol that no port gives
     """
-    draft = _draft(name, ports, wanted)
+    draft = _draft(name, subject, ports, wanted)
     return assembled(with_reciprocals(draft) if reciprocals else draft)
 
 
-def _draft(name: str, ports: Sequence[Port], wanted: Sequence[Wanted]) -> Draft:
+def _draft(name: str, subject: str, ports: Sequence[Port], wanted: Sequence[Wanted]) -> Draft:
     """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
     order = postorder(root for w in wanted for root in w.roots)
     inputs = [s for port in ports for s in port.symbols]
@@ -64,7 +66,7 @@ def _draft(name: str, ports: Sequence[Port], wanted: Sequence[Wanted]) -> Draft:
             ops.append(node.op)
             args.append(tuple([place[a] for a in node.args]))
     goals = tuple(Goal(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in wanted)
-    made = Draft(name, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), goals)
+    made = Draft(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), goals)
     return sound(made, "build")
 
 

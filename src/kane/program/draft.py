@@ -6,8 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from kane.expr.symbols import Parameter
-from kane.program.program import Table
+from kane.program.program import Code
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,7 +20,7 @@ class Goal:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Draft(Table):
+class Draft(Code):
     """Numbered values and what is wanted of them."""
 
     goals: tuple[Goal, ...]
@@ -29,7 +28,7 @@ class Draft(Table):
     @cached_property
     def varies(self) -> list[bool]:
         """Of each value, whether it depends on more than parameters."""
-        found = [not isinstance(s, Parameter) for s in self.inputs] + [False] * len(self.constants)
+        found = [not port.hoisted for port in self.ports for _ in port.symbols] + [False] * len(self.constants)
         for reads in self.args:
             found.append(True in [found[i] for i in reads])
         return found

@@ -23,6 +23,6 @@ class Settings:
 def build_library(program: Program, settings: Settings) -> Library:
     """Emit and compile, or take the object from the cache."""
     on = target(settings.cpu, settings.features)
-    text = emit_llvm(program, Options(settings.contract, on.lanes))
+    text = emit_llvm([program], Options(settings.contract, on.lanes))
     symbols = ["hoist", *(f"{r.name}{entry}" for r in program.routines for entry in ("", ".call", ".batch"))]
     return compile_text(text, on, symbols, settings.cache)

@@ -4,14 +4,15 @@
 Values are numbered: first the symbols of the ports, port after port, then the constants, then the instructions. An
 instruction is an operation and the numbers of its arguments, all smaller than its own.
 
-Three tiers: `hoisted` instructions depend on parameters alone and run once a parameter set; the `body` of the first routine
-holds what one evaluation of the equations needs; the other routines are outputs on demand.
+Each port belongs to a tier. `hoisted` instructions depend on ports of the tier "parameter" alone and run once a set of their values;
+the `body` of a routine holds what one evaluation of it needs besides.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 from kane.expr.ops import Op
 from kane.expr.symbols import Symbol
@@ -19,10 +20,29 @@ from kane.expr.symbols import Symbol
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Port:
-    """A named input: a vector of symbols (the time alone for "t")."""
+    """A named input: a vector of symbols, or where it is `scalar` one symbol that is passed as a number.
+
+    Values of the tier "parameter" change seldom: what depends on them alone is computed once. `noun` and `nouns` say what the values
+    are ("state", "states"), by default the name. An `optional` port may be left out of a call.
+    """
 
     name: str
     symbols: tuple[Symbol, ...]
+    tier: Literal["state", "parameter"] = "state"
+    scalar: bool = False
+    noun: str = ""
+    nouns: str = ""
+    optional: bool = False
+
+    def __post_init__(self) -> None:
+        noun = self.noun or self.name
+        object.__setattr__(self, "noun", noun)
+        object.__setattr__(self, "nouns", self.nouns or noun)
+
+    @property
+    def hoisted(self) -> bool:
+        """Whether what depends on it alone is computed once a set of values."""
+        return self.tier == "parameter"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,10 +57,11 @@ class Routine:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Table:
-    """Numbered values: `ops[k]` and `args[k]` belong to the value `first + k`."""
+class Code:
+    """Numbered values: `ops[k]` and `args[k]` belong to the value `first + k`. `subject` says what they are of, in comments."""
 
     name: str
+    subject: str
     ports: tuple[Port, ...]
     constants: tuple[float, ...]
     ops: tuple[Op, ...]
@@ -58,8 +79,8 @@ class Table:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Program(Table):
-    """Straight-line code over the ports t, x (state), p (parameters) and r (inputs).
+class Program(Code):
+    """Straight-line code over ports.
 
     `hoisted` lists the instructions of parameters alone in their order, `kept` those of them that routines read: the vector h.
     """
@@ -80,9 +101,14 @@ class Program(Table):
         raise KeyError(f"Expected one of {', '.join(r.name for r in self.routines)}, got {name!r}.")
 
     @property
+    def hoisted_ports(self) -> tuple[Port, ...]:
+        """The ports of the tier "parameter"."""
+        return tuple(port for port in self.ports if port.hoisted)
+
+    @property
     def signature(self) -> str:
         """The arguments of its routines, with their sizes: "t, x[4], p[5]"; empty ones are left out."""
-        return ", ".join("t" if p.name == "t" else f"{p.name}[{len(p.symbols)}]" for p in self.ports if p.symbols)
+        return ", ".join(p.name if p.scalar else f"{p.name}[{len(p.symbols)}]" for p in self.ports if p.symbols)
 
     def op(self, value: int) -> Op:
         """The operation that computes an instruction's value."""

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.equations import routines
 from kane.expr.evaluate import compile_reference
-from kane.expr.symbols import coordinates, parameter, time
+from kane.expr.symbols import coordinates, parameter
 from kane.gallery import rolling_disk
 from kane.program.build import Wanted, build_program
 from kane.program.emit.c import emit_c, emit_header
 from kane.program.emit.names import is_free_in_c
-from kane.program.program import Port, Program
+from kane.program.program import Program
 from kane.program.reference import values as reference_values
 from tests.expr import expressions
 from tests.program.emitted import OPTIMIZED, STRICT, call, library, run
@@ -36,6 +36,7 @@ from tests.program.programs import (
     exact_results,
     grid,
     points,
+    ports,
     programs,
     small,
 )
@@ -77,8 +78,9 @@ def test_each_operation_at_all_pairs_of_special_numbers(build):
 def test_results_without_contraction_are_those_of_the_reference_evaluator_bit_by_bit(build, example, standard):
     roots = exact_results(example)
     leaves = [*expressions.LEAVES[:3], expressions.M]
-    ports = (Port("t", (time,)), Port("x", tuple(leaves[:3])), Port("p", (expressions.M,)), Port("r", ()))
-    program = build_program("drawn", ports, [Wanted("f", roots, (len(roots),), [""] * len(roots))])
+    program = build_program(
+        "drawn", ports(leaves[:3], (expressions.M,)), [Wanted("f", roots, (len(roots),), [""] * len(roots))]
+    )
     library = build(emit_c(program, contract=False), f"-std={standard}", "-O3", "-march=native")
     reference = compile_reference(roots, leaves)
     for values in (example.values, tuple(-v for v in example.values), (0.0, 1e200, -0.0, 1.0)):
@@ -201,8 +203,7 @@ ROUTINES = "hoist state state labels f f_labels pi E sincos f_part 8_t rhs RHS *
 def test_any_name_of_a_system_and_of_its_routines(build, name):
     routines = ROUTINES.split()
     wanted = [Wanted(r, [coordinates("q")[0] + k], (1,), ("",)) for k, r in enumerate(routines)]
-    ports = (Port("t", (time,)), Port("x", coordinates("q")), Port("p", ()), Port("r", ()))
-    program = build_program(name, ports, wanted)
+    program = build_program(name, ports(coordinates("q")), wanted)
     text = emit_c(program, longest=1)
     library = build(text)
     names = re.findall(r"^void (\w+)\(double t, .*;$", text, re.MULTILINE)

@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.expr.evaluate import compile_reference
-from kane.expr.symbols import input, parameter, time
+from kane.expr.symbols import input, parameter
 from kane.program.build import Wanted, build_program
 from kane.program.draft import Goal
 from kane.program.emit.numpy import emit_numpy
-from kane.program.program import Port
 from tests.expr import expressions
 from tests.program.emitted import module
 from tests.program.programs import (
@@ -29,6 +28,7 @@ from tests.program.programs import (
     exact_results,
     grid,
     points,
+    ports,
     programs,
     small,
 )
@@ -75,8 +75,9 @@ def test_each_operation_at_all_pairs_of_special_numbers(load):
 def test_results_are_those_of_the_reference_evaluator_bit_by_bit(load, example):
     roots = exact_results(example)
     leaves = [*expressions.LEAVES[:3], expressions.M]
-    ports = (Port("t", (time,)), Port("x", tuple(leaves[:3])), Port("p", (expressions.M,)), Port("r", ()))
-    program = build_program("drawn", ports, [Wanted("f", roots, (len(roots),), [""] * len(roots))])
+    program = build_program(
+        "drawn", ports(leaves[:3], (expressions.M,)), [Wanted("f", roots, (len(roots),), [""] * len(roots))]
+    )
     module = load(emit_numpy(program))
     values = np.array([example.values, tuple(-v for v in example.values), (0.0, 1e200, -0.0, 1.0)])
     expected = np.broadcast_arrays(values[:, 0], *compile_reference(roots, leaves)(list(values.T)))[1:]

@@ -128,7 +128,7 @@ class TestGeneric:
         found = {}
         for cpu in ("host", "generic"):
             on = target(cpu)
-            text = emit_llvm(program, Options(True, on.lanes))
+            text = emit_llvm([program], Options(True, on.lanes))
             llvm = machine_code._llvm()
             machine = llvm.Target.from_triple(on.triple).create_target_machine(
                 cpu=on.cpu, features=on.features, **machine_code._OPTIONS

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as the text of an LLVM module.
+"""Programs as the text of one LLVM module.
 
-Its functions are `hoist(p, h)`, and for each routine
+Its functions are, for each Program, `hoist(parameters, h)`, and for each routine
 
-    <name>(t, x, p, r, h, out)      the kernel
-    <name>.call(block)              one evaluation in a caller's private block (see `Block`)
-    <name>.batch(n, …)              many, with a stride in rows for each input
+    <name>(ports, h, out)       the kernel
+    <name>.call(block)          one evaluation in a caller's private block (see `Block`)
+    <name>.batch(n, …)          many, with a stride in rows for each port
 
 Vectors are passed as pointers to doubles. Sines and cosines of angles that are known at the same time are computed side by side
 in the lanes of a vector.
@@ -13,19 +13,55 @@ in the lanes of a vector.
 
 from __future__ import annotations
 
-import re
-import struct
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from kane.expr.ops import COS, SIN, Op
-from kane.program.emit.entries import SHARED, batch_entry, call_entry
-from kane.program.emit.sincos import llvm_sincos
-from kane.program.passes.split import Chunk, Split, split
-from kane.program.program import Program, Routine
+from kane.expr import ops
+from kane.expr.ops import COS, OPS, SIN, Op
+from kane.program.emit.llvm_entries import batch_entry, call_entry, pointer, shared
+from kane.program.emit.llvm_lanes import Lanes, bits
+from kane.program.emit.llvm_sincos import llvm_sincos
+from kane.program.emit.walk import (
+    KEPT,
+    VECTORS,
+    Compute,
+    Function,
+    Piece,
+    Read,
+    SinCos,
+    Statement,
+    Style,
+    Write,
+    hoisting,
+    kernel,
+    pieces,
+    statements,
+)
+from kane.program.program import Program
 
-_ARGUMENTS = "double %t, ptr noalias %x, ptr noalias %p, ptr noalias %r, ptr noalias %h, ptr noalias %out"
-_CALLED = re.compile(r"call double @(\w+|llvm\.sqrt\.f64|llvm\.fabs\.f64)\(([^()]*)\)")
+_SCALAR = Lanes(1)
+_BINARY = {ops.ADD: "fadd", ops.SUB: "fsub", ops.MUL: "fmul", ops.DIV: "fdiv"}
+_LIBRARY = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
+_INTRINSIC = {ops.SQRT: "llvm.sqrt", OPS["abs"]: "llvm.fabs"}
+_ORDERED = (
+    "{r}.a = fcmp %s {v} {0}, {1}\n{r}.b = fcmp uno {v} {0}, {0}\n"
+    "{r}.c = or {b} {r}.a, {r}.b\n{r} = select {b} {r}.c, {v} {0}, {v} {1}"
+)
+"""The argument that compares so with the other; a NaN is passed on, as NumPy does."""
+_FORMS = {
+    **{op: f"{{r}} = {name} {{f}}{{v}} {{0}}, {{1}}" for op, name in _BINARY.items()},
+    ops.NEG: "{r} = fneg {f}{v} {0}",
+    OPS["min"]: _ORDERED % "olt",
+    OPS["max"]: _ORDERED % "ogt",
+    OPS["sign"]: (
+        "{r}.a = fcmp ogt {v} {0}, {zero}\n{r}.b = select {b} {r}.a, {v} {one}, {v} {0}\n"
+        "{r}.c = fcmp olt {v} {0}, {zero}\n{r}.d = select {b} {r}.c, {v} {minus}, {v} {r}.b\n"
+        "{r} = fadd {v} {r}.d, {zero}"
+    ),
+    ops.LESS: "{r}.c = fcmp olt {v} {0}, {1}\n{r} = uitofp {b} {r}.c to {v}",
+    ops.WHERE: "{r}.c = fcmp une {v} {0}, {zero}\n{r} = select {b} {r}.c, {v} {1}, {v} {2}",
+}
+"""The lines for the value {r} of {0}, {1}, …, with {f} for flags of contraction, {v} and {b} for the types of numbers and truths."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,189 +71,130 @@ class Options:
     contract: bool = True
     lanes: int = 4
 
-
-def emit_llvm(program: Program, options: Options) -> str:
-    """The module's text; the same program and options give the same text."""
-    functions = [SHARED, _hoist(program, options)]
-    for routine in program.routines:
-        functions += [_kernel(program, routine, options), call_entry(program, routine), batch_entry(program, routine)]
-    text = "\n".join(functions)
-    widths = sorted({int(w) for w in re.findall(r"@kane\.sincos\.(\d+)\(", text)})
-    text = "\n".join([*(llvm_sincos(w, options.contract) for w in widths), text])
-    return "\n".join([*_declarations(text), text])
+    @property
+    def flags(self) -> str:
+        """What stands before the type in operations that may be contracted."""
+        return "contract " if self.contract else ""
 
 
-def _declarations(text: str) -> list[str]:
-    """A declaration for every function of the C library or LLVM that the text calls."""
-    arity = {name: arguments.count("double") for name, arguments in _CALLED.findall(text)}
-    return [f"declare double @{name}({', '.join(['double'] * n)})" for name, n in sorted(arity.items())]
+def emit_llvm(programs: Sequence[Program], options: Options) -> str:
+    """The module's text; the same programs and options give the same text. The names of all routines must differ."""
+    module = _Module(options)
+    texts = [shared()]
+    for program, hoist in zip(programs, hoists(programs), strict=True):
+        texts.append(module.function(program, hoisting(program), hoist))
+        for routine in program.routines:
+            texts.append(module.function(program, kernel(program, routine), routine.name))
+            texts += [call_entry(program, routine, hoist), batch_entry(program, routine, hoist)]
+    sines = [llvm_sincos(width, options.contract) for width in sorted(module.widths)]
+    called = module.called | ({"sin": 1, "cos": 1} if sines else {})
+    declared = [f"declare double @{name}({', '.join(['double'] * n)})" for name, n in sorted(called.items())]
+    return "\n".join([*declared, *sines, *texts])
 
 
-def _hoist(program: Program, options: Options) -> str:
-    signature = "double %t, ptr noalias %x, ptr noalias %p, ptr noalias %r, ptr noalias %out"  # out is h
-    body = _function(program, "hoist.all", signature, program.hoisted, _places(program.kept), {}, options)
-    return (
-        f"{body}\ndefine void @hoist(ptr noalias %p, ptr noalias %h) nounwind {{\n"
-        "  call void @hoist.all(double 0.0, ptr null, ptr %p, ptr null, ptr %h)\n  ret void\n}"
-    )
+def hoists(programs: Sequence[Program]) -> list[str]:
+    """The names of the functions that hoist, one a Program."""
+    return [f"hoist{f'.{k}' if k else ''}" for k in range(len(programs))]
 
 
-def _kernel(program: Program, routine: Routine, options: Options) -> str:
-    kept = {i: k for k, i in enumerate(program.kept)}
-    return _function(program, routine.name, _ARGUMENTS, routine.body, _places(routine.results), kept, options)
+def _spelled(op: Op, value: str, operands: Sequence[str], flags: str, lanes: Lanes = _SCALAR) -> tuple[str, str]:
+    """The lines of an operation and the function that they call, "" if none. The C library's functions take one double."""
+    callee = _LIBRARY.get(op) or (f"{_INTRINSIC[op]}.{lanes.suffix}" if op in _INTRINSIC else "")
+    if callee:
+        return f"{value} = call {lanes.double} @{callee}({', '.join(f'{lanes.double} {o}' for o in operands)})", callee
+    numbers = {name: lanes.all("double", text) for name, text in (("zero", "0.0"), ("one", "1.0"), ("minus", "-1.0"))}
+    return _FORMS[op].format(*operands, r=value, f=flags, v=lanes.double, b=lanes.of("i1"), **numbers), ""
 
 
-def _places(results: Sequence[int]) -> dict[int, list[int]]:
-    """Where in the results each value goes: one may stand there more than once."""
-    found: dict[int, list[int]] = {}
-    for k, i in enumerate(results):
-        found.setdefault(i, []).append(k)
-    return found
+@dataclass(frozen=True, slots=True)
+class _Module:
+    """What the functions written so far call: the library's with their numbers of arguments, sines of so many angles."""
 
+    options: Options
+    called: dict[str, int] = field(default_factory=dict)
+    widths: set[int] = field(default_factory=set)
 
-def _function(
-    program: Program,
-    name: str,
-    signature: str,
-    block: Sequence[int],
-    places: dict[int, list[int]],
-    kept: dict[int, int],
-    options: Options,
-) -> str:
-    """One function, or several with one that calls them in turn; `places` says where in `out` each value goes."""
-    parts = split(program, block)
-    if len(parts.chunks) == 1:
-        return _chunk(
-            program, f"define void @{name}({signature}) nounwind", parts.chunks[0], places, kept, options, True
-        )
-    passed = re.sub(r" noalias", "", signature)
-    texts = [
-        _chunk(
-            program,
-            f"define internal void @{name}.{k}({signature}, ptr noalias %w) nounwind noinline",
-            chunk,
-            places,
-            kept,
-            options,
-            k == len(parts.chunks) - 1,
-        )
-        for k, chunk in enumerate(parts.chunks)
-    ]
-    return "\n".join([*texts, _caller(name, signature, passed, parts)])
+    def function(self, program: Program, function: Function, name: str) -> str:
+        """One function, or several with one that calls them in turn."""
+        style = Style(lazy=True, lanes=self.options.lanes)
+        parts, slots = pieces(program, function, style)
+        kinds = [("double" if p.scalar else "ptr", pointer(p.name)) for p in function.ports]
+        kinds += [("ptr", f"%{VECTORS[base]}") for base in dict.fromkeys((KEPT, function.target))]
+        signature = ", ".join(f"{kind}{' noalias' * (kind == 'ptr')} {value}" for kind, value in kinds)
+        if len(parts) == 1:
+            return self._piece(f"define void @{name}({signature}) nounwind", program, function, parts[0], style)
+        texts = []
+        for k, part in enumerate(parts):
+            head = f"define internal void @{name}.{k}({signature}, ptr noalias %w) nounwind noinline"
+            texts.append(self._piece(head, program, function, part, style))
+        passed = ", ".join(f"{kind} {value}" for kind, value in kinds)
+        calls = [f"  call void @{name}.{k}({passed}, ptr %w)" for k in range(len(parts))]
+        head = f"define void @{name}({signature}) nounwind {{"
+        work = f"  %w = alloca [{max(1, slots)} x double], align 64"
+        return "\n".join([*texts, head, work, *calls, "  ret void", "}"])
 
-
-def _caller(name: str, signature: str, passed: str, parts: Split) -> str:
-    calls = [f"  call void @{name}.{k}({passed}, ptr %w)" for k in range(len(parts.chunks))]
-    return "\n".join(
-        [
-            f"define void @{name}({signature}) nounwind {{",
-            f"  %w = alloca [{max(1, parts.slots)} x double], align 64",
-            *calls,
-            "  ret void",
-            "}",
-        ]
-    )
-
-
-def _chunk(
-    program: Program,
-    head: str,
-    chunk: Chunk,
-    places: dict[int, list[int]],
-    kept: dict[int, int],
-    options: Options,
-    last: bool,
-) -> str:
-    writer = _Writer(program, kept, chunk, options)
-    for i in chunk.instructions:
-        writer.compute(i)
-        if i in chunk.stores:
-            writer.store("%w", chunk.stores[i], i)
-        for k in places.get(i, ()):
-            writer.store("%out", k, i)
-    if last:
-        for i, ks in places.items():
-            if i < program.first or i in kept:
-                for k in ks:
-                    writer.store("%out", k, i)
-    return "\n".join([f"{head} {{", *writer.lines, "  ret void", "}"])
+    def _piece(self, head: str, program: Program, function: Function, piece: Piece, style: Style) -> str:
+        found = statements(program, function, piece, style)
+        writer = _Writer(program, self.options, found)
+        for statement in found:
+            writer.write(statement)
+        self.called.update(writer.called)
+        self.widths.update(writer.widths)
+        return "\n".join([f"{head} {{", *writer.lines, "  ret void", "}"])
 
 
 class _Writer:
-    """The lines of one function: each value is loaded where it is first read."""
+    """The lines of one piece."""
 
-    def __init__(self, program: Program, kept: dict[int, int], chunk: Chunk, options: Options) -> None:
-        self.program, self.kept, self.loads, self.options = program, kept, chunk.loads, options
+    def __init__(self, program: Program, options: Options, found: Sequence[Statement]) -> None:
+        self.options = options
         self.lines: list[str] = []
-        self.names: dict[int, str] = {}
-        self.flags = "contract " if options.contract else ""
-        self.sources = _sources(program)
-        self.angles: dict[int, dict[Op, int]] = {}
-        for i in chunk.instructions:
-            op = program.op(i)
-            if op is SIN or op is COS:
-                self.angles.setdefault(program.arguments(i)[0], {})[op] = i
+        self.called: dict[str, int] = {}
+        self.widths: set[int] = set()
+        first = len(program.inputs)
+        self.names = {first + k: bits(value) for k, value in enumerate(program.constants)}
+        scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
+        self.names |= {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
         # Else LLVM would load neighbours as one vector, which waits where they have just been stored one by one.
-        self.volatile = frozenset(self.angles)
+        self.volatile = {a for s in found if isinstance(s, SinCos) for a in s.angles}
 
-    def name(self, i: int) -> str:
-        """The operand of value i, loaded if need be."""
-        known = self.names.get(i)
-        if known is not None:
-            return known
-        if i in self.loads:
-            base, k = "%w", self.loads[i]
-        elif i in self.kept:
-            base, k = "%h", self.kept[i]
+    def write(self, s: Statement) -> None:
+        """The lines of one statement."""
+        if isinstance(s, Read):
+            self._read(s)
+        elif isinstance(s, Compute):
+            name = f"%v{s.value}"
+            text, callee = _spelled(s.op, name, [self.names[a] for a in s.arguments], self.options.flags)
+            self.lines += [f"  {line}" for line in text.split("\n")]
+            self.names[s.value] = name
+            self.called |= {callee: s.op.arity} if callee else {}
+        elif isinstance(s, SinCos):
+            self._sincos(s.angles, s.values)
         else:
-            base, k = self.sources[i]
-        if base in ("", "%t"):
-            found = base or _hex(self.program.constants[k])
-        else:
-            found = f"%v{i}"
-            load = "load volatile" if i in self.volatile else "load"
-            self.lines += [
-                f"  %a{i} = getelementptr inbounds double, ptr {base}, i64 {k}",
-                f"  {found} = {load} double, ptr %a{i}, align 8",
-            ]
-        self.names[i] = found
-        return found
+            self._store(s)
 
-    def store(self, base: str, k: int, i: int) -> None:
-        """Value i to base[k]."""
-        value = self.name(i)
-        address = f"%s{len(self.lines)}"
+    def _read(self, s: Read) -> None:
+        load = "load volatile" if s.value in self.volatile else "load"
+        base = _base(s.base)
+        self.names[s.value] = f"%v{s.value}"
         self.lines += [
-            f"  {address} = getelementptr inbounds double, ptr {base}, i64 {k}",
-            f"  store double {value}, ptr {address}, align 8",
+            f"  %a{s.value} = getelementptr inbounds double, ptr {base}, i64 {s.place}",
+            f"  %v{s.value} = {load} double, ptr %a{s.value}, align 8",
         ]
 
-    def compute(self, i: int) -> None:
-        """The instruction of value i, unless it came with another one's sine and cosine."""
-        if i in self.names:
-            return
-        op = self.program.op(i)
-        if op is SIN or op is COS:
-            self._sines_and_cosines()
-            return
-        operands = [self.name(a) for a in self.program.arguments(i)]
-        text = op.llvm.format(*operands, r=f"%v{i}", f=self.flags)
-        self.lines += [f"  {line}" for line in text.split("\n")]
-        self.names[i] = f"%v{i}"
+    def _store(self, s: Write) -> None:
+        address = f"%s{len(self.lines)}"
+        self.lines += [
+            f"  {address} = getelementptr inbounds double, ptr {_base(s.base)}, i64 {s.place}",
+            f"  store double {self.names[s.value]}, ptr {address}, align 8",
+        ]
 
-    def _sines_and_cosines(self) -> None:
-        """Those of all angles of the chunk that are known by now, in vectors as wide as they fill."""
-        first = self.program.first
-        known = [a for a in self.angles if a < first or a in self.names or a in self.loads or a in self.kept]
-        while known:
-            width = min(self.options.lanes, 1 << (len(known) - 1).bit_length())
-            self._pack(known[:width], width)
-            known = known[width:]
-
-    def _pack(self, angles: list[int], width: int) -> None:
-        """Sines and cosines of at most `width` angles."""
-        kind = "double" if width == 1 else f"<{width} x double>"
-        operands = [self.name(a) for a in angles]
+    def _sincos(self, angles: Sequence[int], values: Sequence[Mapping[Op, int]]) -> None:
+        """Sines and cosines in a vector as wide as the angles fill."""
+        width = 1 << (len(angles) - 1).bit_length()
+        kind = Lanes(width).double
+        self.widths.add(width)
+        operands = [self.names[a] for a in angles]
         label = f"%p{angles[0]}"
         packed = operands[0]
         if width > 1:
@@ -229,8 +206,8 @@ class _Writer:
         self.lines.append(f"  {label} = call {{{kind}, {kind}}} @kane.sincos.{width}({kind} {packed})")
         for position, op in enumerate((SIN, COS)):
             self.lines.append(f"  {label}.{op.name} = extractvalue {{{kind}, {kind}}} {label}, {position}")
-        for k, a in enumerate(angles):
-            for op, i in self.angles.pop(a).items():
+        for k, own in enumerate(values):
+            for op, i in own.items():
                 if width == 1:
                     self.names[i] = f"{label}.{op.name}"
                 else:
@@ -238,17 +215,5 @@ class _Writer:
                     self.lines.append(f"  %v{i} = extractelement {kind} {label}.{op.name}, i32 {k}")
 
 
-def _sources(program: Program) -> dict[int, tuple[str, int]]:
-    """Where each input and constant is read from: an argument and an index."""
-    found: dict[int, tuple[str, int]] = {}
-    i = 0
-    for port in program.ports:
-        for k in range(len(port.symbols)):
-            found[i] = (f"%{port.name}", k)
-            i += 1
-    found.update({i + k: ("", k) for k in range(len(program.constants))})
-    return found
-
-
-def _hex(value: float) -> str:
-    return f"0x{struct.pack('>d', value).hex().upper()}"
+def _base(name: str) -> str:
+    return f"%{VECTORS[name]}" if name in VECTORS else pointer(name)

@@ -11,7 +11,9 @@ import re
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
 
+from kane.program.emit.walk import VECTORS, Compute, Function, SinCos, Statement
 from kane.program.program import Program
 
 _WORDS = """
@@ -50,7 +52,6 @@ _FAMILIES_C = re.compile(
     r"|U?INT(?:_|\d|MAX|PTR)\w*|M_(?:1|2|E|LN|LOG|PI|SQRT)\w*|(?:SNAN|HUGE_VAL)(?:[FL]|F\d+X?)?|f\d+x?(?:add|sub|mul|div|fma|sqrt)f\d+x?"
 )
 _RESERVED_PYTHON = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float", "len", "ValueError"])
-_ARGUMENTS = frozenset({"t", "x", "p", "r", "h", "w", "out"})
 
 IsFree = Callable[[str], bool]
 
@@ -78,18 +79,48 @@ def _ascii(c: str) -> str:
     return c if c.isascii() else "_"
 
 
-def input_names(program: Program, is_free: IsFree) -> tuple[str, ...]:
-    """A local name for each input: its own where that is an identifier and its alone, else port and place: x0, p3."""
-    wanted = [identifier(s.name) for s in program.inputs]
-    times = Counter(wanted)
-    own = {n for n in wanted if n and times[n] == 1 and n not in _ARGUMENTS and is_free(n)}
-    found: list[str] = []
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What a program's values are called in a language: its `arguments`, a port or vector each, and its `inputs`."""
+
+    program: Program
+    arguments: dict[str, str]
+    inputs: tuple[str, ...]
+
+    def of(self, function: Function, number: Callable[[float], str]) -> dict[int, str]:
+        """The name of each value of a function: h3 of what was hoisted, z12 of what it computes, a number of a constant."""
+        taken = (*self.inputs, *self.arguments.values())
+        h, z = stem("h", taken), stem("z", taken)
+        found = dict(enumerate((*self.inputs, *map(number, self.program.constants))))
+        found.update({i: f"{h}{k}" for k, i in enumerate(function.kept)})
+        found.update({i: f"{z}{k}" for k, i in enumerate(function.block, 1)})
+        return found
+
+
+def local_names(program: Program, is_free: IsFree) -> Names:
+    """Names of arguments and inputs: an input's own where that is an identifier and its alone, else port and place: x0, p3."""
+    ports = distinct([port.name for port in program.ports], is_free, VECTORS.values())
+    arguments = dict(zip((port.name for port in program.ports), ports, strict=True)) | VECTORS
+    names = [identifier(s.name) for s in program.inputs]
+    times, reserved = Counter(names), set(arguments.values())
+    own = {n for n in names if n and times[n] == 1 and n not in reserved and is_free(n)}
+    inputs: list[str] = []
+    taken = {*own, *reserved}
     for port in program.ports:
-        base = stem(port.name, own)
+        base = stem(arguments[port.name] + "_" * port.name[-1].isdigit(), taken)
+        taken.add(f"{base}0")
         for k in range(len(port.symbols)):
-            name = wanted[len(found)]
-            found.append("t" if port.name == "t" else name if name in own else f"{base}{k}")
-    return tuple(found)
+            name = names[len(inputs)]
+            inputs.append(arguments[port.name] if port.scalar else name if name in own else f"{base}{k}")
+    return Names(program, arguments, tuple(inputs))
+
+
+def operand_values(statements: Iterable[Statement]) -> set[int]:
+    """The values that statements read, compute with or write."""
+    found: set[int] = set()
+    for s in statements:
+        found.update(s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else (s.value,))
+    return found
 
 
 def stem(base: str, taken: Iterable[str]) -> str:

@@ -1,29 +1,49 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as one Python module that needs NumPy only, to be read, changed and carried away.
 
-It does the program's operations as `kane.expr.evaluate` does them, for one state or for arrays of them: x, p and r
-have their values on the last axis, and the axes before it are broadcast.
+It does the program's operations as `kane.expr.evaluate` does them, for one state or for arrays of them: a vector has its values on
+the last axis, and the axes before it are broadcast.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
-from kane.expr.ops import LESS, NEG, POW, WHERE, Op
-from kane.expr.symbols import Symbol
+from kane.expr import ops
+from kane.expr.ops import OPS, Op
 from kane.program.emit.names import (
+    Names,
     distinct,
     identifier,
-    input_names,
     is_free_in_python,
+    local_names,
     python_comment,
     python_docstring,
-    stem,
 )
-from kane.program.program import Program, Routine
+from kane.program.emit.walk import Compute, Function, Read, Style, Write, hoisting, kernel, pieces, statements
+from kane.program.program import Port, Program, Routine
 
-_TABLES = {"x": "STATE", "p": "PARAMETERS", "r": "INPUTS"}
+_STYLE = Style(whole=math.inf)
+_SAME = "sqrt sin cos tan sinh cosh tanh exp log sign"
+_OTHER = {
+    **{"pow": "power", "asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"},
+    **{"abs": "absolute", "min": "minimum", "max": "maximum"},
+}
+_FORMS = {
+    **{OPS[n]: f"np.{n}({{0}})" for n in _SAME.split()},
+    **{OPS[n]: f"np.{name}({', '.join(f'{{{k}}}' for k in range(OPS[n].arity))})" for n, name in _OTHER.items()},
+    ops.ADD: "{0} + {1}",
+    ops.SUB: "{0} - {1}",
+    ops.MUL: "{0} * {1}",
+    ops.DIV: "{0} / {1}",
+    ops.NEG: "-{0}",
+    ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
+    ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
+}
+"""An operation as the reference evaluator does it; `**` has short cuts that round differently, np.power has none."""
+
 _VECTOR = '''\
 def _vector(values, table, name):
     """`values` as doubles, one for each entry of the table on the last axis."""
@@ -34,52 +54,81 @@ def _vector(values, table, name):
 '''
 
 
-def emit_numpy(program: Program, *, version: str = "") -> str:
-    """The text of the module: PARAMETERS, STATE, INPUTS, `hoist(p)` and `<routine>(t, x, p, r)` for each routine.
+def emit_numpy(program: Program, *, contract: bool = False, version: str = "") -> str:
+    """The text of the module: a table for each vector, `hoist(parameters)` and `<routine>(ports)` for each routine.
 
     Parameters
     ----------
     program
         What to compute.
+    contract
+        As the other emitters have it; NumPy rounds each operation by itself.
     version
         Kane's version, for the docstring.
     """
-    taken = {"np", "hoist", "_vector", "shape", "DEFAULTS", *_TABLES.values()}
-    names = distinct([identifier(r.name) or "routine" for r in program.routines], is_free_in_python, taken)
-    inputs = input_names(program, lambda name: is_free_in_python(name) and name not in {*taken, *names})
-    symbols = {port: next((q.symbols for q in program.ports if q.name == port), ()) for port in _TABLES}
-    defaults = all(s.default is not None for s in symbols["p"])
+    module = _module(program)
+    vectors = sorted(module.tables, key=lambda port: not port.hoisted)
     parts = [
-        _docstring(program, names, version),
+        _docstring(module, version),
         "import numpy as np\n",
-        _parameters(symbols["p"], defaults),
-        _table("STATE", symbols["x"]),
-        _table("INPUTS", symbols["r"]),
+        *(_table(module, port) for port in vectors),
         f"\n\n{_VECTOR}",
-        _hoist(program, inputs),
-        *(_routine(program, r, n, inputs, defaults) for r, n in zip(program.routines, names, strict=True)),
+        _hoist(module),
+        *(_routine(module, r, n) for r, n in zip(program.routines, module.routines, strict=True)),
     ]
     return "\n".join(parts)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Module:
+    """Names in the module: of values, of the vectors' tables, of the defaults of hoisted ones, of routines."""
+
+    program: Program
+    names: Names
+    tables: dict[Port, str]
+    defaults: dict[Port, str]
+    routines: tuple[str, ...]
+
+    def arguments(self, ports: Iterable[Port]) -> str:
+        """The names of ports, one after the other."""
+        return ", ".join(self.names.arguments[port.name] for port in ports)
+
+
+def _module(program: Program) -> _Module:
+    vectors = [port for port in program.ports if not port.scalar]
+    own = ["np", "hoist", "_vector", "shape"]
+    tables = distinct([identifier(p.noun).upper() for p in vectors], is_free_in_python, own)
+    whole = [p for p in vectors if p.hoisted and all(s.default is not None for s in p.symbols)]
+    lone = len(program.hoisted_ports) == 1
+    by_port = dict(zip(vectors, tables, strict=True))
+    defaults = {p: "DEFAULTS" if lone else f"{by_port[p]}_DEFAULTS" for p in whole}
+    taken = {*own, "DEFAULTS", *tables, *defaults.values()}
+    routines = distinct([identifier(r.name) or "routine" for r in program.routines], is_free_in_python, taken)
+    names = local_names(program, lambda name: is_free_in_python(name) and name not in {*taken, *routines})
+    return _Module(program, names, by_port, defaults, tuple(routines))
 
 
 # ---------------------------------------------------------------------------------------------------------- tables
 
 
-def _docstring(program: Program, names: Sequence[str], version: str) -> str:
-    calls = [f"{name}(t, x, p, r)" for name in names]
+def _docstring(module: _Module, version: str) -> str:
+    program = module.program
+    calls = [f"{name}({module.arguments(program.ports)})" for name in module.routines]
     width = max(map(len, calls), default=0)
     what = [f"    {c:{width}}  {_shape(r)}: {_few(r.labels)}" for c, r in zip(calls, program.routines, strict=True)]
+    nouns = [f"{module.arguments([port])} {'' if k else 'is '}the {port.noun}" for k, port in enumerate(program.ports)]
+    *most, last = module.tables.values() if module.tables else ("none",)
     lines = [
-        f"{program.name}: equations of motion.",
+        f"{program.name}: {program.subject}.",
         "",
         f"Made by kane{' ' if version else ''}{version}: derive and emit again instead of editing. Needs NumPy only.",
         "",
         *what,
         "",
-        "t is the time, x the state, p the parameters, r the inputs, as in the tables STATE, PARAMETERS and INPUTS. Their values",
+        f"{', '.join(nouns)}, as in the tables {', '.join(most)}{' and ' if most else ''}{last}. Their values",
         "are on the last axis; the axes before it are broadcast and come first in the results. Division by zero and the like",
         "give infinity or NaN without a warning.",
-    ]  # fmt: skip
+    ]
     return python_docstring("\n".join([*lines, ""])) + "\n"
 
 
@@ -91,111 +140,107 @@ def _few(labels: Sequence[str], count: int = 6) -> str:
     return ", ".join(labels[:count]) + (", …" if len(labels) > count else "")
 
 
-def _parameters(symbols: Iterable[Symbol], defaults: bool) -> str:
-    rows = []
-    for s in symbols:
+def _table(module: _Module, port: Port) -> str:
+    name, rows = module.tables[port], []
+    for s in port.symbols:
         default = "None" if s.default is None else _number(float(s.default))
-        rows.append(f"    {s.name!r}: ({default}, {s.unit!r}, {s.description!r}),")
-    lines = ["# name: (default, unit, description)", "PARAMETERS = {", *rows, "}"]
-    if defaults:
-        lines.append("DEFAULTS = tuple(default for default, _, _ in PARAMETERS.values())")
+        rows.append(f"    {s.name!r}: ({f'{default}, ' * port.hoisted}{s.unit!r}, {s.description!r}),")
+    lines = [f"# name: ({'default, ' * port.hoisted}unit, description)", f"{name} = {{", *rows, "}"]
+    if port in module.defaults:
+        lines.append(f"{module.defaults[port]} = tuple(default for default, _, _ in {name}.values())")
     return "\n".join(lines)
-
-
-def _table(name: str, symbols: Iterable[Symbol]) -> str:
-    rows = [f"    {s.name!r}: ({s.unit!r}, {s.description!r})," for s in symbols]
-    return "\n".join(["# name: (unit, description)", f"{name} = {{", *rows, "}"])
 
 
 # ------------------------------------------------------------------------------------------------------- functions
 
 
-def _hoist(program: Program, inputs: Sequence[str]) -> str:
-    results = [(i, "") for i in program.kept]
+def _hoist(module: _Module) -> str:
+    program, ports = module.program, module.program.hoisted_ports
+    shapes = [_leading(module, port) for port in ports]
+    shape = shapes[0] if len(shapes) == 1 else f"np.broadcast_shapes({', '.join(shapes)})"
     lines = [
         "",
-        "def hoist(p):",
+        f"def hoist({module.arguments(ports)}):",
         '    """What depends on parameters alone: the routines call it themselves."""',
-        '    p = _vector(p, PARAMETERS, "p")',
-        f"    h = np.empty((*p.shape[:-1], {len(program.kept)}))",
-        *_computed(program, inputs, program.hoisted, results, "h", ()),
+        *(_converted(module, port) for port in ports),
+        f"    h = np.empty((*{shape}, {len(program.kept)}))",
+        *_computed(module, hoisting(program)),
         "    return h\n",
     ]
     return "\n".join(lines)
 
 
-def _routine(program: Program, routine: Routine, name: str, inputs: Sequence[str], defaults: bool) -> str:
-    results = list(zip(routine.results, routine.labels, strict=True))
+def _routine(module: _Module, routine: Routine, name: str) -> str:
+    program = module.program
+    shapes = ", ".join(_leading(module, port) for port in program.ports)
     lines = [
         "",
-        f"def {name}(t, x, p{'=DEFAULTS' if defaults else ''}, r=()):",
+        f"def {name}({_signature(module)}):",
         f"    {python_docstring(f'{_shape(routine)}: {_few(routine.labels)}.')}",
-        "    h = hoist(p)",
-        "    t = np.asarray(t, dtype=np.float64)",
-        *(f'    {port} = _vector({port}, {table}, "{port}")' for port, table in _TABLES.items()),
-        "    shape = np.broadcast_shapes(t.shape, x.shape[:-1], p.shape[:-1], r.shape[:-1])",
-        f"    out = np.empty((*shape, {len(results)}))",
-        *_computed(program, inputs, routine.body, results, "out", program.kept),
+        f"    h = hoist({module.arguments(program.hoisted_ports)})",
+        *(_converted(module, port) for port in program.ports),
+        f"    shape = np.broadcast_shapes({shapes})",
+        f"    out = np.empty((*shape, {len(routine.results)}))",
+        *_computed(module, kernel(program, routine)),
         f"    return out.reshape(shape + {routine.shape!r})\n",
     ]
     return "\n".join(lines)
 
 
-def _computed(
-    program: Program,
-    inputs: Sequence[str],
-    block: Sequence[int],
-    results: Sequence[tuple[int, str]],
-    target: str,
-    kept: Sequence[int],
-) -> list[str]:
-    """The lines that compute target[..., k] = the value results[k], with its label."""
-    text = _sources(program, kept)
-    names = dict(enumerate(inputs)) | {i: text[i] for i in range(len(inputs), program.first)}
-    h, z = stem("h", inputs), stem("z", inputs)
-    names.update({i: f"{h}{k}" for k, i in enumerate(kept)})
-    names.update({i: f"{z}{k}" for k, i in enumerate(block, 1)})
-    read = {a for i in block for a in program.arguments(i)}.union(i for i, _ in results)
-    numbers = range(len(inputs), program.first)
-    lines = [f"{names[i]} = {text[i]}" for i in sorted(read) if i in text and text[i] != names[i]]
-    for i in block:
-        arguments = program.arguments(i)
-        operands = [names[a] for a in arguments]
-        if all(a in numbers for a in arguments):  # Python's own floats would refuse to divide by zero
-            operands = [f"np.float64({o})" for o in operands]
-        lines.append(f"{names[i]} = {_expression(program.op(i), operands)}")
-    for k, (i, label) in enumerate(results):
-        lines.append(f"{target}[..., {k}] = {names[i]}" + (f"  # {python_comment(label)}" if label else ""))
+def _signature(module: _Module) -> str:
+    """The ports; the last of them that may be left out have defaults."""
+    given: list[str] = []
+    for port in reversed(module.program.ports):
+        name = module.arguments([port])
+        default = module.defaults.get(port, "()" if port.optional and not port.hoisted else "")
+        open_ = default and all("=" in g for g in given)
+        given.append(f"{name}={default}" if open_ else name)
+    return ", ".join(reversed(given))
+
+
+def _converted(module: _Module, port: Port) -> str:
+    """The line that makes an argument an array."""
+    name = module.arguments([port])
+    if port.scalar:
+        return f"    {name} = np.asarray({name}, dtype=np.float64)"
+    return f'    {name} = _vector({name}, {module.tables[port]}, "{name}")'
+
+
+def _leading(module: _Module, port: Port) -> str:
+    """The axes before an argument's own."""
+    return f"{module.arguments([port])}.shape{'' if port.scalar else '[:-1]'}"
+
+
+def _computed(module: _Module, function: Function) -> list[str]:
+    """The lines that compute what a function gives, each result with its label."""
+    program = module.program
+    names = module.names.of(function, _number)
+    (piece,), _ = pieces(program, function, _STYLE)
+    numbers = range(len(program.inputs), program.first)
+    lines = []
+    for s in statements(program, function, piece, _STYLE):
+        if isinstance(s, Read):
+            lines.append(f"{names[s.value]} = {_place(module, s)}")
+        elif isinstance(s, Compute):
+            operands = [names[a] for a in s.arguments]
+            if all(a in numbers for a in s.arguments):  # Python's own floats would refuse to divide by zero
+                operands = [f"np.float64({o})" for o in operands]
+            lines.append(f"{names[s.value]} = {_expression(s.op, operands)}")
+        elif isinstance(s, Write):
+            comment = f"  # {python_comment(s.label)}" if s.label else ""
+            lines.append(f"{_place(module, s)} = {names[s.value]}{comment}")
     return ['    with np.errstate(all="ignore"):', *(f"        {line}" for line in lines)] if lines else []
 
 
-def _sources(program: Program, kept: Sequence[int]) -> dict[int, str]:
-    """Where the values come from that a function does not compute: a place in its arguments, or a number."""
-    found = []
-    for port in program.ports:
-        found += ["t"] if port.name == "t" else [f"{port.name}[..., {k}]" for k in range(len(port.symbols))]
-    found += map(_number, program.constants)
-    return dict(enumerate(found)) | {i: f"h[..., {k}]" for k, i in enumerate(kept)}
+def _place(module: _Module, s: Read | Write) -> str:
+    return f"{module.names.arguments[s.base]}[..., {s.place}]"
+
+
+def _expression(op: Op, operands: Sequence[str]) -> str:
+    return _FORMS[op].format(*operands)
 
 
 def _number(value: float) -> str:
     if math.isfinite(value):
         return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
     return "np.nan" if math.isnan(value) else "np.inf" if value > 0 else "(-np.inf)"
-
-
-_FORMS: Mapping[Op, str] = {
-    NEG: "-{0}",
-    LESS: "np.where({0} < {1}, 1.0, 0.0)",
-    WHERE: "np.where({0} != 0.0, {1}, {2})",
-}
-
-
-def _expression(op: Op, operands: Collection[str]) -> str:
-    """The operation as the reference evaluator does it; `**` has short cuts that round differently, np.power has none."""
-    if op in _FORMS:
-        return _FORMS[op].format(*operands)
-    if op.infix and op is not POW:
-        return f" {op.infix} ".join(operands)
-    assert op.ufunc is not None
-    return f"np.{op.ufunc.__name__}({', '.join(operands)})"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sine and cosine of one angle by one argument reduction, as text of LLVM and of C for generated code.
+"""Sine and cosine of one angle by one argument reduction, as steps that languages spell for generated code.
 
 Method: x = n π/2 + r − tail with n = round(2x/π) and π/2 in three parts P1 + P2 + P3 (Cody & Waite, *Software Manual for the
 Elementary Functions*, 1980, ch. 8), then the minimax polynomials of fdlibm (Sun Microsystems, 1993, k_sin.c and k_cos.c) at r
@@ -10,12 +10,10 @@ Exactness, with and without FMA: |n| < 2¹⁸ and P1, P2 have 35 bits, so that n
 below 1 and a multiple of 2⁻⁵³, which ulp(n P2) divides, so that Fast2Sum gives the rounding error of r = a − n P2. Left are
 n (π/2 − P1 − P2 − P3) and the rounding of n P3: below 2⁻⁵⁹ |r| even at the double nearest to each n π/2.
 
-Rounding to nearest is assumed. Both texts are written from `STEPS`; without FMA they give the same bits at every width.
+Rounding to nearest is assumed. Every text is written from `STEPS`; without FMA all give the same bits, at every width.
 """
 
 from __future__ import annotations
-
-import struct
 
 LIMIT = 262144.0
 """The largest |x| in rad of the short reduction: 2¹⁸."""
@@ -82,184 +80,7 @@ STEPS: tuple[tuple[str, ...], ...] = (
 """The steps from x to `t`, `sine` and `cosine`: a name, one of mul, add, sub and mul_add, and its operands."""
 
 
-def _constant(operand: str) -> float | None:
+def constant(operand: str) -> float | None:
     """The value of an operand that is a constant with or without a sign."""
     value = CONSTANTS.get(operand.removeprefix("-"))
     return -value if value is not None and operand.startswith("-") else value
-
-
-# ---------------------------------------------------------------------------------------------------- LLVM
-
-# Sine and cosine change places where n is odd. Bit 1 of n turns the sign of the sine, bit 1 xor bit 0 that of the cosine.
-# Masks and not `select`: for one double LLVM makes a jump of it, which is mispredicted half the time.
-_LLVM_QUADRANT = """\
-  %t.bits = bitcast {v} %t to {i}
-  %half = shl {i} %t.bits, {n62}
-  %odd = shl {i} %t.bits, {n63}
-  %mask = ashr {i} %odd, {n63}
-  %flip = and {i} %half, {sign}
-  %s.bits = bitcast {v} %sine to {i}
-  %c.bits = bitcast {v} %cosine to {i}
-  %differ = xor {i} %s.bits, %c.bits
-  %swap = and {i} %differ, %mask
-  %s.change = xor {i} %swap, %flip
-  %c.change = xor {i} %s.change, %odd
-  %s.turned = xor {i} %s.bits, %s.change
-  %c.turned = xor {i} %c.bits, %c.change
-  %s.near = bitcast {i} %s.turned to {v}
-  %c.near = bitcast {i} %c.turned to {v}"""
-
-_LLVM_FAR = """\
-  %x.bits = bitcast {v} %x to {i}
-  %x.size = and {i} %x.bits, {unsigned}
-  %x.abs = bitcast {i} %x.size to {v}
-  %far = fcmp ugt {v} %x.abs, {limit}"""
-
-_LLVM_ANY = """\
-  %bits = bitcast {b} %far to i{width}
-  %any = icmp ne i{width} %bits, 0"""
-
-_LLVM_LIBRARY = """\
-  br i1 {any}, label %library, label %done
-library:
-  %both = call {pair} @kane.sincos.far.{width}({v} %x)
-  %s.library = extractvalue {pair} %both, 0
-  %c.library = extractvalue {pair} %both, 1
-  %s.far = select {b} %far, {v} %s.library, {v} %s.near
-  %c.far = select {b} %far, {v} %c.library, {v} %c.near
-  br label %done
-done:
-  %s = phi {v} [ %s.near, %entry ], [ %s.far, %library ]
-  %c = phi {v} [ %c.near, %entry ], [ %c.far, %library ]"""
-
-_LLVM_RETURN = """\
-  %result.s = insertvalue {pair} poison, {v} {s}, 0
-  %result = insertvalue {pair} %result.s, {v} {c}, 1
-  ret {pair} %result
-}}"""
-
-_LLVM_LANE = """\
-  %x{k} = extractelement {v} %x, i32 {k}
-  %sin{k} = call double @sin(double %x{k})
-  %cos{k} = call double @cos(double %x{k})
-  %s{k} = insertelement {v} {s}, double %sin{k}, i32 {k}
-  %c{k} = insertelement {v} {c}, double %cos{k}, i32 {k}"""
-
-
-def llvm_sincos(width: int, contract: bool) -> str:
-    """The functions of `width` angles at a time, `{V, V} @kane.sincos.<width>(V)` with V = double or <width x double>.
-
-    Lanes are independent of each other: one beyond LIMIT has the library's values, the others keep theirs. The module must
-    declare `double @sin(double)` and `double @cos(double)`. With `contract`, products and sums may become FMA.
-    """
-    vector = width > 1
-    fields = {
-        "width": str(width),
-        "v": f"<{width} x double>" if vector else "double",
-        "i": f"<{width} x i64>" if vector else "i64",
-        "b": f"<{width} x i1>" if vector else "i1",
-        "n62": _splat("i64 62", vector),
-        "n63": _splat("i64 63", vector),
-        "sign": _splat(f"i64 {-(2**63)}", vector),
-        "unsigned": _splat(f"i64 {2**63 - 1}", vector),
-        "limit": _llvm_number(LIMIT, vector),
-        "any": "%any" if vector else "%far",
-    }
-    fields["pair"] = "{{{v}, {v}}}".format(**fields)
-    lines = [
-        "define internal {pair} @kane.sincos.{width}({v} %x) alwaysinline nounwind {{",
-        "entry:",
-        *_llvm_steps(vector, "contract " if contract else ""),
-        _LLVM_QUADRANT,
-        _LLVM_FAR,
-        *([_LLVM_ANY] if vector else []),
-        _LLVM_LIBRARY,
-        _LLVM_RETURN,
-    ]
-    near = "\n".join(lines).format(**fields, s="%s", c="%c")
-    return f"{near}\n{_llvm_far(width, fields)}"
-
-
-def _llvm_far(width: int, fields: dict[str, str]) -> str:
-    """The library's values of all lanes: apart and cold, so that little of it is in the callers."""
-    lines = ["define internal {pair} @kane.sincos.far.{width}({v} %x) noinline cold nounwind {{".format(**fields)]
-    s, c = "poison", "poison"
-    if width == 1:
-        s, c = "%sin", "%cos"
-        lines += ["  %sin = call double @sin(double %x)", "  %cos = call double @cos(double %x)"]
-    else:
-        for k in range(width):
-            lines.append(_LLVM_LANE.format(**fields, k=k, s=s, c=c))
-            s, c = f"%s{k}", f"%c{k}"
-    return "\n".join([*lines, _LLVM_RETURN.format(**fields, s=s, c=c), ""])
-
-
-def _llvm_steps(vector: bool, flags: str) -> list[str]:
-    lines = []
-    for name, form, *operands in STEPS:
-        x, y, *added = (_llvm_operand(o, vector) for o in operands)
-        if added:
-            lines.append(f"  %{name}.product = fmul {flags}{{v}} {x}, {y}")
-            form, x, y = "add", f"%{name}.product", added[0]
-        lines.append(f"  %{name} = f{form} {flags}{{v}} {x}, {y}")
-    return lines
-
-
-def _llvm_operand(operand: str, vector: bool) -> str:
-    value = _constant(operand)
-    return f"%{operand}" if value is None else _llvm_number(value, vector)
-
-
-def _llvm_number(value: float, vector: bool) -> str:
-    number = f"0x{struct.pack('>d', value).hex().upper()}"
-    return _splat(f"double {number}", vector)
-
-
-def _splat(typed: str, vector: bool) -> str:
-    return f"splat ({typed})" if vector else typed.split()[1]
-
-
-# ---------------------------------------------------------------------------------------------------- C
-
-_C_FORMS = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "{0} * {1} + {2}"}
-
-_C_FUNCTION = """\
-/* Sine and cosine of x, below 1 ulp for |x| <= {limit:.0f}; the library's beyond. */
-static void kane_sincos(double x, double *s, double *c)
-{{
-    if (!(fabs(x) <= {limit:.1f})) {{
-        *s = sin(x);
-        *c = cos(x);
-        return;
-    }}
-{steps}
-    uint64_t n_bits, s_bits, c_bits, change;
-    memcpy(&n_bits, &t, sizeof t);
-    memcpy(&s_bits, &sine, sizeof sine);
-    memcpy(&c_bits, &cosine, sizeof cosine);
-    change = ((s_bits ^ c_bits) & (0 - (n_bits & 1))) ^ ((n_bits & 2) << 62);
-    s_bits ^= change;
-    c_bits ^= change ^ ((n_bits & 1) << 63);
-    memcpy(s, &s_bits, sizeof *s);
-    memcpy(c, &c_bits, sizeof *c);
-}}
-"""
-
-
-def _c_steps() -> str:
-    lines = [
-        f"    const double {name} = {_C_FORMS[form].format(*map(_c_operand, operands))};"
-        for name, form, *operands in STEPS
-    ]
-    return "\n".join(lines)
-
-
-def _c_operand(operand: str) -> str:
-    value = _constant(operand)
-    if value is None:
-        return operand
-    return repr(value) if (2 * value).is_integer() else value.hex()
-
-
-C_SINCOS = _C_FUNCTION.format(limit=LIMIT, steps=_c_steps())
-"""`static void kane_sincos(double x, double *s, double *c)` in C99; needs <math.h>, <stdint.h> and <string.h>."""

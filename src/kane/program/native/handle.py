@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from kane import show
 from kane.errors import ArgumentError, KaneWarning, NotFiniteError
-from kane.program.emit.entries import block
+from kane.program.emit.llvm_entries import block
 from kane.program.machine import Settings, build_library
 from kane.program.native import arguments
 from kane.program.native.callers import outside
@@ -46,15 +46,16 @@ def _new_block(program: Program, routine: Routine) -> _Block:
     skip = -raw.ctypes.data % _ALIGNMENT
     memory = raw[skip : skip + 8 * at.size].view(np.float64)
     last = memory[at.hoisted : at.h].view(np.int64)
+    start = dict(zip((port.name for port in program.ports), at.ports, strict=True))
     last[:] = -1  # the bits of no p that arithmetic makes: the first call hoists
     n = {port.name: len(port.symbols) for port in program.ports}
     view = memory.data
     return (
         ctypes.c_void_p(memory.ctypes.data),
         ctypes.c_double.from_buffer(memory),  # type: ignore[arg-type]  # arrays have a buffer
-        view[at.x : at.x + n["x"]],
-        view[at.p : at.p + n["p"]],
-        view[at.r : at.r + n["r"]],
+        view[start["x"] : start["x"] + n["x"]],
+        view[start["p"] : start["p"] + n["p"]],
+        view[start["r"] : start["r"] + n["r"]],
         memory[at.out : at.out + len(routine.results)].reshape(routine.shape),
     )
 

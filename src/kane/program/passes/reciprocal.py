@@ -49,7 +49,7 @@ def with_reciprocals(draft: Draft) -> Draft:
         inverse = reciprocal[divisor]
         place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
     goals = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in draft.goals)
-    made = Draft(draft.name, draft.ports, constants, tuple(ops), tuple(args), goals)
+    made = dataclasses.replace(draft, constants=constants, ops=tuple(ops), args=tuple(args), goals=goals)
     return sound(made, "reciprocal")
 
 

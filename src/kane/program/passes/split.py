@@ -34,7 +34,7 @@ class Split:
     slots: int
 
 
-def split(program: Program, block: Sequence[int], whole: int = WHOLE, chunk: int = CHUNK) -> Split:
+def split(program: Program, block: Sequence[int], whole: float = WHOLE, chunk: int = CHUNK) -> Split:
     """`block` as it is, or in chunks of nearly equal length, at most `chunk`."""
     count = 1 if len(block) <= whole else -(-len(block) // chunk)
     size = max(1, -(-len(block) // count))

@@ -21,5 +21,5 @@ def assembled(draft: Draft) -> Program:
         routines.append(Routine(goal.name, goal.shape, goal.labels, goal.results, order))
     hoisted = tuple(draft.below(read, False))
     kept = tuple(i for i in hoisted if i in read)
-    parts = (draft.name, draft.ports, draft.constants, draft.ops, args)
+    parts = (draft.name, draft.subject, draft.ports, draft.constants, draft.ops, args)
     return verified(Program(*parts, hoisted, kept, tuple(routines)))

@@ -8,9 +8,8 @@ from collections.abc import Iterable
 from typing import TypeVar
 
 from kane.errors import ProgramError
-from kane.expr.symbols import Parameter
 from kane.program.draft import Draft
-from kane.program.program import Program, Table
+from kane.program.program import Code, Program
 
 Made = TypeVar("Made", Draft, Program)
 
@@ -53,24 +52,30 @@ def _goals(draft: Draft) -> str:
     return ""
 
 
-def _tables(program: Table) -> str:
+def _tables(program: Code) -> str:
     first = program.first
     if len(program.ops) != len(program.args):
         return f"{len(program.ops)} operations and {len(program.args)} lists of arguments"
     if not all(map(math.isfinite, program.constants)):
         return "a constant that is not finite"
+    if len({port.name for port in program.ports}) != len(program.ports):
+        return "two ports of one name"
     for port in program.ports:
+        if not (port.name.isascii() and port.name.isidentifier()):
+            return f"a port whose name {port.name!r} is no identifier"
+        if port.scalar and len(port.symbols) != 1:
+            return f"{len(port.symbols)} symbols in the port {port.name}, which is a number"
         if len({s.name for s in port.symbols}) != len(port.symbols):
             return f"two symbols of one name in the port {port.name}"
     for i, (op, reads) in enumerate(zip(program.ops, program.args, strict=True), first):
-        if not op.c or len(reads) != op.arity or not 0 <= min(reads) <= max(reads) < i:
+        if not op.arity or len(reads) != op.arity or not 0 <= min(reads) <= max(reads) < i:
             return f"value {i} = {op.name}{reads}"
     return ""
 
 
 def _hoisted(program: Program) -> str:
-    count = len(program.inputs)
-    fixed = {i for i, s in enumerate(program.inputs) if isinstance(s, Parameter)} | set(range(count, program.first))
+    hoisted = [port.hoisted for port in program.ports for _ in port.symbols]
+    fixed = {i for i, own in enumerate(hoisted) if own} | set(range(len(hoisted), program.first))
     known, fault = _defined(program, program.hoisted, fixed, "hoisted")
     if not fault and not known.issuperset(program.kept):
         return "a kept value that is not hoisted"

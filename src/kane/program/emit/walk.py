@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the functions of a Program do, statement after statement, in no language yet: the emitters spell it.
+
+A `Function` computes results by the instructions of a block; a long block is cut into `Piece`s. The statements of a piece read
+values from ports, from the vector h of what was hoisted or from the work array w of the pieces, compute, and write results and
+slots of w. Constants and scalar ports are operands wherever they stand and need no statement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from kane.expr.ops import COS, SIN, Op
+from kane.program.passes.split import CHUNK, WHOLE, split
+from kane.program.program import Port, Program, Routine
+
+KEPT, WORK, RESULTS = "<h>", "<w>", "<out>"
+"""What holds hoisted values, values that pass from piece to piece, and results: no port has such a name."""
+VECTORS = {KEPT: "h", WORK: "w", RESULTS: "out"}
+"""What these are called in emitted code."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Function:
+    """Gives `results` in `target`, in this order, by the instructions of `block`, reading from `ports` and the values `kept` in h."""
+
+    name: str
+    ports: tuple[Port, ...]
+    block: tuple[int, ...]
+    results: tuple[int, ...]
+    labels: tuple[str, ...]
+    kept: tuple[int, ...]
+    target: str
+
+
+def hoisting(program: Program) -> Function:
+    """The function that gives h."""
+    ports = tuple(port for port in program.ports if port.hoisted)
+    return Function("hoist", ports, program.hoisted, program.kept, ("",) * len(program.kept), (), KEPT)
+
+
+def kernel(program: Program, routine: Routine) -> Function:
+    """The function of a routine."""
+    return Function(routine.name, program.ports, routine.body, routine.results, routine.labels, program.kept, RESULTS)
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How a language wants its statements.
+
+    `lazy`: a value is read just before its first use and written as soon as it is computed; else reads come first and writes last.
+    `lanes`: 0 where sines and cosines are operations like others; 1 where those of one angle are one statement; n where those of up
+    to n angles that are known by then are. A block of more than `whole` instructions is cut into pieces of at most `piece`.
+    """
+
+    lazy: bool = False
+    lanes: int = 0
+    whole: float = WHOLE
+    piece: int = CHUNK
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """`value` = `base`[`place`]."""
+
+    value: int
+    base: str
+    place: int
+
+
+@dataclass(frozen=True, slots=True)
+class Compute:
+    """`value` = `op` of the values `arguments`."""
+
+    value: int
+    op: Op
+    arguments: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SinCos:
+    """Sines and cosines of `angles`: of each, the values that its SIN and COS are, where they are wanted."""
+
+    angles: tuple[int, ...]
+    values: tuple[dict[Op, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """`base`[`place`] = `value`."""
+
+    value: int
+    base: str
+    place: int
+    label: str = ""
+
+
+Statement: TypeAlias = Read | Compute | SinCos | Write
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """Some instructions of a function in order: `loads` and `stores` are slots of w by value, `writes` places of results."""
+
+    instructions: tuple[int, ...]
+    loads: dict[int, int]
+    stores: dict[int, int]
+    writes: dict[int, list[int]]
+
+
+def pieces(program: Program, function: Function, style: Style) -> tuple[list[Piece], int]:
+    """The pieces of a function, one if it is short, and the length of w.
+
+    A result is written where it is computed, in the last piece where it is not computed at all.
+    """
+    parts = split(program, function.block, style.whole, style.piece)
+    last = len(parts.chunks) - 1
+    home = {i: k for k, chunk in enumerate(parts.chunks) for i in chunk.instructions}
+    writes: list[dict[int, list[int]]] = [{} for _ in parts.chunks]
+    for place, i in enumerate(function.results):
+        writes[home.get(i, last)].setdefault(i, []).append(place)
+    return [
+        Piece(chunk.instructions, chunk.loads, chunk.stores, own)
+        for chunk, own in zip(parts.chunks, writes, strict=True)
+    ], parts.slots
+
+
+def statements(program: Program, function: Function, piece: Piece, style: Style) -> list[Statement]:
+    """The statements of a piece in order."""
+    walk = _Walk(program, function, piece, style)
+    if not style.lazy:
+        walk.read_all()
+    for i in piece.instructions:
+        walk.compute(i)
+        if style.lazy:
+            walk.write(i)
+    if style.lazy:
+        for i in piece.writes:
+            if i not in walk.computed:
+                walk.write(i)
+    else:
+        walk.write_all()
+    return walk.done
+
+
+class _Walk:
+    """The statements of a piece so far; `ready` are the values that have been read or computed."""
+
+    def __init__(self, program: Program, function: Function, piece: Piece, style: Style) -> None:
+        self.program, self.function, self.piece, self.style = program, function, piece, style
+        self.sources = sources(program, function) | {i: (WORK, slot) for i, slot in piece.loads.items()}
+        self.computed = frozenset(piece.instructions)
+        self.done: list[Statement] = []
+        self.ready: set[int] = set()
+        self.angles: dict[int, dict[Op, int]] = {}
+        for i in piece.instructions if style.lanes else ():
+            if program.op(i) in (SIN, COS):
+                self.angles.setdefault(program.arguments(i)[0], {})[program.op(i)] = i
+
+    def read(self, *values: int) -> None:
+        """Read values that are not ready, but for operands."""
+        for i in values:
+            if i in self.sources and i not in self.ready:
+                self.ready.add(i)
+                self.done.append(Read(i, *self.sources[i]))
+
+    def read_all(self) -> None:
+        """Read everything that the piece needs: inputs and hoisted values by number, then slots."""
+        needed = {a for i in self.piece.instructions for a in self.program.arguments(i)}.union(self.piece.writes)
+        self.read(*sorted(needed.difference(self.piece.loads)), *self.piece.loads)
+
+    def compute(self, i: int) -> None:
+        """The instruction of value i, unless it came with another one's sine and cosine."""
+        if i in self.ready:
+            return
+        op, arguments = self.program.op(i), self.program.arguments(i)
+        if arguments[0] in self.angles and op in (SIN, COS):
+            for angles in self._packs(arguments[0]):
+                self.read(*angles)
+                values = tuple(self.angles.pop(a) for a in angles)
+                self.ready.update(v for own in values for v in own.values())
+                self.done.append(SinCos(angles, values))
+        else:
+            self.read(*arguments)
+            self.ready.add(i)
+            self.done.append(Compute(i, op, arguments))
+
+    def _packs(self, angle: int) -> Iterator[tuple[int, ...]]:
+        """The angles that are known by now, as many at a time as there are lanes; the one at hand where there is one lane."""
+        known = [
+            a for a in self.angles if a < self.program.first or a in self.ready or a in self.sources
+        ] if self.style.lanes > 1 else [angle]  # fmt: skip
+        for k in range(0, len(known), self.style.lanes):
+            yield tuple(known[k : k + self.style.lanes])
+
+    def write(self, i: int) -> None:
+        """Write value i to its slot and its places among the results."""
+        self._write(i, WORK, [self.piece.stores[i]] if i in self.piece.stores else [])
+        self._write(i, self.function.target, self.piece.writes.get(i, []))
+
+    def write_all(self) -> None:
+        """Write all slots, then all results in the order of their places."""
+        for i, slot in self.piece.stores.items():
+            self._write(i, WORK, [slot])
+        for place, i in sorted((place, i) for i, places in self.piece.writes.items() for place in places):
+            self._write(i, self.function.target, [place])
+
+    def _write(self, i: int, base: str, places: list[int]) -> None:
+        for place in places:
+            self.read(i)
+            label = "" if base == WORK else self.function.labels[place]
+            self.done.append(Write(i, base, place, label))
+
+
+def sources(program: Program, function: Function) -> dict[int, tuple[str, int]]:
+    """What a function reads each value from: a port's name or h, and the place there."""
+    vectors = [(port.name, k) if not port.scalar else None for port in program.ports for k in range(len(port.symbols))]
+    read = {i: source for i, source in enumerate(vectors) if source}
+    return read | {i: (KEPT, k) for k, i in enumerate(function.kept)}
