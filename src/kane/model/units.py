@@ -20,28 +20,15 @@ from kane.model.declarations import Declarations
 from kane.model.reactions import cut_of
 from kane.space.point import Point
 from kane.space.vector import Dyadic
+from kane.units.parse import parse
 from kane.units.rules import Known, infer, unit_of
 from kane.units.scales import conflict
-from kane.units.table import (
-    ANY,
-    ENERGY,
-    FORCE,
-    LENGTH,
-    MASS,
-    NUMBER,
-    ONE,
-    TIME,
-    Unit,
-    parse,
-    power,
-    product,
-    quotient,
-)
 from kane.units.text import spelled
+from kane.units.unit import ANY, NUMBER, ONE, Unit
 from kane.write.excerpt import excerpt
 
-INERTIA = product(MASS, power(LENGTH, 2))
-ACCELERATION = quotient(LENGTH, power(TIME, 2))
+_QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
+MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION = map(parse, _QUANTITIES)
 
 _NOUNS = {
     LENGTH: "a length (m)",

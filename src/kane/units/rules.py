@@ -16,8 +16,9 @@ from kane.errors import UnitError
 from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.ops import OPS, SYMBOL
 from kane.expr.visit import fold
-from kane.units.table import ANY, NUMBER, ONE, Unit, parse, power, product, quotient
+from kane.units.parse import parse
 from kane.units.text import spelled
+from kane.units.unit import ANY, NUMBER, ONE, Unit, power, product, quotient
 from kane.write.excerpt import excerpt
 
 Known = dict[Expr, Unit | None]

@@ -13,7 +13,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kane.units.table import BASES, Unit
+from kane.units.table import BASES
+from kane.units.unit import Unit
 
 _SLACK = 1e-9
 

@@ -11,9 +11,10 @@ from itertools import product as choices
 
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, postorder
-from kane.units.table import NONE, SYMBOLS, Exponent, Unit, parse
+from kane.units.parse import parse
+from kane.units.unit import NONE, Exponent, Unit
 
-_NAMED = {SYMBOLS[p + s]: p + s for s in "NJW" for p in ("", "m", "k", "M")} | {
+_NAMED = {parse(p + s): p + s for s in "NJW" for p in ("", "m", "k", "M")} | {
     parse(text): text for text in ("N/m", "N*s/m", "N*m*s")
 }
 _USUAL = (("kg", "g", "t"), ("m", "mm", "cm", "km"), ("s", "ms", "min", "h"), ("A",), ("K",), ("mol",), ("cd",))

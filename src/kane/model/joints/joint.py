@@ -22,8 +22,8 @@ from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
+from kane.units.parse import parse
 from kane.units.rules import unit_of
-from kane.units.table import parse
 
 Names = str | Coordinate | Sequence[str | Coordinate] | None
 SpeedNames = str | Speed | Sequence[str | Speed] | Mapping[Speed, Any] | None
