@@ -28,7 +28,7 @@ def counts() -> dict[str, dict[str, int]]:
             "state": operations.state,
             "parameter": operations.parameter,
             "total": operations.total,
-            "emitted": receipt(program(eom, ("rhs",)))["rhs"].total,
+            "emitted": receipt(program(eom.solved, ("rhs",)))["rhs"].total,
         }
     return found
 

@@ -18,7 +18,8 @@ from kane.analysis.stability import Crossing
 from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
 from kane.analysis.trim import equilibrium, trim
 from kane.dynamics.readings.joint_reactions import JointReaction
-from kane.equations.compiled import Compiled, compile
+from kane.equations.compile import compile
+from kane.equations.compiled import Compiled
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
 from kane.errors import (

@@ -168,7 +168,7 @@ def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
     eom = kn.derive(four_bar.system())
     step = chapters(eom)[3]
     (table,) = step.tables
-    assert [str(row[0]) for row in table.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom)]
+    assert [str(row[0]) for row in table.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom.derived)]
     shown = {f.name: f.text for f in step.formulas}
     assert [u.name for u in eom.dependent_speeds] == [name for name in shown if name.startswith("u")] == ["u1", "u3"]
     at = {"q": {"q1": 0.7, "q2": -0.3, "q3": 1.9}, "u": {"u1": 0.0, "u2": 2.0, "u3": 0.0}}
@@ -217,7 +217,7 @@ def test_a_motion_through_another_choice_of_speeds_is_checked() -> None:
 def test_constraints_are_held_by_reactions_with_a_direction_and_a_formula() -> None:
     """Their auxiliary speeds move nothing, and have no row; their multipliers stand in step 7."""
     eom = kn.derive(pure_rolling_disk.system())
-    rows = {str(s) for s in shown_speeds(eom)}
+    rows = {str(s) for s in shown_speeds(eom.derived)}
     hidden = {str(s) for s in eom.all_speeds} - rows
     assert len(hidden) == 2
     for number, prefix in ((5, "F_"), (6, "F*_")):

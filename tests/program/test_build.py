@@ -86,7 +86,7 @@ class TestBuild:
         code = (
             "import hashlib, kane as kn\nfrom kane.gallery.pendulums import chain\n"
             "from kane.equations import routines\nfrom kane.program.emit.llvm import emit_llvm, Options\n"
-            "p = routines.program(kn.derive(chain(4)))\n"
+            "p = routines.program(kn.derive(chain(4)).solved)\n"
             "print(hashlib.sha256(emit_llvm([p], Options()).encode()).hexdigest())"
         )
         found = {
@@ -151,7 +151,7 @@ class TestVerify:
 def pendulum(n: int) -> Program:
     from kane.equations.routines import program
 
-    return program(kn.derive(chain(n)), ("rhs",))
+    return program(kn.derive(chain(n)).solved, ("rhs",))
 
 
 class TestOrder:
@@ -246,7 +246,7 @@ class TestReceipt:
         eom = kn.derive(chain(3))
         from kane.equations.routines import program
 
-        found = receipt(program(eom, ("rhs",), reciprocals=False))["rhs"]
+        found = receipt(program(eom.solved, ("rhs",), reciprocals=False))["rhs"]
         expected = eom.operations
         assert (found.state, found.parameter, found.by_operation) == (
             expected.state,

@@ -84,7 +84,7 @@ def assemble(
     SimulationError
         if no state satisfies the constraints with the values that are given; says which constraint resists, and by how much
     """
-    constants: dict[Expr, Any] = {**parameter_values(eom, parameters), time: float(t)}
+    constants: dict[Expr, Any] = {**parameter_values(eom.system, parameters), time: float(t)}
     constants.update(named_values("inputs", eom.inputs, inputs))
     configuration = _configuration(eom, _entries("coordinates", eom.coordinates, q), constants)
     at: dict[Expr, Any] = {**constants, **dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))}

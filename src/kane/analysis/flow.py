@@ -17,11 +17,10 @@ from kane.analysis.routines import once, routine
 from kane.analysis.tangents import Tangents, cross, tangents
 from kane.dynamics.constraints.partition import POOR, quality
 from kane.dynamics.readings.unsolved import Perturbations, partial_columns, unsolved
-from kane.dynamics.readings.values import without_rates
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
-from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.node import ZERO, Expr
 from kane.expr.substitute import substitute
 from kane.expr.symbols import time
 from kane.numeric.arrays import Array
@@ -112,12 +111,12 @@ def outputs_of(eom: Equations, given: Mapping[str, Any] | Sequence[Any] | None) 
     names, roots = [], []
     for name, e in pairs:
         try:
-            root = without_rates(eom, as_expr(e))
+            root = eom.in_speeds(e)
         except TypeError as error:
             raise ArgumentError(f"Expected a scalar expression as the output {name!r}, got {e!r:.60}.") from error
         names.append(str(name))
         roots.append(substitute(root, dict.fromkeys(eom.auxiliary_speeds, ZERO)))
-    allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unsolved(eom).unknowns}
+    allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unsolved(eom.derived).unknowns}
     unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
     if unknown:
         raise ValueMissingError(
@@ -132,7 +131,7 @@ def output_slopes(eom: Equations, flow: Flow, outputs: Outputs) -> tuple[Array, 
         return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
 
     def make() -> Any:
-        more = unsolved(eom).unknowns
+        more = unsolved(eom.derived).unknowns
         columns = partial_columns(outputs.roots, (*eom.coordinates, *eom.speeds, *eom.inputs, *more))
         return routine(eom, "outputs", [*outputs.roots, *(x for column in columns for x in column)], more)
 

@@ -72,7 +72,7 @@ class Inverse:
                 f"Expected values of all coordinates, speeds and of what is not unknown, got none for {', '.join(missing)}. "
                 f"{self._cure(missing)}"
             )
-        constants = parameter_values(eom, parameters)
+        constants = parameter_values(eom.system, parameters)
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
         times = np.asarray(t, dtype=float)
         shape = np.broadcast_shapes(times.shape, *(a.shape for a in arrays.values()))
@@ -160,7 +160,7 @@ class Inverse:
 
 
 def _routine(eom: Equations, driven: Sequence[Symbol]) -> Any:
-    made = unsolved(eom)
+    made = unsolved(eom.derived)
     forms = affine_forms(made.right, driven)
     drive = [c.get(s, ZERO) for c, _ in forms for s in driven]
     matrix = [x for row in made.matrix for x in row]
@@ -217,7 +217,7 @@ def inverse(eom: Equations, unknowns: Sequence[Any]) -> Inverse:
         wanted.append(found)
     wanted += _added(eom, wanted)
     driven = tuple(s for s in eom.inputs if s in set(wanted))
-    _check_affine(unsolved(eom), driven)
+    _check_affine(unsolved(eom.derived), driven)
     return Inverse(eom, tuple(wanted), tuple(s for s in possible if s not in set(wanted)), driven)
 
 

@@ -95,7 +95,7 @@ def linearizer(eom: Equations, *, outputs: Mapping[str, Any] | Sequence[Any] | N
     eom : Equations
     outputs : expressions y by name, of coordinates, rates, speeds, accelerations, reactions and inputs
     """
-    return Linearizer(eom, outputs_of(eom, outputs), perturbations(eom))
+    return Linearizer(eom, outputs_of(eom, outputs), perturbations(eom.derived))
 
 
 def linearize(

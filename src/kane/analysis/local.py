@@ -62,7 +62,7 @@ def values_at(eom: Equations, state: State) -> Values:
 
 
 def _values(eom: Equations) -> Handle:
-    made = unsolved(eom)
+    made = unsolved(eom.derived)
     return routine(eom, "values", [*(x for row in made.matrix for x in row), *made.right, *made.places])
 
 
@@ -88,7 +88,7 @@ def slopes_at(eom: Equations, state: State, z: Array, by: tuple[Expr, ...] | Non
 
 
 def _slopes(eom: Equations, by: tuple[Expr, ...] | None) -> Handle:
-    made = unsolved(eom)
+    made = unsolved(eom.derived)
     symbols = (*eom.coordinates, *eom.speeds, *eom.inputs) if by is None else by
     columns = partial_columns((*made.places, *made.residual), symbols)
     return routine(eom, "slopes", [x for column in columns for x in column], made.unknowns)

@@ -87,7 +87,7 @@ def state_at(
     SimulationError
         if the point is off the constraints
     """
-    constants = parameter_values(eom, parameters)
+    constants = parameter_values(eom.system, parameters)
     p = np.array([constants[s] for s in eom.parameters])
     given = named_values("inputs", eom.inputs, inputs)
     r = np.array([finite_number("value", s.name, given.get(s, 0.0)) for s in eom.inputs])

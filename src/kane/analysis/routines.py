@@ -38,7 +38,7 @@ def routine(
     labels: Sequence[str] | None = None,
 ) -> Handle:
     """Any functions of t, x = (q, u, `more`), p and r."""
-    t, x, p, r = ports(eom)
+    t, x, p, r = ports(eom.derived)
     names = [f"{name}[{k}]" for k in range(len(roots))] if labels is None else labels
     wanted = Wanted(name, roots, (len(roots),), names)
     program = build_program("model", (t, replace(x, symbols=(*x.symbols, *more)), p, r), [wanted], reciprocals=True)

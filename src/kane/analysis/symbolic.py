@@ -77,7 +77,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     SimulationError
         if the point is off the constraints, or neither at rest nor in steady motion, at a sample of what stays a symbol
     """
-    known = perturbations(eom)
+    known = perturbations(eom.derived)
     symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs)
     at = {s: as_expr(e) for s, e in named_values("the point", symbols, point).items()}
     memo: dict[Expr, Expr] = {}
@@ -85,9 +85,9 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     def there(roots: Sequence[Expr]) -> Column:
         return [substitute(e, at, memo) for e in roots]
 
-    made = unsolved(eom)
+    made = unsolved(eom.derived)
     plain = [made.rates[i] for i in known.coordinates]
-    flow = [*plain, *made.spins, *without_unknowns(eom, [*eom.accelerations])]
+    flow = [*plain, *made.spins, *without_unknowns(eom.solved, [*eom.accelerations])]
     held = [*made.configuration, *made.motion]
     moved: tuple[Expr, ...] = (*eom.speeds, *eom.inputs)
     seeds = [*_spread(eom, known), *({s: ONE} for s in moved)]

@@ -56,7 +56,7 @@ def problem(
     independent: Sequence[Any],
 ) -> Problem:
     """What is to be solved, from what is given, guessed and left out."""
-    known = perturbations(eom)
+    known = perturbations(eom.derived)
     values: list[float] = []
     free: list[int] = []
     missing: list[int] = []

@@ -77,7 +77,7 @@ def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
     if begin.missing:
         return
     t = found.span[0]
-    constants = parameter_values(eom, begin.parameters)
+    constants = parameter_values(eom.system, begin.parameters)
     check_masses(eom, constants)
     state = start_state(eom, begin.q, begin.u)
     check_prescribed(eom, constants, found.span)
@@ -89,7 +89,7 @@ def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
         values = _rates(
             eom, numbers, {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}
         )
-    bad = [n for n, v in zip(rate_names(eom), values, strict=False) if not np.all(np.isfinite(v))]
+    bad = [n for n, v in zip(rate_names(eom.derived), values, strict=False) if not np.all(np.isfinite(v))]
     if bad:
         raise ModelError(
             f"Expected finite rates at START, got none for {', '.join(bad)}: {_why(eom, begin, t)}. Start elsewhere, or choose "

@@ -28,7 +28,7 @@ from kane.space.vector import Vector
 _SEED = 20042
 
 
-def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -> None:
+def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
     """Every speed must move some mass."""
     still = [u for u, row in zip(speeds, mass, strict=True) if all(x is ZERO for x in row)]
     if still:
@@ -36,7 +36,7 @@ def check_mass(system: System, speeds: Sequence[Expr], mass: list[list[Expr]]) -
             f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {_defined(system, still)}. "
             "Give the massless part a mass or inertia (a rod has none about its axis), or leave out its coordinate."
         )
-    free = _null_vector(Matrix(mass, (len(mass), len(mass))))
+    free = _null_vector(mass)
     if free is not None:
         culprits = [u for u, c in zip(speeds, free, strict=True) if abs(c) > TAKES_PART]
         raise ModelError(
@@ -66,7 +66,7 @@ def _null_vector(matrix: Matrix) -> Array | None:
     """x with A x = 0 at a random point, its entries scaled; None where A is regular there."""
     if not matrix.rows:
         return None
-    numbers = sample([x for row in matrix.rows for x in row], _SEED)
+    numbers = sample(matrix.entries, _SEED)
     return null_direction(np.array(numbers).reshape(matrix.shape), SOLVE_RANK)
 
 

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from kane.dynamics.routes.reduce import Solved
+from kane.dynamics.solved import Solved
 from kane.expr.build import div
 from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
@@ -27,6 +28,17 @@ SINGULAR = "singular kinematics"
 """How the name of the event begins that ends a motion where W does not exist."""
 
 _LARGEST_WATCHED = 3
+
+
+def watched_events(solved: Solved) -> tuple[Event, ...]:
+    """Painlevé's case, the ends of slip and of the kinematics, and the events that the system declares."""
+    derived = solved.derived
+    return (
+        *painleve_events(solved),
+        *slip_events(derived.declared_loads),
+        *singular_events(derived.kinematical),
+        *(replace(e, quantity=derived.kinematical.in_speeds(e.quantity, {})) for e in derived.system.events),
+    )
 
 
 def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`compile`: equations of motion as machine code."""
+"""Equations of motion as machine code."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from kane import show
-from kane.equations.equations import Equations
+from kane.dynamics.solved import Solved
 from kane.equations.routines import ROUTINES, Output, ports, program, resolved
 from kane.errors import ArgumentError
 from kane.program.machine import Settings
@@ -24,6 +24,14 @@ from kane.program.receipt import Receipt, receipt
 Array = npt.NDArray[np.float64]
 
 
+class HasSolved(Protocol):
+    """What routines need of equations of motion."""
+
+    @property
+    def solved(self) -> Solved:
+        """u̇ and the reactions."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Compiled:
     """Equations of motion as callable machine code.
@@ -32,7 +40,7 @@ class Compiled:
     compiled when it is first read (`rhs` at once). `outputs(t, x, p, r)` gives a dict of the expressions named when compiling.
     """
 
-    equations: Equations
+    equations: HasSolved
     settings: Settings
     name: str
     default: Array
@@ -47,7 +55,7 @@ class Compiled:
     def _program(self, routines: Sequence[str]) -> Program:
         outputs = self.wanted if "outputs" in routines else ()
         names = [r for r in routines if r != "outputs" or not outputs]
-        return program(self.equations, names, outputs, name=self.name, reciprocals=self.settings.contract)
+        return program(self.equations.solved, names, outputs, name=self.name, reciprocals=self.settings.contract)
 
     def _handle(self, name: str) -> Handle:
         return Handle(self._program((name,)), name, self.settings, self.default, self.not_finite)
@@ -124,51 +132,18 @@ class Compiled:
         return f"Compiled({self.name!r}: {self.rhs!r})"
 
 
-def compile(
-    eom: Equations,
-    *,
-    name: str = "model",
-    outputs: Mapping[str, Any] | None = None,
-    parameters: Mapping[Any, float] | None = None,
-    contract: bool = True,
-    cpu: str = "host",
-    features: str = "",
-    cache: bool = True,
-    not_finite: NotFinite = "warn",
+def compiled(
+    equations: HasSolved,
+    name: str,
+    outputs: Mapping[str, Any] | None,
+    parameters: Mapping[Any, float] | None,
+    settings: Settings,
+    not_finite: NotFinite,
 ) -> Compiled:
-    """Machine code of the equations, through LLVM; no compiler is needed on the machine.
-
-    Parameters
-    ----------
-    eom : Equations
-    name : what the emitted functions are called after
-    outputs : expressions, vectors, matrices by name, for `Compiled.outputs`
-    parameters : values by symbol or name that replace defaults where a call gives no p
-    contract : let a·b + c round once (FMA) and divisions by one divisor share its reciprocal; False rounds each operation of the
-        expressions by itself, so that those of + − × ÷ √ are NumPy's bit by bit
-    cpu : "host", or "generic" for what every processor of this kind has
-    features : what to add to "generic", as LLVM calls it: "+avx2,+fma"
-    cache : keep the code in the user's cache folder, so that a second run compiles nothing (see `KANE_CACHE`)
-    not_finite : "warn", "raise" or "ignore" where a result is infinite or NaN
-
-    Raises
-    ------
-    ValueMissingError
-        if `parameters` names something else
-    ProgramError
-        if the code could not run on this processor
-    """
-    if not isinstance(eom, Equations):
-        raise ArgumentError(
-            f"Expected Equations, got {type(eom).__name__}: derive them first, kn.derive(system).compile()."
-        )
+    """See `kane.equations.compile`."""
     if not isinstance(name, str):
         raise ArgumentError(f"Expected a text as name, got {name!r}.")
-    port = ports(eom)[2]
+    port = ports(equations.solved.derived)[2]
     default = arguments.replaced(port, parameters or {}, arguments.defaults(port))
-    return Compiled(
-        eom, Settings(contract, cpu, features, cache), name, default, resolved(eom, outputs or {}), not_finite
-    )
-
-
-Equations.compile = compile  # declared there: the layer below cannot import this one
+    wanted = resolved(equations.solved, outputs or {})
+    return Compiled(equations, settings, name, default, wanted, not_finite)

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
-from kane.equations.equations import Equations
+from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
@@ -23,18 +24,19 @@ ROUTINES = ("rhs", "mass_matrix", "forcing", "reactions")
 SUBJECT = "equations of motion"
 
 
-def ports(eom: Equations) -> tuple[Port, ...]:
+def ports(derived: Derived) -> tuple[Port, ...]:
     """t, x (coordinates, then speeds), p (parameters), r (inputs)."""
+    system = derived.system
     return (
         Port("t", (time,), scalar=True, noun="time"),
-        Port("x", (*eom.coordinates, *eom.speeds), noun="state", nouns="states"),
-        Port("p", eom.parameters, "parameter", noun="parameters"),
-        Port("r", eom.inputs, noun="inputs", optional=True),
+        Port("x", (*system.coordinates, *derived.speeds), noun="state", nouns="states"),
+        Port("p", system.parameters, "parameter", noun="parameters"),
+        Port("r", system.inputs, noun="inputs", optional=True),
     )
 
 
 def program(
-    eom: Equations,
+    solved: Solved,
     routines: Sequence[str] = ROUTINES,
     outputs: Sequence[Output] = (),
     *,
@@ -50,36 +52,30 @@ def program(
     if unknown:
         known = ", ".join([*ROUTINES, *(["outputs"] if outputs else [])])
         raise ArgumentError(f"Expected routines among {known}, got {', '.join(map(repr, unknown))}.")
-    wanted = [_routine(eom, routine) for routine in dict.fromkeys(routines)]
+    wanted = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
         roots = [root for output in outputs for root in output.roots]
         labels = [label for output in outputs for label in output.labels]
         wanted.append(Wanted("outputs", roots, (len(roots),), labels))
-    return build_program(name, ports(eom), wanted, reciprocals, SUBJECT)
+    return build_program(name, ports(solved.derived), wanted, reciprocals, SUBJECT)
 
 
-def expressions(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str]) -> Program:
-    """The Program of one routine with any functions of q, u, t, parameters and inputs."""
-    wanted = Wanted(name, roots, (len(roots),), labels)
-    return build_program("model", ports(eom), [wanted], reciprocals=True)
-
-
-def rate_names(eom: Equations) -> list[str]:
+def rate_names(derived: Derived) -> list[str]:
     """Names of ẋ = (q̇, u̇)."""
-    return [f"{s.name}'" for s in (*eom.coordinates, *eom.speeds)]
+    return [f"{s.name}'" for s in (*derived.system.coordinates, *derived.speeds)]
 
 
-def _routine(eom: Equations, name: str) -> Wanted:
-    n = len(eom.speeds)
+def _routine(solved: Solved, name: str) -> Wanted:
+    derived, n = solved.derived, len(solved.derived.speeds)
     if name == "rhs":
-        labels = rate_names(eom)
-        return Wanted(name, eom.right_hand_side, (len(labels),), labels)
+        labels = rate_names(derived)
+        return Wanted(name, solved.right_hand_side, (len(labels),), labels)
     if name == "mass_matrix":
         labels = [f"M[{i + 1},{j + 1}]" for i in range(n) for j in range(n)]
-        return Wanted(name, without_unknowns(eom, [x for row in eom.mass_matrix.rows for x in row]), (n, n), labels)
+        return Wanted(name, without_unknowns(solved, derived.blocks.mass.entries), (n, n), labels)
     if name == "forcing":
-        return Wanted(name, without_unknowns(eom, list(eom.forcing)), (n,), [f"f[{i + 1}]" for i in range(n)])
-    return Wanted(name, eom.reaction_values, (len(eom.reactions),), [r.name for r in eom.reactions])
+        return Wanted(name, without_unknowns(solved, derived.forcing), (n,), [f"f[{i + 1}]" for i in range(n)])
+    return Wanted(name, solved.reactions, (len(derived.reactions),), [r.name for r in derived.reactions])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +92,7 @@ class Output:
         return [self.name] if self.shape == () else [f"{self.name}[{k}]" for k in range(len(self.roots))]
 
 
-def resolved(eom: Equations, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
+def resolved(solved: Solved, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
     """The outputs as functions of q, u, t, parameters and inputs; a vector's measure numbers are along the inertial frame.
 
     Raises
@@ -112,9 +108,9 @@ def resolved(eom: Equations, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
     for name, what in outputs.items():
         if not isinstance(name, str) or not name.strip():
             raise ArgumentError(f"Expected a name for every output, got {name!r}.")
-        shape, parts = _parts(eom, name, what)
-        roots = tuple(without_unknowns(eom, parts))
-        known: set[Expr] = {s for port in ports(eom) for s in port.symbols}
+        shape, parts = _parts(solved, name, what)
+        roots = tuple(without_unknowns(solved, parts))
+        known: set[Expr] = {s for port in ports(solved.derived) for s in port.symbols}
         unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in known]
         if unknown:
             raise ValueMissingError(
@@ -125,11 +121,11 @@ def resolved(eom: Equations, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
     return tuple(found)
 
 
-def _parts(eom: Equations, name: str, what: Any) -> tuple[tuple[int, ...], list[Expr]]:
+def _parts(solved: Solved, name: str, what: Any) -> tuple[tuple[int, ...], list[Expr]]:
     if isinstance(what, Vector):
-        return (3,), list(what.components(eom.system.inertial))
+        return (3,), list(what.components(solved.derived.system.inertial))
     if isinstance(what, Matrix):
-        return what.shape, [x for row in what.rows for x in row]
+        return what.shape, list(what.entries)
     try:
         if isinstance(what, list | tuple):
             return (len(what),), [as_expr(x) for x in what]

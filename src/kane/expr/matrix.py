@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -57,6 +57,28 @@ class Matrix:
         """The transpose."""
         return Matrix(zip(*self.rows, strict=True), (self.shape[1], self.shape[0]))
 
+    @property
+    def entries(self) -> tuple[Expr, ...]:
+        """All entries, row after row."""
+        return tuple(x for row in self.rows for x in row)
+
+    @classmethod
+    def column(cls, entries: Sequence[Any]) -> Matrix:
+        """A matrix of one column."""
+        return cls([(x,) for x in entries], (len(entries), 1))
+
+    def take(self, rows: Sequence[int] | None = None, columns: Sequence[int] | None = None) -> Matrix:
+        """The rows and columns of these numbers, in this order; all of them where none are named."""
+        chosen = self.rows if rows is None else [self.rows[i] for i in rows]
+        if columns is None:
+            return Matrix(chosen, (len(chosen), self.shape[1]))
+        return Matrix([[row[j] for j in columns] for row in chosen], (len(chosen), len(columns)))
+
+    def mirrored(self) -> Matrix:
+        """The symmetric matrix with the lower triangle of this one."""
+        n = range(self.shape[0])
+        return Matrix([[self.rows[max(i, j)][min(i, j)] for j in n] for i in n], self.shape)
+
     def map(self, f: Callable[[Expr], Expr]) -> Matrix:
         """`f` of every entry."""
         return Matrix([[f(x) for x in row] for row in self.rows], self.shape)
@@ -82,7 +104,11 @@ class Matrix:
 
     __rmul__ = __mul__
 
-    def __matmul__(self, other: Matrix | Sequence[Any]) -> Any:
+    @overload
+    def __matmul__(self, other: Matrix) -> Matrix: ...
+    @overload
+    def __matmul__(self, other: Sequence[Any]) -> tuple[Expr, ...]: ...
+    def __matmul__(self, other: Matrix | Sequence[Any]) -> Matrix | tuple[Expr, ...]:
         if isinstance(other, Matrix):
             if self.shape[1] != other.shape[0]:
                 raise ExpressionError(f"Expected inner sizes that agree, got {self.shape} @ {other.shape}.")

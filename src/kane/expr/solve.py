@@ -53,10 +53,10 @@ def ldl(rows: Rows) -> LDL:
     return LDL(lower, pivots)
 
 
-def forward(factors: LDL, b: Sequence[Expr]) -> list[Expr]:
-    """y with L y = b."""
+def forward(lower: Rows, b: Sequence[Expr]) -> list[Expr]:
+    """y with L y = b for L with ones on its diagonal, `lower[i][j]` for j < i."""
     y = list(b)
-    for i, row in enumerate(factors.lower):
+    for i, row in enumerate(lower):
         for j, x in enumerate(row):
             if x is not ZERO and y[j] is not ZERO:
                 y[i] = sub(y[i], mul(x, y[j]))
@@ -74,7 +74,7 @@ def backward(factors: LDL, z: Sequence[Expr]) -> list[Expr]:
 
 
 def finish(factors: LDL, y: Sequence[Expr]) -> list[Expr]:
-    """x with D Lᵀ x = y: what is left of L D Lᵀ x = b after y = `forward(factors, b)`."""
+    """x with D Lᵀ x = y: what is left of L D Lᵀ x = b after y = `forward(factors.lower, b)`."""
     return backward(factors, [div(v, d) for v, d in zip(y, factors.pivots, strict=True)])
 
 
@@ -117,33 +117,44 @@ def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
     return solutions
 
 
-def eliminate(rows: Rows, columns: Rows) -> tuple[list[list[Expr]], list[Expr]]:
-    """Solutions of A x = b for each b in `columns`, and the pivots, by elimination in the order given, without pivoting.
+class LU(NamedTuple):
+    """A = L U with ones on L's diagonal: `lower[i][j]` for j < i, and the rows of U, `upper[i][j]` for j ≥ i."""
+
+    lower: list[list[Expr]]
+    upper: list[list[Expr]]
+
+    @property
+    def pivots(self) -> tuple[Expr, ...]:
+        """The diagonal of U."""
+        return tuple(row[i] for i, row in enumerate(self.upper))
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with A x = b."""
+        x = forward(self.lower, b)
+        for i in reversed(range(len(x))):
+            row = self.upper[i]
+            x[i] = div(sub(x[i], dot(row[i + 1 :], x[i + 1 :])), row[i])
+        return x
+
+
+def lu(rows: Rows) -> LU:
+    """Factors of a square matrix by elimination in the order given, without pivoting.
 
     For an order that was chosen from numbers; where a pivot comes near zero, another order must be chosen.
     """
     n = len(rows)
-    work = [[*rows[i], *(b[i] for b in columns)] for i in range(n)]
-    pivots: list[Expr] = []
+    upper = [list(row) for row in rows]
+    lower: list[list[Expr]] = [[ZERO] * i for i in range(n)]
     for j in range(n):
-        pivot = work[j][j]
+        pivot = upper[j][j]
         if pivot is ZERO:
             raise SingularError(f"Expected a pivot that is not zero in row {j + 1} of {n}.")
-        pivots.append(pivot)
         for i in range(j + 1, n):
-            if work[i][j] is not ZERO:
-                factor = div(work[i][j], pivot)
-                work[i] = [
-                    ZERO if k <= j else x if y is ZERO else sub(x, mul(factor, y))
-                    for k, (x, y) in enumerate(zip(work[i], work[j], strict=True))
-                ]
-    solutions = []
-    for c in range(n, n + len(columns)):
-        x: list[Expr] = [ZERO] * n
-        for i in reversed(range(n)):
-            x[i] = div(sub(work[i][c], dot(work[i][i + 1 : n], x[i + 1 :])), work[i][i])
-        solutions.append(x)
-    return solutions, pivots
+            if upper[i][j] is not ZERO:
+                lower[i][j] = factor = div(upper[i][j], pivot)
+                pairs = enumerate(zip(upper[i], upper[j], strict=True))
+                upper[i] = [ZERO if k <= j else x if y is ZERO else sub(x, mul(factor, y)) for k, (x, y) in pairs]
+    return LU(lower, upper)
 
 
 def solve_linear(matrix: Matrix, b: Sequence[Expr]) -> tuple[Expr, ...]:

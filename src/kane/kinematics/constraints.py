@@ -16,6 +16,7 @@ from kane.expr.build import add, neg
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
+from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Speed
 from kane.kinematics.motion import Kinematics
@@ -35,8 +36,8 @@ class ConstraintRows:
     """A (m × n), A_a (m × auxiliary speeds), b and Ȧ u + ḃ (m), a row for each constraint."""
 
     constraints: tuple[Constraint, ...]
-    a: tuple[tuple[Expr, ...], ...]
-    a_auxiliary: tuple[tuple[Expr, ...], ...]
+    a: Matrix
+    a_auxiliary: Matrix
     b: tuple[Expr, ...]
     drift: tuple[Expr, ...]
 
@@ -61,10 +62,13 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
     released = {a: constraint_of(a) for a in auxiliary}
     return ConstraintRows(
         system.constraints,
-        tuple(tuple(form.coefficients.get(u, ZERO) for u in speeds) for form in forms),
-        tuple(
-            tuple(_released(form, c, a, released[a]) for a in auxiliary)
-            for c, form in zip(system.constraints, forms, strict=True)
+        Matrix([[form.coefficients.get(u, ZERO) for u in speeds] for form in forms], (len(forms), len(speeds))),
+        Matrix(
+            [
+                [_released(form, c, a, released[a]) for a in auxiliary]
+                for c, form in zip(system.constraints, forms, strict=True)
+            ],
+            (len(forms), len(auxiliary)),
         ),
         tuple(form.rest for form in forms),
         tuple(

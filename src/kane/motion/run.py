@@ -73,7 +73,7 @@ def simulate(
     tolerances = {"rtol": check_tolerance("rtol", rtol), "atol": check_tolerance("atol", atol)}
     if method not in SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
-    constants = parameter_values(eom, parameters)
+    constants = parameter_values(eom.system, parameters)
     check_masses(eom, constants)
     drives = input_functions(eom, inputs, (t0, t1))
     check_prescribed(eom, constants, (t0, t1))

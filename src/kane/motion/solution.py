@@ -127,7 +127,7 @@ class Solution:
         target = self.equations.system.inertial if frame is None else frame
 
         def components(eom: Equations) -> list[Expr]:
-            found = unsolved(eom, place)
+            found = unsolved(eom.solved, place)
             vectors = [v for v in (found.force, found.torque) if v is not None]
             return [x for v in vectors for x in v.components(target)]
 
@@ -163,7 +163,9 @@ class Solution:
     def _values_along(self, eom: Equations, exprs: Any, part: list[int]) -> list[Array]:
         times = self.t[part]
         inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
-        values = evaluate_along(eom, exprs, list(self.q[part].T), list(self.u[part].T), self.parameters, inputs, times)
+        values = evaluate_along(
+            eom.solved, exprs, list(self.q[part].T), list(self.u[part].T), self.parameters, inputs, times
+        )
         return [np.broadcast_to(v, times.shape) for v in values]
 
     @cached_property
@@ -199,7 +201,9 @@ class Solution:
         times = np.tile(self.t[at], len(shifts))
         inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
         eom, nq = self.equations, len(self.equations.coordinates)
-        energy = evaluate_along(eom, eom.energy, list(x[:, :nq].T), list(x[:, nq:].T), self.parameters, inputs, times)
+        energy = evaluate_along(
+            eom.solved, eom.energy, list(x[:, :nq].T), list(x[:, nq:].T), self.parameters, inputs, times
+        )
         table = np.broadcast_to(energy, times.shape).reshape(len(shifts), -1)
         up, down = np.split(np.abs(table[1:] - table[0]), 2)
         return float(np.maximum(up, down).sum(axis=0).max(initial=0))

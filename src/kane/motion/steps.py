@@ -40,12 +40,12 @@ _SHORT = 1e-3
 
 
 def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str] | None = None) -> Handle:
-    return routine(eom, name, without_unknowns(eom, roots), labels=labels)
+    return routine(eom, name, without_unknowns(eom.solved, roots), labels=labels)
 
 
 def _rates(eom: Equations) -> Handle:
     """(q̇, u̇, P)."""
-    return _routine(eom, "motion", [*eom.right_hand_side, eom.power], [*rate_names(eom), "P"])
+    return _routine(eom, "motion", [*eom.right_hand_side, eom.power], [*rate_names(eom.derived), "P"])
 
 
 def _watched(eom: Equations) -> Handle | None:

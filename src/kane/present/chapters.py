@@ -60,12 +60,12 @@ class Chapter:
 def chapters(eom: Equations) -> list[Chapter]:
     """One chapter for each of `eom.steps`."""
     names = item_names(eom)
-    terms = [eom.contributions(s) for s in shown_speeds(eom)] if _surveyable(eom) else []
+    terms = [eom.contributions(s) for s in shown_speeds(eom.derived)] if _surveyable(eom) else []
     return [_chapter(eom, step, names, terms) for step in eom.steps]
 
 
 def _surveyable(eom: Equations) -> bool:
-    return len(eom.speeds) <= _WIDE and len(shown_speeds(eom)) <= _HIGH
+    return len(eom.speeds) <= _WIDE and len(shown_speeds(eom.derived)) <= _HIGH
 
 
 def _chapter(eom: Equations, step: Step, names: dict[str, str], terms: list[Contributions]) -> Chapter:
@@ -140,7 +140,7 @@ def _partials(eom: Equations, entries: dict[str, str]) -> Table:
     columns = [("w", r"\boldsymbol{\omega}", f) for f in eom.frames if f is not inertial]
     columns += [("v", r"\mathbf{v}", p) for p in eom.points if p.parent is not None]  # type: ignore[misc]
     rows: list[tuple[str | Tex, ...]] = []
-    for s in shown_speeds(eom):
+    for s in shown_speeds(eom.derived):
         name = str(s)
         cells = [entries.get(f"{kind}_{place.name},{name}", "0") for kind, _, place in columns]
         rows.append((Tex(latex_name(name)), *map(Tex, cells)))

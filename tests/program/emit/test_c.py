@@ -273,7 +273,7 @@ def test_no_function_of_a_long_program_is_long():
 
 @pytest.fixture(scope="module")
 def disk() -> Program:
-    return routines.program(kn.derive(rolling_disk.system()), name="rolling disk")
+    return routines.program(kn.derive(rolling_disk.system()).solved, name="rolling disk")
 
 
 MAIN = """

@@ -15,7 +15,6 @@ from kane.expr.evaluate import compile_reference, free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Symbol, input_of, time
-from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed, Residual, closest, starts
@@ -132,14 +131,8 @@ def _drawn(known: Closure) -> tuple[str, ...]:
     )
 
 
-def matrix_at(rows: ConstraintRows, values: Mapping[Any, float]) -> Array:
-    """A at numbers."""
-    return table_at(rows.a, values)
-
-
-def table_at(rows: Sequence[Sequence[Expr]], values: Mapping[Any, float]) -> Array:
-    """A table of expressions at numbers."""
-    flat = [x for row in rows for x in row]
-    wanted = free_symbols(flat)
-    run = compile_reference(flat, list(wanted))
-    return np.array(run([values[s] for s in wanted]), dtype=float).reshape(len(rows), len(rows[0]))
+def matrix_at(matrix: Matrix, values: Mapping[Any, float]) -> Array:
+    """A matrix at numbers, of its shape."""
+    symbols = free_symbols(matrix.entries)
+    run = compile_reference(matrix.entries, list(symbols))
+    return np.array(run([values[s] for s in symbols]), dtype=float).reshape(matrix.shape)

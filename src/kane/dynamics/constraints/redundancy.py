@@ -141,12 +141,12 @@ def _named(loose: Sequence[Constraint]) -> str:
 def _contradiction(system: System, constraints: Sequence[Constraint], rows: ConstraintRows) -> str:
     """An error where they contradict each other whatever the values of parameters and inputs, and at another configuration too."""
     held = [k for k, c in enumerate(rows.constraints) if c in set(constraints)]
-    symbols = free_symbols(x for k in held for x in (*rows.a[k], rows.b[k]))
+    symbols = free_symbols(x for k in held for x in (*rows.a.rows[k], rows.b[k]))
     given = [s.name for s in symbols if isinstance(s, Parameter) or input_of(s) is not None]
     names = ", ".join(repr(c.name) for c in constraints)
     wrong = f"constraints that speeds can satisfy together, got {names}, which hold the same combination of speeds at different values"
-    other = sampled(system, [x for row in rows.a for x in row], _SEED)
-    if not given and not other.missed and any(_contrary(rows, matrix_at(rows, other.values), other.values)):
+    other = sampled(system, rows.a.entries, _SEED)
+    if not given and not other.missed and any(_contrary(rows, matrix_at(rows.a, other.values), other.values)):
         raise ModelError(f"Expected {wrong}. Leave one of them out, or correct it.")
     values = f"{', '.join(given)} (defaults, where there are any)" if given else "coordinates"
     return (

@@ -8,15 +8,16 @@ Forces that enter no F_r are the noncontributing ones (Kane & Levinson 1985, sec
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 import numpy as np
 
-from kane.dynamics.readings.forces import Term, active_terms, inertia_terms
+from kane.dynamics.derived import Derived
+from kane.dynamics.terms import Term, met, sum_of
 from kane.errors import SpeedsError
-from kane.expr.build import add, mul
+from kane.expr.build import mul
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.symbols import Reaction
 from kane.kinematics.sample import Sample
@@ -27,8 +28,7 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
-if TYPE_CHECKING:
-    from kane.equations.equations import Equations
+Source = TypeVar("Source", Load, Body)
 
 _SEED = 20045
 _SLACK = 1e-11
@@ -70,29 +70,21 @@ class MassContribution:
     rotation: Expr
 
 
-def contributions(eom: Equations, speed: Expr) -> Contributions:
+def contributions(derived: Derived, speed: Expr) -> Contributions:
     """See Equations.contributions."""
-    _check(eom, speed)
-    active, idle_loads = _contributing(
-        [(load, _of(load, active_terms(eom.kinematics, speed, load))) for load in eom.loads], eom
-    )
-    pairs = [_of_pair(eom, speed, r) for r in eom.reactions if (speed, r) in eom.pairs]
-    inertia, idle_bodies = _contributing([(b.body, _of(b.body, inertia_terms(b, speed))) for b in eom.bodies], eom)
-    return Contributions(
-        speed,
-        (*active, *(p for p in pairs if p.term is not ZERO)),
-        inertia,
-        tuple(x for x in idle_loads if isinstance(x, Load)),
-        tuple(x for x in idle_bodies if not isinstance(x, Load | Reaction)),
-    )
+    _check(derived, speed)
+    active, idle_loads = _contributing(derived, derived.active_terms, speed)
+    pairs = [_of_pair(derived, speed, r) for r in derived.reactions if (speed, r) in derived.pairs]
+    inertia, idle_bodies = _contributing(derived, derived.inertia_terms, speed)
+    return Contributions(speed, (*active, *(p for p in pairs if p.term is not ZERO)), inertia, idle_loads, idle_bodies)
 
 
-def mass_contributions(eom: Equations, r: Expr, s: Expr) -> tuple[MassContribution, ...]:
+def mass_contributions(derived: Derived, r: Expr, s: Expr) -> tuple[MassContribution, ...]:
     """See Equations.mass_contributions."""
-    _check(eom, r)
-    _check(eom, s)
+    _check(derived, r)
+    _check(derived, s)
     found = []
-    for b in eom.bodies:
+    for b in derived.bodies:
         translation, rotation = ZERO, ZERO
         if r in b.center.partials and s in b.center.partials:
             translation = mul(b.body.mass, b.center.partials[r].dot(b.center.partials[s]))
@@ -100,56 +92,52 @@ def mass_contributions(eom: Equations, r: Expr, s: Expr) -> tuple[MassContributi
             turns = b.rotation.partials
             if r in turns and s in turns:
                 rotation = turns[r].dot(b.inertia.times(turns[s]))
-        if not _vanish([translation, rotation], eom):
+        if not _vanish([translation, rotation], derived):
             found.append(MassContribution(b.body, translation, rotation))
     return tuple(found)
 
 
-def _check(eom: Equations, speed: Expr) -> None:
-    if speed not in set(eom.all_speeds):
-        known = ", ".join(map(str, eom.all_speeds))
+def _check(derived: Derived, speed: Expr) -> None:
+    if speed not in set(derived.all_speeds):
+        known = ", ".join(map(str, derived.all_speeds))
         raise SpeedsError(f"Expected one of the speeds of the system ({known}), got {speed!r:.60}.")
 
 
-def _of_pair(eom: Equations, speed: Expr, reaction: Reaction) -> Contribution:
+def _of_pair(derived: Derived, speed: Expr, reaction: Reaction) -> Contribution:
     """The pair ±R n: only its far side, which the auxiliary speed moves, has a partial velocity."""
     here, there, held = cut_of(speed), cut_of(reaction), constraint_of(reaction)
     if held is not None:  # its auxiliary speed lets the constraint give way, at a place if it has any
         places: tuple[tuple[Point | Frame, Vector], ...] = (*held.forces, *held.torques)
-        place, direction = places[0] if places else (eom.system.inertial, Vector())
-        return Contribution(reaction, place, direction * reaction, direction, eom.pairs[speed, reaction] * reaction)
+        place, direction = places[0] if places else (derived.system.inertial, Vector())
+        return Contribution(reaction, place, direction * reaction, direction, derived.pairs[speed, reaction] * reaction)
     assert isinstance(here, Cut)
     assert isinstance(there, Cut)
-    return Contribution(reaction, there.at, there.along * reaction, here.along, eom.pairs[speed, reaction] * reaction)
-
-
-def _of(source: Load | Body, terms: Iterable[Term]) -> list[Contribution]:
-    return [Contribution(source, place, x, partial, partial.dot(x)) for place, x, partial in terms]
+    return Contribution(
+        reaction, there.at, there.along * reaction, here.along, derived.pairs[speed, reaction] * reaction
+    )
 
 
 def _contributing(
-    groups: Iterable[tuple[Load | Body, Sequence[Contribution]]], eom: Equations
-) -> tuple[tuple[Contribution, ...], list[Load | Body]]:
+    derived: Derived, table: Mapping[Source, Sequence[Term]], speed: Expr
+) -> tuple[tuple[Contribution, ...], tuple[Source, ...]]:
     """The terms that do not vanish; the sources whose terms all vanish, one by one or together."""
     kept: list[Contribution] = []
-    idle: list[Load | Body] = []
-    for source, terms in groups:
-        total = ZERO
-        for c in terms:
-            total = add(total, c.term)
-        if _vanish([total], eom):
+    idle: list[Source] = []
+    for source, terms in table.items():
+        found = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met(terms, speed)]
+        if _vanish([sum_of(c.term for c in found)], derived):
             idle.append(source)
         else:
-            kept += [c for c in terms if not _vanish([c.term], eom)]
-    return tuple(kept), idle
+            kept += [c for c in found if not _vanish([c.term], derived)]
+    return tuple(kept), tuple(idle)
 
 
-def _vanish(exprs: Sequence[Expr], eom: Equations) -> bool:
+def _vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
     """Whether all are zero: as they stand, or at a state drawn at random unless they switch from branch to branch."""
     left = [e for e in exprs if e is not ZERO]
     if not left:
         return True
     if any(node.op.name in _SWITCHES for node in postorder(left)):
         return False
-    sample = Sample(eom.kinematical, _SEED)
+    sample = Sample(derived.kinematical, _SEED)
     return bool(np.abs(np.array(sample.numbers(left), dtype=float)).max() < _SLACK)  # NaN is not zero

@@ -3,21 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
 
-from kane.dynamics.routes.classical import Moving
+from kane.dynamics.bodies import Moving
+from kane.dynamics.readings.rates import time_derivative
+from kane.dynamics.solved import Solved
+from kane.dynamics.terms import sum_of
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Time, input_of
 from kane.kinematics.motion import acceleration_form
+from kane.model.loads import Load
 from kane.model.system import total_mass
 from kane.space.point import Point
 from kane.space.vector import Vector
-
-if TYPE_CHECKING:
-    from kane.equations.equations import Equations
 
 
 def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
@@ -31,7 +31,12 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
     return twice / 2
 
 
-def power(eom: Equations) -> Expr:
+def potential_energy(loads: Iterable[Load]) -> Expr:
+    """The sum of the loads' potentials."""
+    return sum_of(load.potential for load in loads if load.potential is not None)
+
+
+def power(solved: Solved) -> Expr:
     """P with dE/dt = P.
 
     Loads with a potential are in E; where the potential depends on time, what it gains by that is added. Loads without
@@ -39,28 +44,23 @@ def power(eom: Equations) -> Expr:
     velocities that no speed multiplies, give −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their
     reactions do. Constraints A u + b = 0 that move by themselves give −Σ λ b.
     """
-    total = ZERO
-    for load in eom.loads:
-        driven = load.potential is not None and _depends_on_time(load.potential)
-        if driven:
-            total = add(total, eom.time_derivative(load.potential))
-        works = load.potential is None or driven
-        for point, f in load.forces:
-            motion = eom.kinematics.point(point)
+    derived, total = solved.derived, ZERO
+    for load, terms in derived.active_terms.items():
+        works = load.potential is None
+        if load.potential is not None and _depends_on_time(load.potential):
+            works = True
+            total = add(total, time_derivative(derived, load.potential))
+        for _, vector, motion in terms:
             if works:
-                total = add(total, motion.total.dot(f))
-            total = add(total, neg(motion.rest.dot(f)))
-        for frame, t in load.torques:
-            motion = eom.kinematics.frame(frame)
-            if works:
-                total = add(total, motion.total.dot(t))
-            total = add(total, neg(motion.rest.dot(t)))
-    for b in eom.bodies:
+                total = add(total, motion.total.dot(vector))
+            total = add(total, neg(motion.rest.dot(vector)))
+    for b in derived.bodies:
         total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.body.mass))
         if b.rotation is not None and b.inertia is not None and not b.rotation.rest.is_zero:
             total = add(total, b.rotation.rest.dot(b.inertia_torque()))
-    if any(b_k is not ZERO for b_k in eom.b):
-        for b_k, force in zip(eom.b, eom.multipliers.values(), strict=True):
+    rests = derived.constraints.b
+    if any(b_k is not ZERO for b_k in rests):
+        for b_k, force in zip(rests, solved.multipliers.values(), strict=True):
             total = sub(total, mul(force, b_k))
     return total
 

@@ -14,29 +14,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.closure import matrix_at, sample_configuration
+from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
-from kane.dynamics.routes.classical import Moving
+from kane.dynamics.solved import Solved
 from kane.errors import ReactionError
 from kane.expr.evaluate import evaluate
+from kane.expr.matrix import Matrix
 from kane.kinematics.constraints import unplaced
 from kane.kinematics.motion import acceleration_form
 from kane.model.bodies import RigidBody
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
+from kane.model.system import System
 from kane.numeric.rank import dependencies, row_sizes
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.excerpt import excerpt
-
-if TYPE_CHECKING:
-    from kane.equations.equations import Equations
 
 Share = Callable[[Constraint], tuple[Vector, Vector]]
 """The force and torque, about the place's point, that a multiplier of one exerts on the side asked for."""
@@ -70,33 +71,32 @@ class _Side:
     point: Point | None
 
 
-def reaction(eom: Equations, place: Place, frame: Frame | None = None) -> JointReaction:
+def reaction(solved: Solved, place: Place, frame: Frame | None = None) -> JointReaction:
     """The reaction in q, u, t, parameters and inputs; along `frame`, by default the inertial one. See Equations.reaction."""
-    target = eom.system.inertial if frame is None else frame
-    found = unsolved(eom, place)
+    target = solved.derived.system.inertial if frame is None else frame
+    found = unsolved(solved, place)
     force = None if found.force is None else found.force.components(target)
-    solved = without_unknowns(eom, [*(force or ()), *found.torque.components(target)])
-    vectors = [Vector(((target, (a, b, c)),)) for a, b, c in zip(*[iter(solved)] * 3, strict=True)]
+    numbers = without_unknowns(solved, [*(force or ()), *found.torque.components(target)])
+    vectors = [Vector(((target, (a, b, c)),)) for a, b, c in zip(*[iter(numbers)] * 3, strict=True)]
     return JointReaction(found.name, None if force is None else vectors[0], vectors[-1], found.point)
 
 
-def unsolved(eom: Equations, place: Place) -> JointReaction:
+def unsolved(solved: Solved, place: Place) -> JointReaction:
     """The reaction in u̇ and reactions as leaves."""
-    where = _looked_up(eom, place)
+    where = _looked_up(solved.derived.system, place)
     if isinstance(where, tuple):
-        return _closure(eom, where)
-    return _balance(eom, _far_side(eom, where))
+        return _closure(solved, where)
+    return _balance(solved, _far_side(solved.derived, where))
 
 
 # The place -------------------------------------------------------------------------------------------------------------------
 
 
-def _looked_up(eom: Equations, place: Any) -> Joint | Point | Frame | tuple[Constraint, ...]:
-    system = eom.system
+def _looked_up(system: System, place: Any) -> Joint | Point | Frame | tuple[Constraint, ...]:
     if isinstance(place, Joint | Point | Frame):
         return place
     if isinstance(place, str):
-        return _by_name(eom, place)
+        return _by_name(system, place)
     wanted = (place,) if isinstance(place, Constraint) else tuple(place) if isinstance(place, Iterable) else (place,)
     strangers = [getattr(c, "name", None) or excerpt(repr(c)) for c in wanted if c not in set(system.constraints)]
     if strangers or not wanted:
@@ -107,8 +107,7 @@ def _looked_up(eom: Equations, place: Any) -> Joint | Point | Frame | tuple[Cons
     return wanted
 
 
-def _by_name(eom: Equations, name: str) -> Joint | Point | Frame | tuple[Constraint, ...]:
-    system = eom.system
+def _by_name(system: System, name: str) -> Joint | Point | Frame | tuple[Constraint, ...]:
     for joint in system.joints:
         if joint.name == name:
             return joint
@@ -129,15 +128,15 @@ def _by_name(eom: Equations, name: str) -> Joint | Point | Frame | tuple[Constra
 # The far side ----------------------------------------------------------------------------------------------------------------
 
 
-def _far_side(eom: Equations, place: Joint | Point | Frame) -> _Side:
+def _far_side(derived: Derived, place: Joint | Point | Frame) -> _Side:
     if isinstance(place, Joint):
         point = place.point
         side = _Side(place.name, _through_point(point), _through_frame(place.frame), lambda p: p.position(point), point)
-        _check_body_frames(eom, side)
+        _check_body_frames(derived.system, side)
     elif isinstance(place, Point):
         _check_cut(place)
         reached = _through_point(place)
-        side = _Side(place.name, reached, _owned(eom, place, reached), lambda p: p.position(place), place)
+        side = _Side(place.name, reached, _owned(derived.system, place, reached), lambda p: p.position(place), place)
     else:
         _check_cut(place)
         turned = _through_frame(place)
@@ -146,7 +145,7 @@ def _far_side(eom: Equations, place: Joint | Point | Frame) -> _Side:
             return _turned_arm(p, turned)
 
         side = _Side(place.name, lambda p: not arm(p).is_zero, turned, arm, None)
-    if not any(_holds(side, b) for b in eom.bodies):
+    if not any(_holds(side, b) for b in derived.bodies):
         raise ReactionError(
             f"Expected a body on the far side of {place.name}, got none: nothing is reached through it."
         )
@@ -191,8 +190,8 @@ def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
     return total
 
 
-def _check_body_frames(eom: Equations, side: _Side) -> None:
-    for body in eom.system.rigid_bodies:
+def _check_body_frames(system: System, side: _Side) -> None:
+    for body in system.rigid_bodies:
         if side.has_point(body.mass_center) != side.has_frame(body.frame):
             by = "its point, but not its frame" if side.has_point(body.mass_center) else "its frame, but not its point"
             raise ReactionError(
@@ -201,9 +200,9 @@ def _check_body_frames(eom: Equations, side: _Side) -> None:
             )
 
 
-def _owned(eom: Equations, point: Point, reached: Callable[[Point], bool]) -> Callable[[Basis], bool]:
+def _owned(system: System, point: Point, reached: Callable[[Point], bool]) -> Callable[[Basis], bool]:
     """Frames beyond a point: each belongs to the nearest body up its line of parents."""
-    sides = {b.frame: reached(b.mass_center) for b in eom.system.rigid_bodies}
+    sides = {b.frame: reached(b.mass_center) for b in system.rigid_bodies}
     between = {f for frame, far in sides.items() if far for f in _line(frame)}
 
     def far(frame: Basis) -> bool:
@@ -223,19 +222,19 @@ def _owned(eom: Equations, point: Point, reached: Callable[[Point], bool]) -> Ca
 # Newton and Euler -------------------------------------------------------------------------------------------------------------
 
 
-def _balance(eom: Equations, side: _Side) -> JointReaction:
-    constraints = eom.system.constraints
+def _balance(solved: Solved, side: _Side) -> JointReaction:
+    derived = solved.derived
 
     def share(c: Constraint) -> tuple[Vector, Vector]:
         return _gathered(side, c.forces, c.torques)
 
-    _check_placed(side.name, constraints)
-    _check_determinate(eom, side.name, share)
-    moved = [(b.body.mass_center, acceleration_form(b.center) * b.body.mass) for b in eom.bodies]
-    turned = [(b.body.frame, b.inertia_torque()) for b in eom.bodies if isinstance(b.body, RigidBody)]
+    _check_placed(side.name, derived.system.constraints)
+    _check_determinate(solved, side.name, share)
+    moved = [(b.body.mass_center, acceleration_form(b.center) * b.body.mass) for b in derived.bodies]
+    turned = [(b.body.frame, b.inertia_torque()) for b in derived.bodies if isinstance(b.body, RigidBody)]
     force, torque = _gathered(side, moved, turned)
-    given = [_gathered(side, load.forces, load.torques) for load in eom.loads]
-    held = [(f * λ, t * λ) for c, λ in eom.multipliers.items() for f, t in [share(c)]]
+    given = [_gathered(side, load.forces, load.torques) for load in derived.loads]
+    held = [(f * λ, t * λ) for c, λ in solved.multipliers.items() for f, t in [share(c)]]
     for f, t in (*given, *held):
         force, torque = force - f, torque - t
     return JointReaction(side.name, None if side.point is None else force, torque, side.point)
@@ -255,7 +254,7 @@ def _gathered(
     return force, torque
 
 
-def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReaction:
+def _closure(solved: Solved, constraints: tuple[Constraint, ...]) -> JointReaction:
     """What constraints exert together on the point that the first force names first, and the frame that the first pure torque does."""
     name = _common_name([c.name for c in constraints])
     _check_placed(name, constraints)
@@ -271,11 +270,11 @@ def _closure(eom: Equations, constraints: tuple[Constraint, ...]) -> JointReacti
         force = sum((f for p, f in c.forces if p is point), start=Vector())
         return force, sum((t for x, t in c.torques if x is frame), start=Vector())
 
-    _check_determinate(eom, name, share)
+    _check_determinate(solved, name, share)
     force, torque = Vector(), Vector()
     for c in constraints:
         f, t = share(c)
-        force, torque = force + f * eom.multipliers[c], torque + t * eom.multipliers[c]
+        force, torque = force + f * solved.multipliers[c], torque + t * solved.multipliers[c]
     return JointReaction(name, force, torque, point)
 
 
@@ -313,16 +312,16 @@ def _check_placed(name: str, constraints: Sequence[Constraint]) -> None:
         )
 
 
-def _check_determinate(eom: Equations, name: str, share: Share) -> None:
+def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     """No multipliers that leave the motion as it is, xᵀ A = 0, may change what the place transmits."""
-    if not eom.redundant:
+    if not solved.redundant:
         return
-    constraints, inertial = eom.system.constraints, eom.system.inertial
-    shares = [[x for v in share(c) for x in v.components(inertial)] for c in constraints]
-    flat = [x for row in (*eom.constraints.a, *shares) for x in row]
-    values = sample_configuration(eom.system, flat)
-    numbers = np.array(evaluate([x for row in shares for x in row], values), dtype=float).reshape(len(constraints), 6)
-    a = matrix_at(eom.constraints, values)
+    system, rows = solved.derived.system, solved.derived.constraints
+    constraints = system.constraints
+    shares = Matrix([[x for v in share(c) for x in v.components(system.inertial)] for c in constraints])
+    values = sample_configuration(system, [*rows.a.entries, *shares.entries])
+    numbers = np.asarray(evaluate(shares, values), dtype=float)
+    a = matrix_at(rows.a, values)
     loose = (dependencies(a) / row_sizes(a)).T
     changed = np.abs(loose.T @ numbers).max(axis=1, initial=0) > 1e-7 * np.abs(loose).max(axis=0, initial=0) * np.abs(
         numbers

@@ -13,17 +13,14 @@ K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives ar
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from kane.dynamics.derived import Derived
 from kane.expr.build import add, neg, sub
 from kane.expr.diff import tangent
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Reaction, Symbol, Time, rate
-
-if TYPE_CHECKING:
-    from kane.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,34 +50,34 @@ class Unsolved:
         return (*self.configuration, *self.motion, *self.rates, *self.spins)
 
 
-def unsolved(eom: Equations) -> Unsolved:
+def unsolved(derived: Derived) -> Unsolved:
     """The unsolved equations of motion."""
-    blocks, rows = eom.blocks, eom.constraints
-    m, s = len(rows.constraints), len(eom.reactions)
+    blocks, rows = derived.blocks, derived.constraints
+    m, s = len(rows.constraints), len(derived.reactions)
     upper = [
-        (*mass, *(neg(row[r]) for row in rows.a), *map(neg, coupling))
-        for r, (mass, coupling) in enumerate(zip(blocks.mass, blocks.coupling, strict=True))
+        (*mass, *(neg(x) for x in a), *map(neg, coupling))
+        for mass, a, coupling in zip(blocks.mass, rows.a.T, blocks.coupling, strict=True)
     ]
     held = [(*row, *[ZERO] * (m + s)) for row in rows.a]
     lower = [
-        (*mass, *(neg(row[r]) for row in rows.a_auxiliary), *map(neg, coupling))
-        for r, (mass, coupling) in enumerate(zip(blocks.mass_a, blocks.coupling_a, strict=True))
+        (*mass, *(neg(x) for x in a), *map(neg, coupling))
+        for mass, a, coupling in zip(blocks.mass_a, rows.a_auxiliary.T, blocks.coupling_a, strict=True)
     ]
-    kinematical = eom.kinematical
+    kinematical = derived.kinematical
     return Unsolved(
         (
-            *map(rate, eom.speeds),
+            *map(rate, derived.speeds),
             *(Reaction.declare(f"λ{k + 1}") for k in range(m)),
-            *eom.reactions,
+            *derived.reactions,
         ),
         (*upper, *held, *lower),
         (*blocks.forcing, *map(neg, rows.drift), *blocks.forcing_a),
-        tuple(c.expr for c in eom.system.holonomic),
-        tuple(add(dot(row, eom.speeds), b) for row, b in zip(rows.a, rows.b, strict=True)),
-        eom.rates,
+        tuple(c.expr for c in derived.system.holonomic),
+        tuple(add(dot(row, derived.speeds), b) for row, b in zip(rows.a, rows.b, strict=True)),
+        derived.rates,
         tuple(
             add(dot(list(kinematical.inverse[w].values()), list(kinematical.inverse[w])), kinematical.x[w])
-            for e in eom.system.euler_parameters
+            for e in derived.system.euler_parameters
             for w in e.quasi
         ),
     )
@@ -110,18 +107,18 @@ class Perturbations:
     timed: bool
 
 
-def perturbations(eom: Equations) -> Perturbations:
+def perturbations(derived: Derived) -> Perturbations:
     """The perturbations of the coordinates of a system."""
-    made = unsolved(eom)
-    place = {q: i for i, q in enumerate(eom.coordinates)}
-    sets = [tuple(place[e] for e in s.coordinates) for s in eom.system.euler_parameters]
+    equations, coordinates = unsolved(derived), derived.system.coordinates
+    place = {q: i for i, q in enumerate(coordinates)}
+    sets = [tuple(place[e] for e in s.coordinates) for s in derived.system.euler_parameters]
     turned = {i for s in sets for i in s}
     plain = [i for i in range(len(place)) if i not in turned]
-    angles = [f"theta{k}_{eom.coordinates[s[0]].name}" for s in sets for k in (1, 2, 3)]
+    angles = [f"theta{k}_{coordinates[s[0]].name}" for s in sets for k in (1, 2, 3)]
     return Perturbations(
-        (*(eom.coordinates[i].name for i in plain), *angles),
-        (*(eom.coordinates[i] for i in plain), *[None] * len(angles)),
+        (*(coordinates[i].name for i in plain), *angles),
+        (*(coordinates[i] for i in plain), *[None] * len(angles)),
         tuple(plain),
         tuple((s[0], s[1], s[2], s[3]) for s in sets),
-        any(isinstance(s, Time) for s in free_symbols([*made.places, *made.residual])),
+        any(isinstance(s, Time) for s in free_symbols([*equations.places, *equations.residual])),
     )

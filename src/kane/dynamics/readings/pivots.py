@@ -9,59 +9,26 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.solved import Pivot, Solved
 from kane.errors import KaneWarning, SingularError, ValueMissingError
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, postorder
-from kane.expr.ops import CONST, DIV, NEG
-from kane.expr.solve import eliminate
-from kane.expr.symbols import Speed
+from kane.expr.ops import DIV
 from kane.numeric.sample import draw
-
-if TYPE_CHECKING:
-    from kane.equations.equations import Equations
 
 _SEED = 20066
 _GONE = 1e-12
 """Share of its usual size at which a pivot is taken as zero: nothing that was divided by it has a digit left."""
 
 
-class Pivot(NamedTuple):
-    """A pivot of A_D, the dependent speed that it gives, and what code that divides by it has as denominators."""
-
-    speed: Speed
-    value: Expr
-    divisors: tuple[Expr, ...]
-
-
-def pivots(eom: Equations) -> tuple[Pivot, ...]:
-    """The pivots of A_D that are not plain numbers, in the order of elimination; multipliers divide by those of A_Dᵀ."""
-    e = eom.embedding
-    if e is None:
-        return ()
-    a, p = eom.constraints.a, e.partition
-    _, turned = eliminate([[a[r][c] for r in p.rows] for c in p.dependent], [])
-    found = [
-        Pivot(eom.speeds[c], x, (_divisor(x), _divisor(y)))
-        for c, x, y in zip(p.dependent, e.pivots, turned, strict=True)
-    ]
-    return tuple(f for f in found if f.value.op is not CONST)
-
-
-def _divisor(pivot: Expr) -> Expr:
-    """What x / pivot is written with as its denominator: signs are taken out, and x / (a/b) is x b / a."""
-    while pivot.op is NEG or pivot.op is DIV:
-        pivot = pivot.args[0]
-    return pivot
-
-
 def check_pivots(
-    eom: Equations, roots: Sequence[Expr], values: Mapping[Expr, Any], numbers: Sequence[Any]
+    solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, Any], numbers: Sequence[Any]
 ) -> list[Any]:
     """`numbers` of `roots` at `values`, checked: those that divide by a vanishing pivot are not finite, or rounding's alone.
 
@@ -74,12 +41,12 @@ def check_pivots(
     """
     kept = list(numbers)
     below = _denominators(roots)
-    found = [p for p in eom.pivots if below.intersection(p.divisors)] if below else []
-    for p, where in zip(found, _vanishing([p.value for p in found], eom, values), strict=True):
+    found = [p for p in solved.dependent_pivots if below.intersection(p.divisors)] if below else []
+    for p, where in zip(found, _vanishing([p.value for p in found], solved, values), strict=True):
         if not where.any():
             continue
         place = tuple(int(i) for i in np.argwhere(where)[0])
-        _tell(eom, p, values, where.shape, place, int(where.sum()))
+        _tell(solved, p, values, where.shape, place, int(where.sum()))
         for k, root in enumerate(roots):
             if _denominators([root]).intersection(p.divisors):
                 kept[k] = np.where(where, np.nan, kept[k])
@@ -90,49 +57,50 @@ def _denominators(roots: Sequence[Expr]) -> set[Expr]:
     return {node.args[1] for node in postorder(roots) if node.op is DIV}
 
 
-def _vanishing(found: Sequence[Expr], eom: Equations, values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
+def _vanishing(found: Sequence[Expr], solved: Solved, values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
     if not found:
         return []
-    drawn = {q: draw(_SEED, q) for q in eom.coordinates}
+    drawn = {q: draw(_SEED, q) for q in solved.derived.system.coordinates}
     here, usual = evaluate(found, values), evaluate(found, {**values, **drawn})
     with np.errstate(invalid="ignore"):
         return [np.asarray(np.abs(x) <= _GONE * np.abs(y)) for x, y in zip(here, usual, strict=True)]
 
 
 def _tell(
-    eom: Equations, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], place: tuple[int, ...], count: int
+    solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], place: tuple[int, ...], count: int
 ) -> None:
     here = {s: np.broadcast_to(v, shape)[place] for s, v in values.items()}
     given = f"{p.speed.name}, which they give divided by {p.value!s:.80} = {float(evaluate(p.value, here)) + 0.0:.3g}"
     if not place:
         raise SingularError(
-            f"Expected dependent speeds that the constraints give at this state, got {given}. {_cure(eom, here)}"
+            f"Expected dependent speeds that the constraints give at this state, got {given}. {_cure(solved, here)}"
         )
     index = place[0] if len(place) == 1 else place
     warnings.warn(
         f"Expected dependent speeds that the constraints give at every state, got {given} at index {index}"
-        f"{f' and {count - 1} more' if count > 1 else ''}: the values there are NaN. {_cure(eom, here)}",
+        f"{f' and {count - 1} more' if count > 1 else ''}: the values there are NaN. {_cure(solved, here)}",
         KaneWarning,
         stacklevel=5,
     )
 
 
-def _cure(eom: Equations, values: Mapping[Expr, Any]) -> str:
+def _cure(solved: Solved, values: Mapping[Expr, Any]) -> str:
     """The speeds that are dependent by choice of the numbers at this state, where there are as many."""
-    assert eom.embedding is not None
+    assert solved.embedding is not None
+    matrix = solved.embedding.rows.a
     try:
-        a = np.asarray(evaluate(eom.A, values), dtype=float).reshape(eom.A.shape)
+        a = np.asarray(evaluate(matrix, values), dtype=float)
     except ValueMissingError:  # what was asked for holds less than A does
-        a = np.full(eom.A.shape, np.nan)
+        a = np.full(matrix.shape, np.nan)
     other = choose(a) if np.isfinite(a).all() else None
     if other is None:
         return "Name others, System(dependent_speeds=…)."
-    if len(other.rows) < len(eom.embedding.partition.rows):
+    if len(other.rows) < len(solved.embedding.partition.rows):
         return (
             "No others will do: the constraints hold fewer speeds here than elsewhere, it is a singular configuration. Take a state "
             "beside it."
         )
-    names = ", ".join(eom.speeds[k].name for k in sorted(other.dependent))
+    names = ", ".join(solved.derived.speeds[k].name for k in sorted(other.dependent))
     return (
         f"Name others, here System(dependent_speeds=…) of {names}; kn.simulate changes them by itself, kn.linearize and kn.inverse "
         "do without."

@@ -7,13 +7,20 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.routes.reduce import Blocks, solve_motion
+from kane.dynamics.blocks import Blocks
+from kane.dynamics.routes.block_solution import block_solution
 from kane.errors import SingularError
 from kane.expr.node import ZERO
 
 
 def symbols(name, rows, columns):
     return [[kn.parameter(f"{name}{i}_{j}") for j in range(columns)] for i in range(rows)]
+
+
+def blocks(mass, forcing, coupling, mass_a, forcing_a, coupling_a):
+    n, r = len(forcing), len(forcing_a)
+    g, m_a, g_a = kn.Matrix(coupling, (n, r)), kn.Matrix(mass_a, (r, n)), kn.Matrix(coupling_a, (r, r))
+    return Blocks(kn.Matrix(mass), tuple(forcing), g, m_a, tuple(forcing_a), g_a)
 
 
 def values_of(block, numbers):
@@ -35,7 +42,7 @@ def test_against_the_block_system(n, r, coupled):
             m[i][j] = m[j][i]
     g = symbols("G", n, r) if coupled else [[ZERO] * r for _ in range(n)]
     right, right_a = kn.parameters(f"f0:{n}"), kn.parameters(f"h0:{r}") if r else ()
-    solved = solve_motion(Blocks(m, list(right), g, ma, list(right_a), ga))
+    solved = block_solution(blocks(m, list(right), g, ma, list(right_a), ga))
     numbers = values_of(m, M) | values_of(ma, Ma) | values_of(ga, Ga) | dict(zip(right, f, strict=True))
     numbers |= dict(zip(right_a, fa, strict=True)) | (values_of(g, G) if coupled else {})
     found = np.array(kn.evaluate([*solved.accelerations, *solved.reactions], numbers))
@@ -50,7 +57,7 @@ def test_against_the_block_system(n, r, coupled):
 
 def test_diagonal_reactions_are_divided_by():
     a, b, c, d = kn.parameters("a b c d")
-    solved = solve_motion(Blocks([[a]], [b], [[ZERO, ZERO]], [[c], [ZERO]], [c, d], [[a, ZERO], [ZERO, b]]))
+    solved = block_solution(blocks([[a]], [b], [[ZERO, ZERO]], [[c], [ZERO]], [c, d], [[a, ZERO], [ZERO, b]]))
     assert [str(x) for x in solved.accelerations] == ["b/a"]
     assert str(solved.reactions[1]) == "-d/b"
 
@@ -58,14 +65,14 @@ def test_diagonal_reactions_are_divided_by():
 def test_a_reaction_that_its_own_equation_lacks():
     a, b = kn.parameters("a b")
     with pytest.raises(SingularError, match="own equation"):
-        solve_motion(Blocks([[a]], [b], [[ZERO]], [[b]], [a], [[ZERO]]))
+        block_solution(blocks([[a]], [b], [[ZERO]], [[b]], [a], [[ZERO]]))
 
 
 def test_pivoting_at_run_time():
     """The block of the reactions may have a zero pivot at some states: rows change places where they must."""
     one, zero = kn.parameter("one"), kn.parameter("zero")
-    solved = solve_motion(
-        Blocks([[one]], [one], [[ZERO] * 2], [[ZERO], [ZERO]], [-one, -2 * one], [[zero, one], [one, zero]])
+    solved = block_solution(
+        blocks([[one]], [one], [[ZERO] * 2], [[ZERO], [ZERO]], [-one, -2 * one], [[zero, one], [one, zero]])
     )
     assert np.array(kn.evaluate(list(solved.reactions), {one: 1.0, zero: 0.0})) == pytest.approx([2, 1])
     assert np.array(kn.evaluate(list(solved.reactions), {one: 1.0, zero: 0.5})) == pytest.approx([2, 0])

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Solution of the equations of motion for u̇ and the reactions, as straight-line code.
+
+    M u̇ = f + G R                 n equations
+    M_a u̇ = f_a + G_a R           one for each auxiliary speed
+
+M is factored as L D Lᵀ. With y = L⁻¹ f, Z = L⁻¹ G and X = L⁻¹ M_aᵀ the reactions solve
+
+    (G_a − Xᵀ D⁻¹ Z) R = Xᵀ D⁻¹ y − f_a,
+
+a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an active force, Z = 0 and R follows from u̇.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from kane.dynamics.blocks import Blocks
+from kane.errors import SingularError
+from kane.expr.build import add, div, mul, sub
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ZERO, Expr
+from kane.expr.solve import finish, forward, ldl, solve_lu
+
+
+class BlockSolution(NamedTuple):
+    """u̇ and R, the pivots of M, G_a − Xᵀ D⁻¹ Z, and G_a, which it is where no load holds a reaction."""
+
+    accelerations: tuple[Expr, ...]
+    reactions: tuple[Expr, ...]
+    pivots: tuple[Expr, ...]
+    reaction_matrix: Matrix
+    bare_reaction_matrix: Matrix
+
+
+def block_solution(blocks: Blocks) -> BlockSolution:
+    """Solve for u̇ and R.
+
+    Raises
+    ------
+    SingularError
+        if a pivot of M, or of what the reactions are solved from, is zero whatever the state
+    """
+    factors = ldl(blocks.mass.rows)
+    d = factors.pivots
+    y = forward(factors.lower, blocks.forcing)
+    z = [forward(factors.lower, column) for column in blocks.coupling.T]
+    coupled = any(x is not ZERO for column in z for x in column)
+    matrix = blocks.coupling_a
+    if not coupled:
+        u_dot = finish(factors, y)
+        right = [sub(dot(m, u_dot), f) for m, f in zip(blocks.mass_a, blocks.forcing_a, strict=True)]
+    else:
+        x = [[div(v, p) for v, p in zip(forward(factors.lower, row), d, strict=True)] for row in blocks.mass_a]
+        matrix = Matrix(
+            [[sub(g, dot(r, c)) for g, c in zip(row, z, strict=True)] for row, r in zip(matrix, x, strict=True)]
+        )
+        right = [sub(dot(r, y), f) for r, f in zip(x, blocks.forcing_a, strict=True)]
+    reactions = _reactions(matrix, right)
+    if coupled:
+        for reaction, column in zip(reactions, z, strict=True):
+            y = [v if c is ZERO else add(v, mul(c, reaction)) for v, c in zip(y, column, strict=True)]
+        u_dot = finish(factors, y)
+    return BlockSolution(tuple(u_dot), tuple(reactions), tuple(d), matrix, blocks.coupling_a)
+
+
+def _reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:
+    diagonal = [row[i] for i, row in enumerate(matrix)]
+    if any(x is not ZERO for i, row in enumerate(matrix) for j, x in enumerate(row) if i != j):
+        return solve_lu(matrix.rows, [right])[0]
+    if any(x is ZERO for x in diagonal):
+        raise SingularError("Expected each reaction to enter its own equation, got a zero on the diagonal.")
+    return [div(b, x) for b, x in zip(right, diagonal, strict=True)]

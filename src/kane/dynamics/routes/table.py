@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The routes by name, and the equations solved by one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kane.dynamics.checks import check_reactions_independent
+from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.classical import classical
+from kane.dynamics.solved import Solved
+from kane.errors import ReactionError, SingularError
+
+Route = Callable[[Derived, Partition | None], Solved]
+"""From what is derived, and a choice of dependent speeds where there are constraints, to u̇ and the reactions."""
+
+ROUTES: dict[str, Route] = {"classical": classical}
+
+
+def solved(derived: Derived, partition: Partition | None, route: str = "classical") -> Solved:
+    """u̇ and the reactions; with constraints also how the dependent speeds follow from the independent ones.
+
+    Raises
+    ------
+    ReactionError
+        if the reactions cannot be told apart
+    ModelError
+        if a speed moves no mass
+    """
+    try:
+        found = ROUTES[route](derived, partition)
+    except SingularError as error:
+        raise ReactionError(f"Expected reactions that can be told apart: {error}") from error
+    check_reactions_independent(derived.reactions, found.reaction_matrix)
+    return found

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What generalized forces are summed from: forces at points and torques on frames, each with the motion it meets.
+
+    F_r = Σ v_r·F + Σ ω_r·T,   F*_r = Σ v_r·(−m a) + Σ ω_r·(−I·α − ω × I·ω)
+
+(Kane & Levinson 1985, sec. 4.4 and 4.11). The equations that are solved take the same terms with u̇ left out, those of one place
+summed before the product with its partial velocity:
+
+    f_r = Σ v_r·(F − m a_b) + Σ ω_r·(T − I·α_b − ω × I·ω)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+from kane.dynamics.bodies import Moving
+from kane.expr.build import add
+from kane.expr.node import ZERO, Expr
+from kane.kinematics.motion import Kinematics, Motion, acceleration_form
+from kane.model.bodies import RigidBody
+from kane.model.loads import Load
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Parts, Vector
+
+
+class Term(NamedTuple):
+    """A force at a point, or a torque on a frame, and the motion of its place."""
+
+    place: Point | Frame
+    vector: Vector
+    motion: Motion
+
+
+def active_terms(load: Load, kinematics: Kinematics) -> tuple[Term, ...]:
+    """Forces and torques of one load."""
+    return (
+        *(Term(point, f, kinematics.point(point)) for point, f in load.forces),
+        *(Term(frame, t, kinematics.frame(frame)) for frame, t in load.torques),
+    )
+
+
+def inertia_terms(moving: Moving) -> tuple[Term, ...]:
+    """−m a at the mass centre and −(I·α + ω × I·ω) on the frame of one body, in u̇."""
+    body, rotation = moving.body, moving.rotation
+    shift = Term(body.mass_center, acceleration_form(moving.center) * -body.mass, moving.center)
+    if rotation is None or not isinstance(body, RigidBody):
+        return (shift,)
+    return shift, Term(body.frame, -moving.inertia_torque(), rotation)
+
+
+def bias_terms(loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector) -> list[Term]:
+    """The terms of f: loads, gravity's acceleration `fall`, and inertia at u̇ = 0, one a place, forces before torques."""
+    by_place: dict[Point | Frame, Term] = {}
+    for term in loads:
+        before = by_place.get(term.place)
+        by_place[term.place] = term if before is None else term._replace(vector=before.vector + term.vector)
+    forces: list[Term] = []
+    torques: list[Term] = []
+    for b in reversed(bodies):
+        own = (fall - b.center.bias).gathered() * b.body.mass
+        load = by_place.pop(b.body.mass_center, None)
+        forces.append(Term(b.body.mass_center, (own if load is None else own + load.vector).gathered(), b.center))
+        if b.rotation is not None and isinstance(b.body, RigidBody):
+            load = by_place.pop(b.body.frame, None)
+            torque = Vector() if load is None else load.vector
+            torques.append(Term(b.body.frame, torque - b.inertia_torque_bias(), b.rotation))
+    forces += [term for place, term in by_place.items() if isinstance(place, Point)]
+    torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
+    return [*forces, *torques]
+
+
+def met(terms: Iterable[Term], speed: Expr) -> Iterator[tuple[Term, Vector]]:
+    """The terms whose place moves with a speed, each with its partial velocity."""
+    return ((term, term.motion.partials[speed]) for term in terms if speed in term.motion.partials)
+
+
+def generalized(terms: Iterable[Term], speed: Expr) -> Expr:
+    """Σ v_r·F + Σ ω_r·T, term by term."""
+    return sum_of(partial.dot(term.vector) for term, partial in met(terms, speed))
+
+
+def generalized_by_motion(terms: Iterable[Term], speed: Expr) -> Expr:
+    """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the product."""
+    groups: dict[tuple[type, Parts], Vector] = {}
+    for term, partial in met(terms, speed):
+        if not term.vector.is_zero:
+            key = type(term.place), partial.parts
+            groups[key] = (groups[key] + term.vector).gathered() if key in groups else term.vector
+    sums = {kind: sum_of(Vector(p).dot(x) for (k, p), x in groups.items() if k is kind) for kind in (Point, Frame)}
+    return add(sums[Point], sums[Frame])
+
+
+def sum_of(terms: Iterable[Expr]) -> Expr:
+    """Σ terms."""
+    total = ZERO
+    for x in terms:
+        total = add(total, x)
+    return total
