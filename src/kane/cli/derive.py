@@ -14,7 +14,7 @@ from kane.cli.models import Model, model
 from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
 from kane.present.formulas import Formula, formulas
-from kane.present.names import item_names
+from kane.present.names import quantity_latex
 from kane.present.text import step_text
 from kane.write.latex import latex_name
 
@@ -44,9 +44,9 @@ def derived(found: Model) -> kn.Equations:
 
 def _written(step: Step, eom: kn.Equations) -> tuple[list[Formula], list[Formula]]:
     """The step's intermediates and formulas; what it only names stands as a name without a right side."""
-    if all(isinstance(value, str) for _, value in step.items):
-        return [], [Formula(name, "", latex_name(name), "") for name, _ in step.items]
-    return formulas(step.items, item_names(eom))
+    if step.number == 1:
+        return [], [Formula(q.name, "", latex_name(q.name), "") for q in eom.coordinates]
+    return formulas(step.results, lambda quantity: quantity_latex(quantity, eom.system.inertial))
 
 
 def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from kane.dynamics.terms import (
 from kane.expr.build import add
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed
+from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
 from kane.kinematics.motion import Kinematics, cuts_of
@@ -63,7 +63,7 @@ class Derived:
         return self.system.reactions
 
     @property
-    def all_speeds(self) -> tuple[Expr, ...]:
+    def all_speeds(self) -> tuple[Symbol, ...]:
         """Generalized speeds, then auxiliary ones: the rows of F_r and F*_r."""
         return (*self.speeds, *self.auxiliary_speeds)
 

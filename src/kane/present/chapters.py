@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from kane.dynamics.readings.contributions import Contributions
-from kane.dynamics.readings.steps import Step, shown_speeds
+from kane.dynamics.readings.quantity import Kind, Quantity
+from kane.dynamics.readings.steps import Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
-from kane.expr.node import ZERO
+from kane.expr.symbols import rate
 from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas
-from kane.present.names import item_names, quantity_latex
+from kane.present.names import quantity_latex
 from kane.present.provenance import (
     Provenance,
     active_provenance,
@@ -20,6 +21,8 @@ from kane.present.provenance import (
     mass_provenance,
     noncontributing,
 )
+from kane.space.frame import Frame
+from kane.space.point import Point
 from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
@@ -59,37 +62,35 @@ class Chapter:
 
 def chapters(eom: Equations) -> list[Chapter]:
     """One chapter for each of `eom.steps`."""
-    names = item_names(eom)
     terms = [eom.contributions(s) for s in shown_speeds(eom.derived)] if _surveyable(eom) else []
-    return [_chapter(eom, step, names, terms) for step in eom.steps]
+    return [_chapter(eom, step, terms) for step in eom.steps]
 
 
 def _surveyable(eom: Equations) -> bool:
     return len(eom.speeds) <= _WIDE and len(shown_speeds(eom.derived)) <= _HIGH
 
 
-def _chapter(eom: Equations, step: Step, names: dict[str, str], terms: list[Contributions]) -> Chapter:
-    if all(isinstance(value, str) for _, value in step.items):
+def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
+    if step.number == 1:
         return Chapter(step.number, step.title, _prose(eom, step), tables=(_coordinates(eom),))
-    between, shown = formulas(step.items, names)
+    between, found = formulas(step.results, lambda quantity: quantity_latex(quantity, eom.system.inertial))
+    shown = dict(zip((quantity for quantity, _ in step.results), found, strict=True))
     tables: tuple[Table, ...] = ()
     displays: tuple[str, ...] = ()
     if step.number == 4 and _surveyable(eom):
-        tables = (_partials(eom, {f.name: f.right for f in shown}),)
-        shown = [f for f in shown if "," not in f.name]
+        tables = (_partials(eom, shown),)
+        shown = {q: f for q, f in shown.items() if not q.kind.startswith("partial")}
     if step.number == 7 and len(eom.speeds) <= _WIDE:
-        entries = {f.name: f.right for f in shown}
         held = r" + A^{T} \lambda" if eom.embedding else ""
-        displays = (rf"M \dot{{u}} = f{held}, \qquad M = " + _matrix(eom, entries),)
-        inside = {f"M[{r.name}, {s.name}]" for r in eom.speeds for s in eom.speeds}
-        shown = [f for f in shown if f.name not in inside]
+        displays = (rf"M \dot{{u}} = f{held}, \qquad M = " + _matrix(eom, shown),)
+        shown = {q: f for q, f in shown.items() if q.kind != "M" or q.place not in set(eom.speeds)}
     solution, note = _solution(eom) if step.number == 7 else ((), "")
     return Chapter(
         step.number,
         step.title,
         _prose(eom, step),
         tuple(between),
-        tuple(shown),
+        tuple(shown.values()),
         tables,
         displays,
         solution,
@@ -134,35 +135,39 @@ def _coordinates(eom: Equations) -> Table:
     return Table("", ("coordinate", "unit", "meaning"), rows)
 
 
-def _partials(eom: Equations, entries: dict[str, str]) -> Table:
+def _partials(eom: Equations, shown: Mapping[Quantity, Formula]) -> Table:
     """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
-    inertial = eom.system.inertial
-    columns = [("w", r"\boldsymbol{\omega}", f) for f in eom.frames if f is not inertial]
-    columns += [("v", r"\mathbf{v}", p) for p in eom.points if p.parent is not None]  # type: ignore[misc]
-    rows: list[tuple[str | Tex, ...]] = []
-    for s in shown_speeds(eom.derived):
-        name = str(s)
-        cells = [entries.get(f"{kind}_{place.name},{name}", "0") for kind, _, place in columns]
-        rows.append((Tex(latex_name(name)), *map(Tex, cells)))
-    head = (r"$u_r$", *(f"${quantity_latex(letter, place, inertial)}_r$" for _, letter, place in columns))
+    frames, points = moving_places(eom.system)
+    columns: list[tuple[Kind, Kind, Frame | Point]] = [
+        *(("angular velocity", "partial angular velocity", f) for f in frames),
+        *(("velocity", "partial velocity", p) for p in points),
+    ]
+    rows = [
+        (Tex(latex_name(s.name)), *(Tex(_right(shown, Quantity(partial, place, s))) for _, partial, place in columns))
+        for s in shown_speeds(eom.derived)
+    ]
+    heads = (quantity_latex(Quantity(kind, place), eom.system.inertial) for kind, _, place in columns)
+    head = (r"$u_r$", *(f"${latex}_r$" for latex in heads))
     return Table("Partial angular velocities and partial velocities", head, tuple(rows))
 
 
-def _matrix(eom: Equations, entries: dict[str, str]) -> str:
-    names = [s.name for s in eom.speeds]
-
-    def entry(i: int, j: int) -> str:
-        i, j = min(i, j), max(i, j)
-        return entries.get(f"M[{names[i]}, {names[j]}]", "0") if eom.mass_matrix[i, j] is not ZERO else "0"
-
-    rows = r" \\[3pt] ".join(" & ".join(entry(i, j) for j in range(len(names))) for i in range(len(names)))
+def _matrix(eom: Equations, shown: Mapping[Quantity, Formula]) -> str:
+    speeds = eom.speeds
+    n = range(len(speeds))
+    rows = r" \\[3pt] ".join(
+        " & ".join(_right(shown, Quantity("M", speeds[min(i, j)], speeds[max(i, j)])) for j in n) for i in n
+    )
     return rf"\begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
 
+def _right(shown: Mapping[Quantity, Formula], quantity: Quantity) -> str:
+    """What is zero has no formula."""
+    return shown[quantity].right if quantity in shown else "0"
+
+
 def _solution(eom: Equations) -> tuple[tuple[Formula, ...], str]:
-    items = [(f"{u.name}'", a) for u, a in zip(eom.speeds, eom.accelerations, strict=True)]
-    items += [(r.name, e) for r, e in zip(eom.reactions, eom.reaction_values, strict=True)]
-    between, shown = formulas(items, {})
+    values = zip((*map(rate, eom.speeds), *eom.reactions), (*eom.accelerations, *eom.reaction_values), strict=True)
+    between, shown = formulas([(symbol.name, e) for symbol, e in values])
     if len(between) > _MOST:
         return (), f"The solution takes {len(between)} intermediates and is left out here."
     return (*between, *shown), ""

@@ -67,7 +67,7 @@ def declared(eom: Equations, values: Any = None) -> list[Table]:
 
 def vector_tex(v: Vector) -> Tex:
     """A vector in LaTeX."""
-    between, (shown,) = formulas([("v", v)], {})
+    between, (shown,) = formulas([("v", v)])
     where = ",\\; ".join(z.latex for z in between)
     return Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
 
@@ -102,7 +102,7 @@ def _joint(joint: Joint) -> tuple[str | Tex, ...]:
 
 
 def _constraint(c: Constraint) -> tuple[str | Tex, ...]:
-    between, (shown,) = formulas([(c.name, c.expr)], {})
+    between, (shown,) = formulas([(c.name, c.expr)])
     where = ",\\; ".join(z.latex for z in between)
     vanishes = Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
     return (c.name, c.kind, _acting(c) if c.placed else "not told", vanishes)

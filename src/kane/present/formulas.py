@@ -16,8 +16,6 @@ from kane.space.vector import Vector
 from kane.write.latex import latex_lines, latex_name
 from kane.write.text import text_lines
 
-Item = tuple[str, Any]
-
 
 @dataclass(frozen=True, slots=True)
 class Formula:
@@ -35,8 +33,10 @@ class Formula:
         return f"{self.left} = {self.right}"
 
 
-def formulas(items: Sequence[Item], names: Mapping[str, str]) -> tuple[list[Formula], list[Formula]]:
-    """The shared intermediates, and a formula for each item; `names` gives the LaTeX of the names that have one."""
+def formulas(
+    items: Sequence[tuple[Any, Any]], left: Callable[[Any], str] = latex_name
+) -> tuple[list[Formula], list[Formula]]:
+    """The shared intermediates, and a formula for each item; `left` gives the LaTeX of a label."""
     z_text, texts = _written(items, text_lines, lambda frame, axis: f" {frame.name}.{axis}", "({})")
     z_latex, latex = _written(items, latex_lines, _latex_axis, r"\left({}\right)")
     between = [
@@ -44,16 +44,16 @@ def formulas(items: Sequence[Item], names: Mapping[str, str]) -> tuple[list[Form
         for (name, text), (left, right) in zip(z_text, z_latex, strict=True)
     ]
     shown = [
-        Formula(name, text, names.get(name) or latex_name(name), right)
-        for (name, _), text, right in zip(items, texts, latex, strict=True)
+        Formula(str(label), text, left(label), right)
+        for (label, _), text, right in zip(items, texts, latex, strict=True)
     ]
     return between, shown
 
 
-def text_formulas(items: Sequence[Item]) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
+def text_formulas(items: Sequence[tuple[object, Any]]) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
     """The shared intermediates and the items, as (name, text)."""
     between, texts = _written(items, text_lines, lambda frame, axis: f" {frame.name}.{axis}", "({})")
-    return between, [(name, text) for (name, _), text in zip(items, texts, strict=True)]
+    return between, [(str(label), text) for (label, _), text in zip(items, texts, strict=True)]
 
 
 def _latex_axis(frame: Basis, axis: str) -> str:
@@ -61,7 +61,7 @@ def _latex_axis(frame: Basis, axis: str) -> str:
 
 
 def _written(
-    items: Sequence[Item],
+    items: Sequence[tuple[object, Any]],
     lines_of: Callable[[Mapping[str, Expr]], list[str]],
     axis_of: Callable[[Basis, str], str],
     brackets: str,

@@ -1,46 +1,37 @@
 # SPDX-License-Identifier: BSD-3-Clause
-r"""LaTeX of the names in the seven steps: `w_C` is {}^N\boldsymbol\omega^C, `v_C*,u1` is {}^N\mathbf v^{C^*}_{u_1}."""
+r"""LaTeX of the results of the seven steps: the angular velocity of C is {}^N\boldsymbol\omega^C."""
 
 from __future__ import annotations
 
-from kane.equations.equations import Equations
+from kane.dynamics.readings.quantity import Kind, Quantity
 from kane.space.frame import Frame
 from kane.space.latex import place_latex
-from kane.space.point import Point
 from kane.write.latex import latex_name
 
+_VECTORS: dict[Kind, str] = {
+    "angular velocity": r"\boldsymbol{\omega}",
+    "partial angular velocity": r"\boldsymbol{\omega}",
+    "angular acceleration": r"\boldsymbol{\alpha}",
+    "velocity": r"\mathbf{v}",
+    "partial velocity": r"\mathbf{v}",
+    "acceleration": r"\mathbf{a}",
+}
+_SCALARS: dict[Kind, str] = {
+    "constraint": r"\left(A u + b\right)_{{{place}}}",
+    "F": "F_{{{speed}}}",
+    "F*": "F^{{*}}_{{{speed}}}",
+    "~F": r"\tilde{{F}}_{{{speed}}}",
+    "~F*": r"\tilde{{F}}^{{*}}_{{{speed}}}",
+    "M": r"M_{{{place}\,{speed}}}",
+    "f": "f_{{{speed}}}",
+}
 
-def quantity_latex(letter: str, place: Frame | Point, inertial: Frame, speed: str = "") -> str:
-    """LaTeX of a vector of a frame or point in the inertial frame; with a speed, of its partial velocity."""
-    lower = f"_{{{latex_name(speed)}}}" if speed else ""
-    return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(place.name)}}}{lower}"
 
-
-def item_names(eom: Equations) -> dict[str, str]:
-    """LaTeX by the name that an item has in `eom.steps`."""
-    inertial = eom.system.inertial
-    speeds = [s.name for s in (*eom.speeds, *eom.auxiliary_speeds)]
-    found: dict[str, str] = {}
-    kinds: list[tuple[str, str, tuple[Frame | Point, ...]]] = [
-        ("w", r"\boldsymbol{\omega}", eom.frames),
-        ("alpha", r"\boldsymbol{\alpha}", eom.frames),
-        ("v", r"\mathbf{v}", eom.points),
-        ("a", r"\mathbf{a}", eom.points),
-    ]
-    for kind, letter, places in kinds:
-        for place in places:
-            found[f"{kind}_{place.name}"] = quantity_latex(letter, place, inertial)
-            if kind in ("w", "v"):
-                for s in speeds:
-                    found[f"{kind}_{place.name},{s}"] = quantity_latex(letter, place, inertial, s)
-    for s in speeds:
-        found[f"F_{s}"] = f"F_{{{latex_name(s)}}}"
-        found[f"F*_{s}"] = f"F^{{*}}_{{{latex_name(s)}}}"
-        found[f"~F_{s}"] = rf"\tilde{{F}}_{{{latex_name(s)}}}"
-        found[f"~F*_{s}"] = rf"\tilde{{F}}^{{*}}_{{{latex_name(s)}}}"
-        found[f"f[{s}]"] = f"f_{{{latex_name(s)}}}"
-        for r in speeds:
-            found[f"M[{s}, {r}]"] = rf"M_{{{latex_name(s)}\,{latex_name(r)}}}"
-    for c in eom.constraints.constraints:
-        found[f"(A u + b)[{c.name}]"] = rf"\left(A u + b\right)_{{{latex_name(c.name)}}}"
-    return found
+def quantity_latex(quantity: Quantity, inertial: Frame) -> str:
+    """LaTeX of a quantity; that of a symbol is its own."""
+    place, speed = (x.name if x is not None else "" for x in (quantity.place, quantity.speed))
+    letter, scalar = _VECTORS.get(quantity.kind), _SCALARS.get(quantity.kind)
+    if letter is not None:
+        lower = f"_{{{latex_name(speed)}}}" if speed else ""
+        return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(place)}}}{lower}"
+    return scalar.format(place=latex_name(place), speed=latex_name(speed)) if scalar else latex_name(str(quantity))

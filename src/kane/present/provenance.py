@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.dynamics.readings.contributions import Contribution, Contributions
+from kane.dynamics.readings.quantity import Kind, Quantity
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
@@ -16,8 +17,8 @@ from kane.model.loads import Load
 from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas
 from kane.present.names import quantity_latex
-from kane.space.frame import Frame
 from kane.space.latex import place_latex
+from kane.space.point import Point
 from kane.write.latex import latex_name
 
 _MOST = 400
@@ -49,7 +50,8 @@ Idle = Sequence[Load] | Sequence[Body]
 def active_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
     """For each F_r the forces and torques that it is summed from."""
     terms = [
-        (f"F_{{{_speed(c.speed)}}}", c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads")) for c in found
+        (_left(eom, "F", None, c.speed), c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads"))
+        for c in found
     ]
     return _provenance(eom, ("load", "on", "force or torque", "partial velocity", "term"), terms)
 
@@ -57,7 +59,7 @@ def active_provenance(eom: Equations, found: Sequence[Contributions]) -> Provena
 def inertia_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
     """For each F*_r the bodies' inertia forces and torques."""
     terms = [
-        (f"F^{{*}}_{{{_speed(c.speed)}}}", c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies"))
+        (_left(eom, "F*", None, c.speed), c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies"))
         for c in found
     ]
     return _provenance(eom, ("body", "of", "inertia force or torque", "partial velocity", "term"), terms)
@@ -68,10 +70,10 @@ def mass_provenance(eom: Equations) -> Provenance | None:
     entries = [
         (r, s, c) for i, r in enumerate(eom.speeds) for s in eom.speeds[i:] for c in eom.mass_contributions(r, s)
     ]
-    between, shown = formulas([("", x) for _, _, c in entries for x in (c.translation, c.rotation)], {})
+    between, shown = formulas([("", x) for _, _, c in entries for x in (c.translation, c.rotation)])
     rows = tuple(
         (
-            Tex(rf"M_{{{_speed(r)}\,{_speed(s)}}}"),
+            Tex(_left(eom, "M", r, s)),
             c.body.name,
             _cell(c.translation, shown[2 * i]),
             _cell(c.rotation, shown[2 * i + 1]),
@@ -106,7 +108,7 @@ def _provenance(
     terms = [c for _, _, some, _ in quantities for c in some]
     if len(terms) > _MOST or not (terms or any(idle for *_, idle in quantities)):
         return None
-    between, shown = formulas([("", x) for c in terms for x in (c.vector, c.partial, c.term)], {})
+    between, shown = formulas([("", x) for c in terms for x in (c.vector, c.partial, c.term)])
     right = iter(Tex(f.right) for f in shown)
     origins = []
     for left, speed, some, idle in quantities:
@@ -120,8 +122,10 @@ def _provenance(
 
 
 def _met(eom: Equations, c: Contribution, speed: Any, partial: Tex) -> Tex:
-    letter = r"\boldsymbol{\omega}" if isinstance(c.place, Frame) else r"\mathbf{v}"
-    return Tex(f"{quantity_latex(letter, c.place, eom.system.inertial, speed.name)} = {partial.source}")
+    quantity = Quantity(
+        "partial velocity" if isinstance(c.place, Point) else "partial angular velocity", c.place, speed
+    )
+    return Tex(f"{quantity_latex(quantity, eom.system.inertial)} = {partial.source}")
 
 
 def _source(c: Contribution) -> str | Tex:
@@ -132,8 +136,8 @@ def _cell(e: Any, formula: Formula) -> str | Tex:
     return "–" if e is ZERO else Tex(formula.right)
 
 
-def _speed(s: Any) -> str:
-    return latex_name(s.name)
+def _left(eom: Equations, kind: Kind, place: Any, speed: Any) -> str:
+    return quantity_latex(Quantity(kind, place, speed), eom.system.inertial)
 
 
 def _terms(n: int) -> str:

@@ -15,20 +15,18 @@ _INDENT = 3
 def step_text(step: Step, eom: Equations, *, width: int = WIDTH) -> str:
     """The step with one shared list of intermediates, lines of about `width` columns at most."""
     lines = [f"Step {step.number}. {step.title}", *wrapped(step.text, indent=_INDENT, hang=_INDENT, width=width)]
-    if all(isinstance(value, str) for _, value in step.items):
-        symbols = {s.name: s for s in eom.coordinates}
-        return "\n".join([*lines, *(f"{'':{_INDENT}}{described(symbols.get(name), name)}" for name, _ in step.items)])
-    between, shown = text_formulas(step.items)
+    if step.number == 1:
+        return "\n".join([*lines, *(f"{'':{_INDENT}}{described(q)}" for q in eom.coordinates)])
+    between, shown = text_formulas(step.results)
     if between:
         lines += _block(between, width)
         lines.append("")
     return "\n".join(lines + _block(shown, width))
 
 
-def described(symbol: Symbol | None, name: str) -> str:
+def described(symbol: Symbol) -> str:
     """A symbol with its description and unit: `q1  yaw, rad`."""
-    words = [w for w in (symbol.description, symbol.unit) if w] if symbol is not None else []
-    return f"{name}  {', '.join(words)}".rstrip()
+    return f"{symbol.name}  {', '.join(w for w in (symbol.description, symbol.unit) if w)}".rstrip()
 
 
 def _block(named: list[tuple[str, str]], width: int) -> list[str]:

@@ -3,35 +3,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.quantity import Kind, Quantity
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
-from kane.expr.matrix import dot
+from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Speed
+from kane.expr.symbols import Speed, Symbol
 from kane.kinematics.motion import Motion, acceleration_form, velocity_form
+from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
 from kane.model.system import System
+from kane.space.frame import Frame
+from kane.space.point import Point
 
-Item = tuple[str, Any]
+Result = tuple[Quantity, Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One step: its number, title, a sentence on what it does, and its results as (name, expression or vector)."""
+    """One step: its number, title, a sentence on what it does, and its results, expressions or vectors."""
 
     number: int
     title: str
     text: str
-    items: tuple[Item, ...]
+    results: tuple[Result, ...]
+
+    @property
+    def items(self) -> tuple[tuple[str, Any], ...]:
+        """The results by name."""
+        return tuple((str(quantity), value) for quantity, value in self.results)
 
     def __str__(self) -> str:
         lines = [f"Step {self.number}. {self.title}", f"   {self.text}"]
-        lines += [f"   {name} = {value}" for name, value in self.items]
+        lines += [f"   {quantity} = {value}" for quantity, value in self.results]
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -53,8 +63,7 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
             3,
             "Generalized speeds",
             "u = Y q' + z, chosen so that these velocities become short; solved, q' = W u + X.",
-            tuple((u.name, d) for u, d in system.speeds.items())
-            + tuple((f"{q.name}'", r) for q, r in zip(system.coordinates, derived.rates, strict=True)),
+            (*_each("speed", system.speeds, system.speeds.values()), *_each("rate", system.coordinates, derived.rates)),
         ),
         Step(
             4,
@@ -67,13 +76,13 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
             5,
             "Generalized active forces",
             "F_r = sum of v_r . F + w_r . T over all loads." + (_NONHOLONOMIC if constrained else ""),
-            _forces(solved, "F", derived.Fr, solved.Fr_nh),
+            _forces(solved, ("F", "~F"), derived.Fr, solved.Fr_nh),
         ),
         Step(
             6,
             "Generalized inertia forces",
             "F*_r = sum of v_r . (-m a) + w_r . (-I . alpha - w x I . w) over all bodies.",
-            _forces(solved, "F*", derived.Fr_star, solved.Fr_star_nh),
+            _forces(solved, ("F*", "~F*"), derived.Fr_star, solved.Fr_star_nh),
         ),
         Step(
             7,
@@ -89,81 +98,104 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
 _NONHOLONOMIC = " Of the independent speeds, ~F_r = F_r + sum of A_n[D, r] F_D over the dependent ones D."
 
 
-def shown_speeds(derived: Derived) -> tuple[Expr, ...]:
+def shown_speeds(derived: Derived) -> tuple[Symbol, ...]:
     """The rows that hold partial velocities: speeds and auxiliary speeds of cuts. That of a constraint only lets it give way."""
     return (*derived.speeds, *(s for s in derived.auxiliary_speeds if constraint_of(s) is None))
 
 
-def _coordinates(system: System) -> tuple[Item, ...]:
-    return tuple((q.name, q.description or "coordinate") for q in system.coordinates)
+def _each(kind: Kind, places: Iterable[Symbol | Constraint], values: Iterable[Any]) -> tuple[Result, ...]:
+    return tuple((Quantity(kind, place), value) for place, value in zip(places, values, strict=True))
 
 
-def _velocities_in_rates(system: System) -> tuple[Item, ...]:
-    inertial = system.inertial
-    frames = [(f"w_{f.name}", f.angular_velocity(inertial)) for f in system.frames if f is not inertial]
-    points = [(f"v_{p.name}", p.velocity(inertial)) for p in system.points if p.parent is not None]
-    return (*frames, *points)
+def _of_speeds(kind: Kind, speeds: Iterable[Symbol], values: Iterable[Expr]) -> tuple[Result, ...]:
+    return tuple((Quantity(kind, None, s), value) for s, value in zip(speeds, values, strict=True))
 
 
-def _kinematics(derived: Derived) -> tuple[Item, ...]:
-    items: list[Item] = []
-    for f in derived.system.frames:
-        if f is not derived.system.inertial:
-            items += _motion(derived, derived.kinematics.frame(f), f"w_{f.name}", f"alpha_{f.name}")
-    for p in derived.system.points:
-        if p.parent is not None:
-            items += _motion(derived, derived.kinematics.point(p), f"v_{p.name}", f"a_{p.name}")
-    return tuple(items)
+def _coordinates(system: System) -> tuple[Result, ...]:
+    return _each("coordinate", system.coordinates, (q.description or "coordinate" for q in system.coordinates))
 
 
-def _motion(derived: Derived, motion: Motion, velocity: str, acceleration: str) -> list[Item]:
-    partials = [(s, motion.partials[s]) for s in derived.all_speeds if s in motion.partials]
-    return [
-        (velocity, velocity_form(motion)),
-        *((f"{velocity},{s!s}", v) for s, v in partials if not v.is_zero),
-        (acceleration, acceleration_form(motion)),
-    ]
+def moving_places(system: System) -> tuple[list[Frame], list[Point]]:
+    """All but the inertial frame and the points fixed in it from the beginning."""
+    return [f for f in system.frames if f is not system.inertial], [p for p in system.points if p.parent is not None]
 
 
-def _constrained(solved: Solved) -> tuple[Item, ...]:
-    e, rows, speeds = solved.embedding, solved.derived.constraints, solved.derived.speeds
-    if e is None:
-        return ()
-    names = [c.name for c in rows.constraints]
+def _velocities_in_rates(system: System) -> tuple[Result, ...]:
+    frames, points = moving_places(system)
     return (
-        *((f"(A u + b)[{name}]", add(dot(row, speeds), b)) for name, row, b in zip(names, rows.a, rows.b, strict=True)),
-        *(
-            (u.name, add(dot(row, solved.independent_speeds), b))
-            for u, row, b in zip(solved.dependent_speeds, e.a_n, e.b_n, strict=True)
-        ),
+        *((Quantity("angular velocity", f), f.angular_velocity(system.inertial)) for f in frames),
+        *((Quantity("velocity", p), p.velocity(system.inertial)) for p in points),
     )
 
 
-def _forces(solved: Solved, name: str, plain: Sequence[Expr], embedded: Sequence[Expr]) -> tuple[Item, ...]:
+def _kinematics(derived: Derived) -> tuple[Result, ...]:
+    frames, points = moving_places(derived.system)
+    motions = derived.kinematics
+    turns = [
+        _motion(derived, f, motions.frame(f), "angular velocity", "partial angular velocity", "angular acceleration")
+        for f in frames
+    ]
+    shifts = [_motion(derived, p, motions.point(p), "velocity", "partial velocity", "acceleration") for p in points]
+    return tuple(chain(*turns, *shifts))
+
+
+def _motion(
+    derived: Derived, place: Frame | Point, motion: Motion, velocity: Kind, partial: Kind, acceleration: Kind
+) -> list[Result]:
+    partials = [(s, motion.partials[s]) for s in derived.all_speeds if s in motion.partials]
+    return [
+        (Quantity(velocity, place), velocity_form(motion)),
+        *((Quantity(partial, place, s), v) for s, v in partials if not v.is_zero),
+        (Quantity(acceleration, place), acceleration_form(motion)),
+    ]
+
+
+def _constrained(solved: Solved) -> tuple[Result, ...]:
+    e, rows = solved.embedding, solved.derived.constraints
+    if e is None:
+        return ()
+    return (
+        *_each("constraint", rows.constraints, _affine(rows.a, solved.derived.speeds, rows.b)),
+        *_each("speed", solved.dependent_speeds, _affine(e.a_n, solved.independent_speeds, e.b_n)),
+    )
+
+
+def _affine(a: Matrix, u: Sequence[Speed], b: Sequence[Expr]) -> list[Expr]:
+    """A u + b."""
+    return [add(product, x) for product, x in zip(a @ u, b, strict=True)]
+
+
+def _forces(
+    solved: Solved, kinds: tuple[Kind, Kind], plain: Sequence[Expr], embedded: Sequence[Expr]
+) -> tuple[Result, ...]:
     """F_r of every row, and ~F_r of the independent ones where there are dependent ones."""
+    derived, rows = solved.derived, shown_speeds(solved.derived)
+    of_row: dict[Symbol, Expr] = dict(zip(derived.all_speeds, plain, strict=True))
+    results = _of_speeds(kinds[0], rows, (of_row[s] for s in rows))
+    if solved.embedding is None:
+        return results
+    total: dict[Symbol, Expr] = dict(
+        zip((*solved.independent_speeds, *derived.auxiliary_speeds), embedded, strict=True)
+    )
+    other = [s for s in rows if s in total and (isinstance(s, Speed) or total[s] is not of_row[s])]
+    return (*results, *_of_speeds(kinds[1], other, (total[s] for s in other)))
+
+
+def _equations(solved: Solved) -> tuple[Result, ...]:
     derived = solved.derived
-    rows = shown_speeds(derived)
-    of_row: dict[Expr, Expr] = dict(zip(derived.all_speeds, plain, strict=True))
-    items = [(f"{name}_{s!s}", of_row[s]) for s in rows]
-    if solved.embedding is not None:
-        total: dict[Expr, Expr] = dict(
-            zip((*solved.independent_speeds, *derived.auxiliary_speeds), embedded, strict=True)
-        )
-        other = [s for s in rows if s in total and (isinstance(s, Speed) or total[s] is not of_row[s])]
-        items += [(f"~{name}_{s!s}", total[s]) for s in other]
-    return tuple(items)
-
-
-def _equations(solved: Solved) -> tuple[Item, ...]:
-    derived, items = solved.derived, list[Item]()
-    speeds, blocks = derived.speeds, derived.blocks
+    speeds, blocks, auxiliary = derived.speeds, derived.blocks, derived.auxiliary_speeds
+    results: list[Result] = []
     for i, (r, row) in enumerate(zip(speeds, blocks.mass, strict=True)):
-        items += [(f"M[{r.name}, {s.name}]", x) for s, x in zip(speeds[i:], row[i:], strict=True) if x is not ZERO]
-    items += [(f"f[{r.name}]", f) for r, f in zip(speeds, derived.forcing, strict=True)]
-    for a, row, f in zip(derived.auxiliary_speeds, blocks.mass_a, derived.auxiliary_forcing, strict=True):
-        if constraint_of(a) is None:
-            items += [(f"M[{a.name}, {u.name}]", x) for u, x in zip(speeds, row, strict=True) if x is not ZERO]
-            items.append((f"f[{a.name}]", f))
-    held = {r: constraint_of(r) for r in derived.reactions}
-    items += [(r.name, solved.multipliers[c]) for r, c in held.items() if c is not None]
-    return tuple(items)
+        results += _entries(r, speeds[i:], row[i:])
+    results += _of_speeds("f", speeds, derived.forcing)
+    for s, row, f in zip(auxiliary, blocks.mass_a, derived.auxiliary_forcing, strict=True):
+        if constraint_of(s) is None:
+            results += [*_entries(s, speeds, row), (Quantity("f", None, s), f)]
+    multipliers = ((r, constraint_of(r)) for r in derived.reactions)
+    results += [(Quantity("reaction", r), solved.multipliers[c]) for r, c in multipliers if c is not None]
+    return tuple(results)
+
+
+def _entries(r: Symbol, speeds: Sequence[Symbol], row: Sequence[Expr]) -> list[Result]:
+    """The entries of a row of M that are not zero."""
+    return [(Quantity("M", r, s), x) for s, x in zip(speeds, row, strict=True) if x is not ZERO]

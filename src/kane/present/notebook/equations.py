@@ -111,7 +111,7 @@ def _steps(eom: Equations) -> str:
         (
             str(step.number),
             escaped(step.title),
-            str(len(step.items)),
+            str(len(step.results)),
             ", ".join(f"<code>{escaped(name)}</code>" for name in _READ.get(step.number, ())),
         )
         for step in eom.steps
