@@ -93,7 +93,7 @@ def linearizer(eom: Equations, *, outputs: Mapping[str, Any] | Sequence[Any] | N
     Parameters
     ----------
     eom : Equations
-    outputs : expressions y by name, of coordinates, rates, speeds, accelerations, reactions and inputs
+    outputs : expressions y by name, which may hold coordinates, their rates, speeds with their accelerations, reactions and inputs
     """
     return Linearizer(eom, outputs_of(eom, outputs), perturbations(eom.derived))
 
@@ -122,7 +122,7 @@ def linearize(
     eom : Equations
     q, u : the point, by symbol or name; it must satisfy the constraints, what is left out is solved for as in `assemble`
     parameters, inputs : values; parameters left out take their defaults, inputs are zero
-    outputs : expressions y by name, of coordinates, rates, speeds, accelerations, reactions and inputs
+    outputs : expressions y by name, which may hold coordinates, their rates, speeds with their accelerations, reactions and inputs
     independent : coordinates and speeds to be independent; by default those of the equations, coordinates by rank
     leave_out : states that nothing depends on, or "cyclic" for all of them
     steady : False to linearize at any state of a motion; `rates` then tells what changes there
