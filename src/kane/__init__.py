@@ -22,6 +22,7 @@ from kane.equations.compile import compile
 from kane.equations.compiled import Compiled
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
+from kane.equations.handle import Handle
 from kane.errors import (
     ArgumentError,
     ExpressionError,
@@ -148,7 +149,6 @@ from kane.model.system import System
 from kane.motion.drives import Signal, signal
 from kane.motion.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.motion.solution import Solution
-from kane.program.native.handle import Handle
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector

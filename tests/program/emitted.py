@@ -43,10 +43,13 @@ def call(loaded: ctypes.CDLL, program: Program, routine: str, values: Any, prefi
     prefix = prefix or program.name
     given = {name: np.ascontiguousarray(v) for name, v in by_port(program, values).items()}
     h, out = (np.full(n + 2, 7.25) for n in (len(program.kept), len(program.routine(routine).results)))
-    pointers = [given[name].ctypes.data_as(Pointer) for name in "xpr"]
+    arguments = {
+        port: ctypes.c_double(given[port.name][0]) if port.scalar else given[port.name].ctypes.data_as(Pointer)
+        for port in program.ports
+    }
     inside = [a[1:].ctypes.data_as(Pointer) for a in (h, out)]
-    getattr(loaded, f"{prefix}_hoist")(pointers[1], inside[0])
-    getattr(loaded, f"{prefix}_{routine}")(ctypes.c_double(given["t"][0]), *pointers, *inside)
+    getattr(loaded, f"{prefix}_hoist")(*(a for port, a in arguments.items() if port.hoisted), inside[0])
+    getattr(loaded, f"{prefix}_{routine}")(*arguments.values(), *inside)
     assert {h[0], h[-1], out[0], out[-1]} == {7.25}
     return out[1:-1].copy()
 

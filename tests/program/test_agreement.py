@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane.equations.handle import Handle
 from kane.expr.evaluate import compile_reference
 from kane.expr.node import intern_node
 from kane.expr.ops import OPS
 from kane.program.build import Wanted, build_program
 from kane.program.machine import Settings
-from kane.program.native.handle import Handle
 from tests.program.emitted import from_c, from_numpy
 from tests.program.programs import ports
 

@@ -15,11 +15,11 @@ from kane.analysis.routines import once, routine
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import partial_columns, unsolved
 from kane.equations.equations import Equations
+from kane.equations.handle import Handle
 from kane.errors import SingularError
 from kane.expr.node import Expr
 from kane.numeric.arrays import Array
 from kane.numeric.rank import SOLVE_RANK, SURE_RANK, balanced, singular
-from kane.program.native.handle import Handle
 
 
 @dataclass(frozen=True, slots=True)

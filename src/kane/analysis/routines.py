@@ -9,12 +9,12 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from kane.equations.equations import Equations
+from kane.equations.handle import Handle
 from kane.equations.routines import ports
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.program.build import Wanted, build_program
 from kane.program.machine import Settings
-from kane.program.native.handle import Handle
 
 T = TypeVar("T")
 

@@ -13,11 +13,12 @@ import numpy.typing as npt
 
 from kane import show
 from kane.dynamics.solved import Solved
+from kane.equations.handle import Handle
 from kane.equations.routines import ROUTINES, Output, ports, program, resolved
 from kane.errors import ArgumentError
 from kane.program.machine import Settings
 from kane.program.native import arguments
-from kane.program.native.handle import Handle, NotFinite
+from kane.program.native.compiled_routine import NotFinite
 from kane.program.program import Program
 from kane.program.receipt import Receipt, receipt
 
@@ -94,7 +95,7 @@ class Compiled:
     def parameters(self, values: Mapping[Any, Any] | None = None) -> Array:
         """The vector p: values by symbol or name, the others at their defaults."""
         port = self.rhs.program.port("p")
-        return arguments.vector(port, values or {}, self.default)
+        return arguments.values(port, values or {}, self.default)
 
     @cached_property
     def program(self) -> Program:

@@ -18,11 +18,11 @@ import numpy as np
 
 from kane.analysis.routines import routine
 from kane.equations.equations import Equations
+from kane.equations.handle import Handle
 from kane.expr.node import Expr
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length
-from kane.program.native.handle import Handle
 
 _ROUNDS = 6
 _CLOSED = 1e-13

@@ -18,6 +18,7 @@ from kane.dynamics.constraints.partition import POOR, choose, quality
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
+from kane.equations.handle import Handle
 from kane.equations.routines import rate_names
 from kane.errors import ReactionError, SimulationError
 from kane.expr.evaluate import free_symbols
@@ -29,7 +30,6 @@ from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 from kane.numeric.projection import least_constraint, mobility, sizes
 from kane.numeric.rank import MOTION_RANK, balanced, combinations
-from kane.program.native.handle import Handle
 
 _BETTER = 4.0
 """By how much the quality of other dependent speeds must be better for a change."""

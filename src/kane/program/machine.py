@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a Program to a linked library of machine code."""
+"""From Programs to a linked library of machine code."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kane.program.emit.llvm import Options, emit_llvm
+from kane.program.emit.llvm import Options, emit_llvm, hoists
 from kane.program.native.machine_code import Library, compile_text, target
 from kane.program.program import Program
 
@@ -20,9 +21,10 @@ class Settings:
     cache: bool = True
 
 
-def build_library(program: Program, settings: Settings) -> Library:
-    """Emit and compile, or take the object from the cache."""
+def build_library(programs: Sequence[Program], settings: Settings) -> Library:
+    """Emit and compile as one module, or take the object from the cache. The names of all routines must differ."""
     on = target(settings.cpu, settings.features)
-    text = emit_llvm([program], Options(settings.contract, on.lanes))
-    symbols = ["hoist", *(f"{r.name}{entry}" for r in program.routines for entry in ("", ".call", ".batch"))]
+    text = emit_llvm(programs, Options(settings.contract, on.lanes))
+    routines = [r.name for program in programs for r in program.routines]
+    symbols = [*hoists(programs), *(f"{name}{entry}" for name in routines for entry in ("", ".call", ".batch"))]
     return compile_text(text, on, symbols, settings.cache)

@@ -8,6 +8,7 @@ from kane import show
 from kane.analysis.linear import Linear
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
+from kane.equations.handle import Handle
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.model.system import System
@@ -19,7 +20,6 @@ from kane.present.notebook.solution import solution_html
 from kane.present.notebook.system import system_html
 from kane.present.notebook.typeset import expression, matrix, matrix_words
 from kane.present.notebook.vectors import dyadic, vector
-from kane.program.native.handle import Handle
 from kane.space.vector import Dyadic, Vector
 
 show.LATEX.update(

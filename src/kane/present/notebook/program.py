@@ -12,7 +12,6 @@ from kane.write.latex import latex_name
 
 _FEW = 12
 """Names of a vector that are listed."""
-_ROLES = {"t": "time", "x": "state", "p": "parameters", "r": "inputs"}
 
 
 def routine_html(program: Program, routine: Routine) -> str:
@@ -42,7 +41,7 @@ _HEAD = ("argument", "", "size", "names")
 
 def _arguments(program: Program) -> list[tuple[str, ...]]:
     ports = [port for port in program.ports if port.symbols]
-    return [(f"<code>{escaped(p.name)}</code>", _ROLES.get(p.name, ""), _size(p), _symbols(p)) for p in ports]
+    return [(f"<code>{escaped(p.name)}</code>", escaped(p.noun), _size(p), _symbols(p)) for p in ports]
 
 
 def _signature(program: Program, routine: Routine) -> str:
@@ -50,7 +49,7 @@ def _signature(program: Program, routine: Routine) -> str:
 
 
 def _size(port: Port) -> str:
-    return "" if port.name == "t" else str(len(port.symbols))
+    return "" if port.scalar else str(len(port.symbols))
 
 
 def _shape(routine: Routine) -> str:

@@ -16,17 +16,13 @@ from kane.program.program import Port
 
 Array = npt.NDArray[np.float64]
 
-KINDS = {"t": "time", "x": "states", "p": "parameters", "r": "inputs"}
 _REAL = "biuf"
 
 
-def scalar(value: Any) -> Array:
-    """t: a number or an array of numbers."""
-    return _real("t", value)
+def values(port: Port, given: Any, base: Array | None = None) -> Array:
+    """The values of a port: a number or an array of numbers where it is scalar, else (…, n), or by symbol or name.
 
-
-def vector(port: Port, given: Any, base: Array | None = None) -> Array:
-    """The values of a port along the last axis: from an array (…, n), or by symbol or name, `base` filling in.
+    `base` fills in what is left out.
 
     Raises
     ------
@@ -35,10 +31,14 @@ def vector(port: Port, given: Any, base: Array | None = None) -> Array:
     ValueMissingError
         if a name is unknown or a value is missing
     """
-    if isinstance(given, Mapping):
+    if given is None and port.scalar and base is not None:
+        return complete(port, base)[:1].reshape(())
+    if given is None and (port.optional or base is not None or not port.symbols) and not port.scalar:
+        given = {}
+    if isinstance(given, Mapping) and not port.scalar:
         return _by_name(port, given, base)
     array = _real(port.name, given)
-    if array.ndim < 1 or array.shape[-1] != len(port.symbols):
+    if not port.scalar and (array.ndim < 1 or array.shape[-1] != len(port.symbols)):
         raise ArgumentError(
             f"Expected {port.name} of shape {_shape(port)}, got shape {array.shape}. The order is {listed(port.symbols)}."
         )
@@ -52,25 +52,19 @@ def defaults(port: Port) -> Array:
 
 def replaced(port: Port, given: Mapping[Any, Any], base: Array) -> Array:
     """`base` with the values given by symbol or name."""
-    values = named_values(KINDS[port.name], port.symbols, given)
-    return np.array(
-        [
-            finite_number("value", s.name, values[s]) if s in values else b
-            for s, b in zip(port.symbols, base, strict=True)
-        ]
-    )
+    own = named_values(port.nouns, port.symbols, given)
+    pairs = zip(port.symbols, base, strict=True)
+    return np.array([finite_number("value", s.name, own[s]) if s in own else b for s, b in pairs])
 
 
 def complete(port: Port, values: Array) -> Array:
     """`values`, none of which may be missing (NaN)."""
     missing = [s.name for s, v in zip(port.symbols, values, strict=True) if np.isnan(v)]
     if missing:
-        cure = {
-            "p": ", or declare a default, kn.parameter(name, default)",
-            "r": f", {{{', '.join(f'{n!r}: value' for n in missing)}}}",
-        }.get(port.name, "")
+        by_name = f", {{{', '.join(f'{n!r}: value' for n in missing)}}}"
+        cure = ", or declare a default, kn.parameter(name, default)" if port.hoisted else by_name * port.optional
         raise ValueMissingError(
-            f"Expected a value for every one of the {KINDS[port.name]}, got none for {', '.join(missing)}: pass them as "
+            f"Expected a value for every one of the {port.nouns}, got none for {', '.join(missing)}: pass them as "
             f"{port.name}{cure}."
         )
     return values
@@ -82,10 +76,10 @@ def finite(port: Port, values: Array) -> None:
         return
     bad = np.argwhere(~np.isfinite(values))
     first = tuple(bad[0])
-    name = port.symbols[first[-1] if port.name != "t" else 0].name
-    row = first if port.name == "t" else first[:-1]
+    name = port.symbols[0 if port.scalar else first[-1]].name
+    row = first if port.scalar else first[:-1]
     where = f" at {tuple(map(int, row))}" if row else ""
-    raise ArgumentError(f"Expected finite {KINDS[port.name]}, got {name} = {values[first]}{where}.")
+    raise ArgumentError(f"Expected finite {port.nouns}, got {name} = {values[first]}{where}.")
 
 
 def listed(symbols: tuple[Symbol, ...]) -> str:
@@ -112,7 +106,7 @@ def _real(name: str, value: Any) -> Array:
 
 
 def _by_name(port: Port, given: Mapping[Any, Any], base: Array | None) -> Array:
-    values = named_values(KINDS[port.name], port.symbols, given)
+    values = named_values(port.nouns, port.symbols, given)
     filled = np.full(len(port.symbols), np.nan) if base is None else base
     columns = [_real(s.name, values[s]) if s in values else b for s, b in zip(port.symbols, filled, strict=True)]
     complete(port, np.array([0.0 if s in values else b for s, b in zip(port.symbols, filled, strict=True)]))
@@ -120,4 +114,4 @@ def _by_name(port: Port, given: Mapping[Any, Any], base: Array | None) -> Array:
         return np.stack(np.broadcast_arrays(*columns), axis=-1) if columns else np.zeros(0)
     except ValueError as error:
         shapes = ", ".join(f"{s.name} {np.shape(c)}" for s, c in zip(port.symbols, columns, strict=True) if np.ndim(c))
-        raise ArgumentError(f"Expected {KINDS[port.name]} whose shapes broadcast, got {shapes}.") from error
+        raise ArgumentError(f"Expected {port.nouns} whose shapes broadcast, got {shapes}.") from error

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A compiled routine of equations of motion, called with t, x, p, r."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane import show
+from kane.program.machine import Settings
+from kane.program.native.compiled_routine import ALL, CompiledRoutine, NotFinite, new_block
+from kane.program.native.machine_code import Library
+from kane.program.program import Program
+
+Array = npt.NDArray[np.float64]
+
+_ARRAY: Any = np.ndarray
+
+
+class Handle(CompiledRoutine):
+    """One compiled routine: `handle(t, x, p, r)`.
+
+    `t` is a number, `x` the state (…, n), `p` the parameters (…, np) or a mapping by symbol or name (those left out keep their
+    defaults; all of them where `p` is None), `r` the inputs (…, nr). Leading axes broadcast; the result has them, then `shape`.
+    It is always a new array. Threads may call one handle at the same time: each call has a block of memory to itself.
+
+    NaN or infinity in the arguments is an `ArgumentError`. If a result is not finite, `not_finite` says what happens: "warn"
+    (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
+    """
+
+    __slots__ = ("_driven", "_parameters")
+
+    def __init__(
+        self,
+        program: Program,
+        name: str,
+        settings: Settings,
+        default: Array | None = None,
+        not_finite: NotFinite = "warn",
+        library: Library | None = None,
+    ) -> None:
+        super().__init__(program, name, settings, {} if default is None else {"p": default}, not_finite, library)
+        self._parameters = self._defaults["p"].data
+        self._driven = bool(program.port("r").symbols)
+
+    def __call__(self, t: Any, x: Any, p: Any = None, r: Any = None) -> Array:
+        """The results at t, x, p, r."""
+        # As in any routine, but written out for these four: this is what solvers call.
+        if (
+            (type(t) is float or type(t) is np.float64)
+            and type(x) is _ARRAY
+            and (p is None or type(p) is _ARRAY)
+            and (type(r) is _ARRAY or (r is None and not self._driven))
+        ):
+            free = self._free
+            try:
+                own = free.pop()
+            except IndexError:
+                own = new_block(self.program, self.routine)
+            address, time, x_own, p_own, r_own, out = own
+            try:
+                time.value = t
+                x_own[ALL] = x
+                p_own[ALL] = self._parameters if p is None else p
+                if r is not None:
+                    r_own[ALL] = r
+            except (ValueError, NotImplementedError):
+                free.append(own)
+            else:
+                if self._call(address):
+                    return self.doubtful(own, (t, x, p, r))
+                results: Array = out.copy()
+                free.append(own)
+                return results
+        return self.general(t, x, p, r)
+
+    def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
+        """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
+        return super().explain(t, x, p, r)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Handle, (self.program, self.name, self.settings, self._defaults["p"], self.not_finite)
+
+    def _repr_html_(self) -> str | None:
+        return show.html(self)

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What Python calls: one compiled routine, with an argument for each port of its program."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.errors import ArgumentError, KaneWarning, NotFiniteError
+from kane.program.emit.llvm_entries import block
+from kane.program.machine import Settings, build_library
+from kane.program.native import arguments
+from kane.program.native.callers import outside
+from kane.program.native.machine_code import Library
+from kane.program.program import Program, Routine
+from kane.program.reference import explain
+
+Array = npt.NDArray[np.float64]
+NotFinite = Literal["warn", "raise", "ignore"]
+Block: TypeAlias = tuple[Any, ...]
+"""The memory of one call at a time: its address, a view of each port's values, and the results. A bare tuple is unpacked fastest."""
+
+_ALIGNMENT = 64
+_ARRAY: Any = np.ndarray
+ALL = slice(None)
+
+
+def new_block(program: Program, routine: Routine) -> Block:
+    """A block with memory of its own; the first call hoists."""
+    at = block(program, routine)
+    raw = np.zeros(8 * at.size + _ALIGNMENT, np.uint8)
+    skip = -raw.ctypes.data % _ALIGNMENT
+    memory = raw[skip : skip + 8 * at.size].view(np.float64)
+    memory[at.hoisted : at.h].view(np.int64)[:] = -1  # the bits of no parameter that arithmetic makes
+    ports: list[Any] = []
+    for port, start in zip(program.ports, at.ports, strict=True):
+        own = memory[start : start + len(port.symbols)]
+        ports.append(ctypes.c_double.from_buffer(own) if port.scalar else own.data)  # type: ignore[arg-type]  # arrays have a buffer
+    results = memory[at.out : at.out + len(routine.results)].reshape(routine.shape)
+    return (ctypes.c_void_p(memory.ctypes.data), *ports, results)
+
+
+class CompiledRoutine:
+    """One compiled routine: `routine(*values)`, an argument for each port of its program in their order, or by name.
+
+    A scalar port takes a number, a vector its values (…, n) or a mapping by symbol or name. What a port of the tier "parameter" is not
+    given keeps its default. Leading axes broadcast; the result has them, then `shape`. It is always a new array. Threads may call
+    at the same time: each call has a block of memory to itself.
+
+    NaN or infinity in the arguments is an `ArgumentError`. If a result is not finite, `not_finite` says what happens: "warn"
+    (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
+    """
+
+    __slots__ = (
+        "__weakref__",
+        "_batch",
+        "_call",
+        "_defaults",
+        "_free",
+        "_library",
+        "_standard",
+        "not_finite",
+        "program",
+        "routine",
+        "settings",
+    )
+
+    def __init__(
+        self,
+        program: Program,
+        name: str,
+        settings: Settings,
+        defaults: Mapping[str, Array] | None = None,
+        not_finite: NotFinite = "warn",
+        library: Library | None = None,
+    ) -> None:
+        if not_finite not in ("warn", "raise", "ignore"):
+            raise ArgumentError(f'Expected not_finite to be "warn", "raise" or "ignore", got {not_finite!r}.')
+        self.program, self.routine, self.settings = program, program.routine(name), settings
+        self.not_finite = not_finite
+        own = {port.name: arguments.defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
+        self._defaults = {name: np.array(values) for name, values in own.items()}
+        self._free: list[Block] = []
+        self._standard = tuple(self._without_values(port.name, len(port.symbols)) for port in program.ports)
+        library = self._library = library or build_library([program], settings)
+        pointer, count = ctypes.c_void_p, ctypes.c_int64
+        self._call: Callable[[Any], int] = library.function(f"{name}.call", ctypes.c_int32, pointer, brief=True)
+        ports = [pointer, count] * len(program.ports)
+        self._batch = library.function(f"{name}.batch", count, count, *ports, pointer, pointer)
+
+    def _without_values(self, port: str, count: int) -> Any:
+        """What stands in the place of values that a call leaves out; None where it cannot."""
+        return self._defaults[port].data if port in self._defaults else None if count else np.zeros(0).data
+
+    @property
+    def name(self) -> str:
+        """The routine's name."""
+        return self.routine.name
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of one result."""
+        return self.routine.shape
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The name of each result, in row-major order."""
+        return self.routine.labels
+
+    def __call__(self, *values: Any, **named: Any) -> Array:
+        """The results at these values of the ports."""
+        given = self._by_port(values, named) if named or len(values) < len(self._standard) else values
+        free = self._free
+        try:  # a block that nobody else uses until it is back: calls may nest, in hooks and signal handlers too
+            own = free.pop()
+        except IndexError:
+            own = new_block(self.program, self.routine)
+        try:  # the common case without conversions: a memoryview takes doubles of the same shape and nothing else
+            for view, value, standard in zip(own[1:-1], given, self._standard, strict=True):
+                kind = type(value)
+                if kind is _ARRAY:
+                    view[ALL] = value
+                elif kind is float or kind is np.float64:
+                    view.value = value
+                elif value is None:
+                    view[ALL] = standard
+                else:
+                    raise TypeError
+        except (AttributeError, TypeError, ValueError, NotImplementedError):
+            free.append(own)
+            return self.general(*given)
+        if self._call(own[0]):
+            return self.doubtful(own, given)
+        results: Array = own[-1].copy()
+        free.append(own)
+        return results
+
+    def doubtful(self, own: Block, given: tuple[Any, ...]) -> Array:
+        """The results of a call that met NaN or infinity: names the argument, or the intermediate."""
+        ports = self.program.ports
+        results: Array = own[-1].copy()
+        met = [np.array(view.value if p.scalar else view) for p, view in zip(ports, own[1:-1], strict=True)]
+        self._free.append(own)
+        for port, value in zip(ports, given, strict=True):
+            if value is None and port.hoisted:
+                arguments.complete(port, self._defaults[port.name])
+        if self.not_finite != "ignore":
+            for port, values in zip(ports, met, strict=True):
+                arguments.finite(port, values)
+            self._tell([float(v) for a in met for v in a.flat], "")
+        return results
+
+    def _by_port(self, values: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Arguments in the ports' order, None for those left out."""
+        names = [port.name for port in self.program.ports]
+        found = dict(zip(names, values, strict=False))
+        wrong = [name for name in named if name not in names or name in found]
+        if wrong or len(values) > len(names):
+            raise ArgumentError(
+                f"Expected the arguments {', '.join(names)}, each once, got {', '.join(wrong) or len(values)}."
+            )
+        found.update(named)
+        return tuple(found.get(name) for name in names)
+
+    def general(self, *given: Any) -> Array:
+        """The results at values of any kind: converted, checked, with leading axes."""
+        ports, arrays = self.program.ports, self._arrays(given)
+        leading = [a.shape if port.scalar else a.shape[:-1] for port, a in zip(ports, arrays, strict=True)]
+        try:
+            rows = np.broadcast_shapes(*leading)
+        except ValueError as error:
+            shapes = ", ".join(f"{port.name} {a.shape}" for port, a in zip(ports, arrays, strict=True))
+            raise ArgumentError(f"Expected leading axes that broadcast, got {shapes}.") from error
+        if self.not_finite != "ignore":
+            for port, a in zip(ports, arrays, strict=True):
+                arguments.finite(port, a)
+        return self._rows(rows, leading, arrays)
+
+    def _arrays(self, given: tuple[Any, ...]) -> list[Array]:
+        """The arguments as arrays of doubles, the parameters complete."""
+        return [
+            arguments.values(port, value, self._defaults.get(port.name))
+            for port, value in zip(self.program.ports, given, strict=True)
+        ]
+
+    def _rows(self, rows: tuple[int, ...], leading: list[tuple[int, ...]], given: list[Array]) -> Array:
+        """Many evaluations in one native loop; what is the same in all rows is passed once, with stride 0."""
+        count = math.prod(rows)
+        flat: list[Array] = []
+        for port, lead, a in zip(self.program.ports, leading, given, strict=True):
+            width = len(port.symbols)
+            shared = math.prod(lead) == 1
+            wide = a if shared else np.broadcast_to(a.reshape(*lead, width), (*rows, width))
+            flat.append(np.require(wide.reshape(1 if shared else count, width), requirements=["C", "A"]))
+        out = np.empty((*rows, *self.shape))
+        h = np.empty(max(1, len(self.program.kept)))
+        strides = [0 if len(a) == 1 else a.shape[1] for a in flat]
+        pairs = [v for a, stride in zip(flat, strides, strict=True) for v in (a.ctypes.data, stride)]
+        first_bad = self._batch(count, *pairs, h.ctypes.data, out.ctypes.data)
+        if first_bad >= 0 and self.not_finite != "ignore":
+            where = tuple(map(int, np.unravel_index(first_bad, rows)))
+            self._tell([float(v) for a in flat for v in a[first_bad % len(a)]], f" at {where}")
+        return out
+
+    def _tell(self, inputs: list[float], where: str) -> None:
+        found = explain(self.program, self.routine, inputs) or (
+            "NaN or infinity where separate roundings give none: a difference of equal numbers is not quite zero with fused "
+            "multiply-adds or shared reciprocals. Use compile(contract=False)"
+        )
+        message = f"Expected finite results of {self.name}{where}, got {found}."
+        if self.not_finite == "raise":
+            raise NotFiniteError(message)
+        warnings.warn(message, KaneWarning, stacklevel=outside())
+
+    def explain(self, *given: Any) -> str:
+        """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
+        arrays = self._arrays(given)
+        if any(a.ndim > (not port.scalar) for port, a in zip(self.program.ports, arrays, strict=True)):
+            raise ArgumentError(f"Expected one state to explain, got shapes {', '.join(str(a.shape) for a in arrays)}.")
+        return explain(self.program, self.routine, [float(v) for a in arrays for v in a.flat])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.program, self.name, self.settings, self._defaults, self.not_finite)
+
+    def __repr__(self) -> str:
+        few = f"{', '.join(self.labels[:8])}{', …' if len(self.labels) > 8 else ''}"
+        return f"<{self.name}({self.program.signature}) -> {list(self.shape)}: {few}>"
