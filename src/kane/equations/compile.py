@@ -9,7 +9,7 @@ from typing import Any
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError
-from kane.program.native.handle import NotFinite
+from kane.program.native.compiled_routine import NotFinite
 
 
 def compile(

@@ -45,7 +45,7 @@ from kane.model.loads import Load
 from kane.model.system import System
 from kane.model.units import unit_in
 from kane.program.machine import Settings
-from kane.program.native.handle import NotFinite
+from kane.program.native.compiled_routine import NotFinite
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
