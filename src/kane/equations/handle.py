@@ -11,7 +11,6 @@ import numpy.typing as npt
 from kane import show
 from kane.program.machine import Settings
 from kane.program.native.compiled_routine import ALL, CompiledRoutine, NotFinite, new_block
-from kane.program.native.machine_code import Library
 from kane.program.program import Program
 
 Array = npt.NDArray[np.float64]
@@ -39,9 +38,8 @@ class Handle(CompiledRoutine):
         settings: Settings,
         default: Array | None = None,
         not_finite: NotFinite = "warn",
-        library: Library | None = None,
     ) -> None:
-        super().__init__(program, name, settings, {} if default is None else {"p": default}, not_finite, library)
+        super().__init__(program, name, settings, {} if default is None else {"p": default}, not_finite)
         self._parameters = self._defaults["p"].data
         self._driven = bool(program.port("r").symbols)
 
@@ -70,11 +68,11 @@ class Handle(CompiledRoutine):
                 free.append(own)
             else:
                 if self._call(address):
-                    return self.doubtful(own, (t, x, p, r))
+                    return self._doubtful(own, (t, x, p, r))
                 results: Array = out.copy()
                 free.append(own)
                 return results
-        return self.general(t, x, p, r)
+        return self._general(t, x, p, r)
 
     def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
         """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""

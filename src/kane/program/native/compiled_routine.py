@@ -134,14 +134,14 @@ class CompiledRoutine:
                     raise TypeError
         except (AttributeError, TypeError, ValueError, NotImplementedError):
             free.append(own)
-            return self.general(*given)
+            return self._general(*given)
         if self._call(own[0]):
-            return self.doubtful(own, given)
+            return self._doubtful(own, given)
         results: Array = own[-1].copy()
         free.append(own)
         return results
 
-    def doubtful(self, own: Block, given: tuple[Any, ...]) -> Array:
+    def _doubtful(self, own: Block, given: tuple[Any, ...]) -> Array:
         """The results of a call that met NaN or infinity: names the argument, or the intermediate."""
         ports = self.program.ports
         results: Array = own[-1].copy()
@@ -168,7 +168,7 @@ class CompiledRoutine:
         found.update(named)
         return tuple(found.get(name) for name in names)
 
-    def general(self, *given: Any) -> Array:
+    def _general(self, *given: Any) -> Array:
         """The results at values of any kind: converted, checked, with leading axes."""
         ports, arrays = self.program.ports, self._arrays(given)
         leading = [a.shape if port.scalar else a.shape[:-1] for port, a in zip(ports, arrays, strict=True)]
