@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import product
+from typing import TypeVar
 
 from kane.dynamics.auxiliary import Pairs, auxiliary_speeds
 from kane.dynamics.blocks import Blocks, blocks, mass_rows
@@ -13,6 +14,7 @@ from kane.dynamics.bodies import Moving, homes, moving_bodies
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.lazy_mapping import LazyMapping
 from kane.dynamics.loads import loads_in_speeds
+from kane.dynamics.read import read
 from kane.dynamics.terms import (
     Term,
     active_terms,
@@ -23,18 +25,24 @@ from kane.dynamics.terms import (
     sum_of,
 )
 from kane.expr.build import add
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
-from kane.kinematics.motion import Kinematics, cuts_of
+from kane.kinematics.motion import Kinematics, Motion, acceleration_form, cuts_of, velocity_form
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import Speeds
 from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.model.system import System, gravity_load
+from kane.space.frame import Frame
+from kane.space.point import Point
 from kane.space.vector import Vector
+
+K = TypeVar("K")
+V = TypeVar("V")
+Exprs = tuple[Expr, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,88 +60,103 @@ class Derived:
     bodies: tuple[Moving, ...]
     constraints: ConstraintRows
 
-    @property
-    def speeds(self) -> tuple[Speed, ...]:
-        """u."""
-        return self.kinematical.speeds
+    speeds = read[tuple[Speed, ...]](lambda d: d.kinematical.speeds, "u.")
+    reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "The reactions brought into evidence.")
+    all_speeds = read[tuple[Symbol, ...]](
+        lambda d: (*d.speeds, *d.auxiliary_speeds),
+        "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star.",
+    )
 
-    @property
-    def reactions(self) -> tuple[Reaction, ...]:
-        """R."""
-        return self.system.reactions
+    # Steps 3 and 4: kinematics -------------------------------------------------------------------------------------------
 
-    @property
-    def all_speeds(self) -> tuple[Symbol, ...]:
-        """Generalized speeds, then auxiliary ones: the rows of F_r and F*_r."""
-        return (*self.speeds, *self.auxiliary_speeds)
+    rates = read[Exprs](lambda d: d.kinematical.coordinate_rates(), "q̇ = W u + X.")
+    matrices = read[tuple[Matrix, Exprs, Matrix, Exprs]](lambda d: d.kinematical.matrices(), "Y, z, W, X.")
+    Y = read[Matrix](lambda d: d.matrices[0], "Y of u = Y q̇ + z.")
+    z = read[Exprs](lambda d: d.matrices[1], "z of u = Y q̇ + z.")
+    W = read[Matrix](lambda d: d.matrices[2], "W = Y⁻¹ of q̇ = W u + X.")
+    X = read[Exprs](lambda d: d.matrices[3], "X of q̇ = W u + X.")
+    angular_velocities = read[Mapping[Frame, Vector]](
+        lambda d: d._by_frame(velocity_form), "ω of each frame in the inertial frame, in speeds."
+    )
+    velocities = read[Mapping[Point, Vector]](
+        lambda d: d._by_point(velocity_form), "v of each point in the inertial frame, in speeds."
+    )
+    angular_accelerations = read[Mapping[Frame, Vector]](
+        lambda d: d._by_frame(acceleration_form), "α of each frame, in speeds and u̇."
+    )
+    point_accelerations = read[Mapping[Point, Vector]](
+        lambda d: d._by_point(acceleration_form), "a of each point, in speeds and u̇."
+    )
+    partial_angular_velocities = read[Mapping[Frame, Mapping[Expr, Vector]]](
+        lambda d: d._by_frame(d._partials), "ω_r of each frame for each speed, auxiliary ones too."
+    )
+    partial_velocities = read[Mapping[Point, Mapping[Expr, Vector]]](
+        lambda d: d._by_point(d._partials), "v_r of each point for each speed, auxiliary ones too."
+    )
 
-    @cached_property
-    def rates(self) -> tuple[Expr, ...]:
-        """q̇ = W u + X."""
-        return self.kinematical.coordinate_rates()
+    def _by_frame(self, reading: Callable[[Motion], V]) -> Mapping[Frame, V]:
+        return LazyMapping(self.system.frames, lambda frame: reading(self.kinematics.frame(frame)))
 
-    @cached_property
-    def matrices(self) -> tuple[Matrix, tuple[Expr, ...], Matrix, tuple[Expr, ...]]:
-        """Y, z, W, X."""
-        return self.kinematical.matrices()
+    def _by_point(self, reading: Callable[[Motion], V]) -> Mapping[Point, V]:
+        return LazyMapping(self.system.points, lambda point: reading(self.kinematics.point(point)))
 
-    # Generalized forces --------------------------------------------------------------------------------------------------
+    def _partials(self, motion: Motion) -> Mapping[Expr, Vector]:
+        return LazyMapping(self.all_speeds, lambda s: motion.partials.get(s, Vector()))
 
-    @cached_property
-    def declared_loads(self) -> tuple[Load, ...]:
-        """The loads but for gravity, in speeds."""
-        return loads_in_speeds(self.system.loads, self.kinematical)
+    # Steps 5 and 6: generalized forces -----------------------------------------------------------------------------------
 
-    @cached_property
+    declared_loads = read[tuple[Load, ...]](
+        lambda d: loads_in_speeds(d.system.loads, d.kinematical), "The loads but for gravity, in speeds."
+    )
+
+    @read
     def loads(self) -> tuple[Load, ...]:
         """The loads in speeds, gravity written out as one force a body."""
         weights = [gravity_load(g, self.system.bodies) for g in self.system.gravities]
         return (*loads_in_speeds(weights, self.kinematical), *self.declared_loads)
 
-    @cached_property
+    @read
     def active_terms(self) -> Mapping[Load, tuple[Term, ...]]:
         """The forces and torques of each load."""
         return LazyMapping(self.loads, lambda load: active_terms(load, self.kinematics))
 
-    @cached_property
+    @read
     def inertia_terms(self) -> Mapping[Body, tuple[Term, ...]]:
         """The inertia force and torque of each body, in u̇."""
         moving = {b.body: b for b in self.bodies}
         return LazyMapping(moving, lambda body: inertia_terms(moving[body]))
 
-    @cached_property
-    def active_forces(self) -> Mapping[tuple[Expr, Load], Expr]:
-        """What each load contributes to each F_r."""
-        keys = [(s, load) for s in self.all_speeds for load in self.loads]
-        return LazyMapping(keys, lambda key: generalized(self.active_terms[key[1]], key[0]))
+    Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
+        lambda d: d._by_speed(d.active_terms), "What each load contributes to each generalized active force."
+    )
+    Fr_star_contributions = read[Mapping[tuple[Expr, Body], Expr]](
+        lambda d: d._by_speed(d.inertia_terms), "What each body contributes to each generalized inertia force."
+    )
 
-    @cached_property
-    def inertia_forces(self) -> Mapping[tuple[Expr, Body], Expr]:
-        """What each body contributes to each F*_r."""
-        keys = [(s, b.body) for s in self.all_speeds for b in self.bodies]
-        return LazyMapping(keys, lambda key: generalized(self.inertia_terms[key[1]], key[0]))
+    def _by_speed(self, table: Mapping[K, tuple[Term, ...]]) -> Mapping[tuple[Expr, K], Expr]:
+        return LazyMapping(product(self.all_speeds, table), lambda key: generalized(table[key[1]], key[0]))
 
-    @cached_property
-    def Fr(self) -> tuple[Expr, ...]:
-        """F_r of all speeds; those of the auxiliary ones hold the reactions that they bring into evidence."""
-        return tuple(
-            add(
-                sum_of(self.active_forces[s, load] for load in self.loads),
-                sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs),
-            )
-            for s in self.all_speeds
+    @read
+    def Fr(self) -> Exprs:
+        """Generalized active forces F_r; the auxiliary ones hold the reactions they bring into evidence."""
+        evident = (
+            sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs) for s in self.all_speeds
         )
+        return tuple(map(add, self._sums(self.Fr_contributions, self.loads), evident))
 
-    @cached_property
-    def Fr_star(self) -> tuple[Expr, ...]:
-        """F*_r of all speeds, in u̇."""
-        return tuple(sum_of(self.inertia_forces[s, b.body] for b in self.bodies) for s in self.all_speeds)
+    @read
+    def Fr_star(self) -> Exprs:
+        """Generalized inertia forces F*_r, in u̇."""
+        return self._sums(self.Fr_star_contributions, self.system.bodies)
 
-    # Dynamical equations -------------------------------------------------------------------------------------------------
+    def _sums(self, shares: Mapping[tuple[Expr, K], Expr], sources: Sequence[K]) -> Exprs:
+        return tuple(sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
 
-    @cached_property
+    # Step 7: dynamical equations -----------------------------------------------------------------------------------------
+
+    @read
     def blocks(self) -> Blocks:
-        """M, f, G and M_a, f_a, G_a."""
+        """M, f and G by speeds and auxiliary speeds."""
         mass = mass_rows(self.bodies, self.speeds, self.auxiliary_speeds)
         loads = [term for load in self.declared_loads for term in active_terms(load, self.kinematics)]
         fall = sum((g.acceleration for g in self.system.gravities), start=Vector())
@@ -141,18 +164,23 @@ class Derived:
         right = [generalized_by_motion(terms, s) for s in self.all_speeds]
         return blocks(mass, right, self.auxiliary_speeds, self.reactions, self.pairs)
 
-    @cached_property
-    def forcing(self) -> tuple[Expr, ...]:
-        """f (n), with the reactions that loads hold."""
-        return self._with_reactions(self.blocks.forcing, self.blocks.coupling)
+    mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
+    auxiliary_mass_matrix = read[Matrix](lambda d: d.blocks.mass_a, "M_a (auxiliary × n).")
 
-    @cached_property
-    def auxiliary_forcing(self) -> tuple[Expr, ...]:
+    @read
+    def forcing(self) -> Exprs:
+        """f (n), reactions that loads hold included, forces of the constraints not."""
+        return tuple(map(add, self.blocks.forcing, self.blocks.coupling @ self.reactions))
+
+    @read
+    def auxiliary_forcing(self) -> Exprs:
         """f_a (auxiliary speeds), with the reactions."""
-        return self._with_reactions(self.blocks.forcing_a, self.blocks.coupling_a)
+        return tuple(map(add, self.blocks.forcing_a, self.blocks.coupling_a @ self.reactions))
 
-    def _with_reactions(self, plain: Sequence[Expr], coupling: Matrix) -> tuple[Expr, ...]:
-        return tuple(add(f, dot(row, self.reactions)) for f, row in zip(plain, coupling, strict=True))
+    A = read[Matrix](
+        lambda d: d.constraints.a, "A of the constraints A u + b = 0, a row for each of `system.constraints`."
+    )
+    b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
 
 
 def derived(system: System) -> Derived:

@@ -3,16 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived
+from kane.dynamics.derived import Derived, Exprs
+from kane.dynamics.read import read
 from kane.expr.build import add, sub
 from kane.expr.count import Operations, count_operations
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.ops import CONST, DIV, NEG
 from kane.expr.symbols import Speed, rate
@@ -38,79 +38,74 @@ class Solved:
     route: str
     derived: Derived
     embedding: Embedding | None
-    accelerations: tuple[Expr, ...]
-    reactions: tuple[Expr, ...]
-    pivots: tuple[Expr, ...]
+    accelerations: Exprs
+    reactions: Exprs
+    pivots: Exprs
     reaction_matrix: Matrix
     bare_reaction_matrix: Matrix
 
-    @property
-    def right_hand_side(self) -> tuple[Expr, ...]:
-        """(q̇, u̇) as functions of the state."""
-        return (*self.derived.rates, *self.accelerations)
+    right_hand_side = read[Exprs](lambda s: (*s.derived.rates, *s.accelerations), "(q̇, u̇) as functions of the state.")
+    operations = read[Operations](
+        lambda s: count_operations((*s.right_hand_side, *s.reactions)),
+        "Operations of one evaluation of the whole right-hand side, solution included.",
+    )
 
-    @cached_property
-    def operations(self) -> Operations:
-        """Operations of one evaluation of (q̇, u̇) and the reactions."""
-        return count_operations((*self.right_hand_side, *self.reactions))
+    # Constraints ---------------------------------------------------------------------------------------------------------
 
-    # Dependent speeds ----------------------------------------------------------------------------------------------------
+    dependent_speeds = read[tuple[Speed, ...]](
+        lambda s: tuple(s.derived.speeds[i] for i in s.embedding.partition.dependent) if s.embedding else (),
+        "u_D, the speeds that the constraints give.",
+    )
+    independent_speeds = read[tuple[Speed, ...]](
+        lambda s: tuple(s.derived.speeds[i] for i in s.embedding.independent) if s.embedding else s.derived.speeds,
+        "u_I, as many as there are degrees of freedom.",
+    )
+    A_n = read[Matrix](
+        lambda s: s.embedding.a_n if s.embedding else Matrix([], (0, len(s.derived.speeds))),
+        "A_n of u_D = A_n u_I + b_n.",
+    )
+    b_n = read[Exprs](lambda s: s.embedding.b_n if s.embedding else (), "b_n of u_D = A_n u_I + b_n.")
 
-    @property
-    def dependent_speeds(self) -> tuple[Speed, ...]:
-        """u_D, the speeds that the constraints give."""
-        return tuple(self.derived.speeds[i] for i in self.embedding.partition.dependent) if self.embedding else ()
-
-    @property
-    def independent_speeds(self) -> tuple[Speed, ...]:
-        """u_I, as many as there are degrees of freedom."""
-        speeds = self.derived.speeds
-        return tuple(speeds[i] for i in self.embedding.independent) if self.embedding else speeds
-
-    @property
+    @read
     def redundant(self) -> tuple[Constraint, ...]:
-        """Constraints that follow from the others, where they were compared."""
+        """Constraints that follow from the others, where they were compared; their multipliers are taken as zero."""
         rows = self.embedding.partition.redundant if self.embedding else ()
         return tuple(self.derived.constraints.constraints[r] for r in rows)
 
-    @cached_property
+    @read
     def dependent_pivots(self) -> tuple[Pivot, ...]:
-        """The pivots of A_D that are not plain numbers, in the order of elimination; multipliers divide by those of A_Dᵀ."""
+        """What A_n and b_n are divided by, where it changes with the state, with the dependent speed that it gives."""
         e = self.embedding
         if e is None:
             return ()
         rows = zip(self.dependent_speeds, e.pivots, e.transposed.pivots, strict=True)
         return tuple(Pivot(u, x, (_divisor(x), _divisor(y))) for u, x, y in rows if x.op is not CONST)
 
-    @cached_property
+    @read
     def multipliers(self) -> Mapping[Constraint, Expr]:
-        """λ of M u̇ = f + Aᵀ λ by constraint, in u̇ and reactions."""
+        """λ of M u̇ = f + Aᵀ λ by constraint: the force or torque that holds it, in u̇ and reactions."""
         e, d = self.embedding, self.derived
         if e is None:
             return {}
-        u_dot = [rate(u) for u in d.speeds]
-        residual = [sub(dot(d.blocks.mass.rows[i], u_dot), d.forcing[i]) for i in e.partition.dependent]
+        left = d.mass_matrix.take(e.partition.dependent) @ [rate(u) for u in d.speeds]
+        residual = [sub(x, d.forcing[i]) for x, i in zip(left, e.partition.dependent, strict=True)]
         return dict(zip(d.constraints.constraints, e.multipliers(residual), strict=True))
 
-    def nonholonomic(self, forces: Sequence[Expr]) -> tuple[Expr, ...]:
-        """F̃_r = F_r + Σ_D A_n[D, r] F_D of the independent, then the auxiliary speeds, for the `forces` F_r of all speeds."""
+    Fr_nh = read[Exprs](
+        lambda s: s._nonholonomic(s.derived.Fr),
+        "Nonholonomic generalized active forces F̃_r = F_r + Σ_D A_n[D, r] F_D: of the independent, then the auxiliary speeds.",
+    )
+    Fr_star_nh = read[Exprs](
+        lambda s: s._nonholonomic(s.derived.Fr_star), "Nonholonomic generalized inertia forces F̃*_r."
+    )
+
+    def _nonholonomic(self, forces: Exprs) -> Exprs:
         e, n = self.embedding, len(self.derived.speeds)
         if e is None:
-            return tuple(forces)
-        dependent = [forces[i] for i in e.partition.dependent]
+            return forces
         own = [*(forces[i] for i in e.independent), *forces[n:]]
-        columns = (*e.a_n.T, *e.a_na.T)
-        return tuple(add(f, dot(column, dependent)) for f, column in zip(own, columns, strict=True))
-
-    @cached_property
-    def Fr_nh(self) -> tuple[Expr, ...]:
-        """F̃_r."""
-        return self.nonholonomic(self.derived.Fr)
-
-    @cached_property
-    def Fr_star_nh(self) -> tuple[Expr, ...]:
-        """F̃*_r."""
-        return self.nonholonomic(self.derived.Fr_star)
+        dependent = [forces[i] for i in e.partition.dependent]
+        return tuple(map(add, own, (*e.a_n.T @ dependent, *e.a_na.T @ dependent)))
 
 
 def _divisor(pivot: Expr) -> Expr:

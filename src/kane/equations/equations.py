@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -11,11 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import show
-from kane.dynamics.blocks import Blocks
 from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
-from kane.dynamics.lazy_mapping import LazyMapping
+from kane.dynamics.read import read
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.energy import (
     angular_momentum,
@@ -29,19 +28,14 @@ from kane.dynamics.readings.joint_reactions import JointReaction, Place, reactio
 from kane.dynamics.readings.rates import time_derivative, without_rates
 from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates
-from kane.dynamics.solved import Pivot, Solved
+from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, compiled
-from kane.equations.read import read
-from kane.expr.count import Operations
-from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
 from kane.kinematics.constraints import ConstraintRows
-from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
+from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Speeds
-from kane.model.constraints import Constraint
 from kane.model.events import Event
-from kane.model.loads import Load
 from kane.model.system import System
 from kane.model.units import unit_in
 from kane.program.machine import Settings
@@ -69,91 +63,51 @@ class Equations:
 
     derived = read[Derived](lambda e: e.solved.derived, "What no choice of dependent speeds changes.")
     system = read[System](lambda e: e.derived.system, "The system.")
-    speeds = read[tuple[Speed, ...]](lambda e: e.derived.speeds, "u.")
-    auxiliary_speeds = read[tuple[AuxiliarySpeed, ...]](lambda e: e.derived.auxiliary_speeds, "u_a, one a reaction.")
-    reactions = read[tuple[Reaction, ...]](lambda e: e.system.reactions, "The reactions brought into evidence.")
     coordinates = read[tuple[Coordinate, ...]](lambda e: e.system.coordinates, "q.")
     parameters = read[tuple[Parameter, ...]](lambda e: e.system.parameters, "The parameters of the system.")
     inputs = read[tuple[Input | Rate, ...]](lambda e: e.system.inputs, "The inputs of the system, and their rates.")
-    kinematical = read[Speeds](lambda e: e.derived.kinematical, "The kinematical equations.")
-    kinematics = read[Kinematics](lambda e: e.derived.kinematics, "Motions of frames and points.")
-    bodies = read[tuple[Moving, ...]](lambda e: e.derived.bodies, "The bodies with their motions.")
-    pairs = read[Mapping[tuple[Expr, Expr], Expr]](lambda e: e.derived.pairs, "What reactions put into auxiliary rows.")
-    rates = read[Exprs](lambda e: e.derived.rates, "q̇ = W u + X.")
-    blocks = read[Blocks](lambda e: e.derived.blocks, "M, f and G by speeds and auxiliary speeds.")
-    constraints = read[ConstraintRows](lambda e: e.derived.constraints, "The rows of A u + A_a u_a + b = 0.")
-    embedding = read[Embedding | None](lambda e: e.solved.embedding, "u_D by u_I, None without constraints.")
-
-    mass_matrix = read[Matrix](lambda e: e.blocks.mass, "M (n × n), of all speeds.")
-    auxiliary_mass_matrix = read[Matrix](lambda e: e.blocks.mass_a, "M_a (auxiliary × n).")
-    forcing = read[Exprs](
-        lambda e: e.derived.forcing, "f (n), reactions that loads hold included, forces of the constraints not."
-    )
-    auxiliary_forcing = read[Exprs](
-        lambda e: e.derived.auxiliary_forcing, "f_a (auxiliary speeds), with the reactions."
-    )
-    accelerations = read[Exprs](lambda e: e.solved.accelerations, "u̇, solved.")
-    reaction_values = read[Exprs](lambda e: e.solved.reactions, "The reactions, solved.")
-    right_hand_side = read[Exprs](lambda e: e.solved.right_hand_side, "(q̇, u̇) as functions of the state.")
-    operations = read[Operations](
-        lambda e: e.solved.operations, "Operations of one evaluation of the whole right-hand side, solution included."
-    )
-
-    # Steps 3 and 4: kinematics ---------------------------------------------------------------------------------------
-
-    Y = read[Matrix](lambda e: e.derived.matrices[0], "Y of u = Y q̇ + z.")
-    z = read[Exprs](lambda e: e.derived.matrices[1], "z of u = Y q̇ + z.")
-    W = read[Matrix](lambda e: e.derived.matrices[2], "W = Y⁻¹ of q̇ = W u + X.")
-    X = read[Exprs](lambda e: e.derived.matrices[3], "X of q̇ = W u + X.")
     frames = read[tuple[Frame, ...]](lambda e: e.system.frames, "The frames of the system.")
     points = read[tuple[Point, ...]](lambda e: e.system.points, "The points of the system.")
-    angular_velocities = read[Mapping[Frame, Vector]](
-        lambda e: e._by_frame(velocity_form), "ω of each frame in the inertial frame, in speeds."
-    )
-    velocities = read[Mapping[Point, Vector]](
-        lambda e: e._by_point(velocity_form), "v of each point in the inertial frame, in speeds."
-    )
-    angular_accelerations = read[Mapping[Frame, Vector]](
-        lambda e: e._by_frame(acceleration_form), "α of each frame, in speeds and u̇."
-    )
-    point_accelerations = read[Mapping[Point, Vector]](
-        lambda e: e._by_point(acceleration_form), "a of each point, in speeds and u̇."
-    )
-    partial_angular_velocities = read[Mapping[Frame, Mapping[Expr, Vector]]](
-        lambda e: e._by_frame(e._partials), "ω_r of each frame for each speed, auxiliary ones too."
-    )
-    partial_velocities = read[Mapping[Point, Mapping[Expr, Vector]]](
-        lambda e: e._by_point(e._partials), "v_r of each point for each speed, auxiliary ones too."
-    )
+    speeds = Derived.speeds.within("derived")
+    auxiliary_speeds = read[tuple[AuxiliarySpeed, ...]](lambda e: e.derived.auxiliary_speeds, "u_a, one a reaction.")
+    all_speeds = Derived.all_speeds.within("derived")
+    reactions = Derived.reactions.within("derived")
+    bodies = read[tuple[Moving, ...]](lambda e: e.derived.bodies, "The bodies with their motions.")
+    kinematical = read[Speeds](lambda e: e.derived.kinematical, "The kinematical equations.")
+    kinematics = read[Kinematics](lambda e: e.derived.kinematics, "Motions of frames and points.")
+    pairs = read[Mapping[tuple[Expr, Expr], Expr]](lambda e: e.derived.pairs, "What reactions put into auxiliary rows.")
+    constraints = read[ConstraintRows](lambda e: e.derived.constraints, "The rows of A u + A_a u_a + b = 0.")
 
-    def _by_frame(self, reading: Callable[[Motion], V]) -> Mapping[Frame, V]:
-        return LazyMapping(self.frames, lambda frame: reading(self.kinematics.frame(frame)))
+    # Steps 3 and 4: kinematics -------------------------------------------------------------------------------------------
 
-    def _by_point(self, reading: Callable[[Motion], V]) -> Mapping[Point, V]:
-        return LazyMapping(self.points, lambda point: reading(self.kinematics.point(point)))
+    Y = Derived.Y.within("derived")
+    z = Derived.z.within("derived")
+    W = Derived.W.within("derived")
+    X = Derived.X.within("derived")
+    rates = Derived.rates.within("derived")
+    angular_velocities = Derived.angular_velocities.within("derived")
+    velocities = Derived.velocities.within("derived")
+    angular_accelerations = Derived.angular_accelerations.within("derived")
+    point_accelerations = Derived.point_accelerations.within("derived")
+    partial_angular_velocities = Derived.partial_angular_velocities.within("derived")
+    partial_velocities = Derived.partial_velocities.within("derived")
 
-    def _partials(self, motion: Motion) -> Mapping[Expr, Vector]:
-        return LazyMapping(self.all_speeds, lambda s: motion.partials.get(s, Vector()))
+    # Steps 5 to 7: generalized forces, dynamical equations ---------------------------------------------------------------
 
-    # Steps 5 to 7: generalized forces ------------------------------------------------------------------------------------
-
-    all_speeds = read[Exprs](
-        lambda e: e.derived.all_speeds, "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star."
-    )
-    loads = read[tuple[Load, ...]](
-        lambda e: e.derived.loads, "The loads in speeds, gravity written out as one force a body."
-    )
-    Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
-        lambda e: e.derived.active_forces, "What each load contributes to each generalized active force."
-    )
-    Fr_star_contributions = read[Mapping[tuple[Expr, Any], Expr]](
-        lambda e: e.derived.inertia_forces, "What each body contributes to each generalized inertia force."
-    )
-    Fr = read[Exprs](
-        lambda e: e.derived.Fr,
-        "Generalized active forces F_r; the auxiliary ones hold the reactions they bring into evidence.",
-    )
-    Fr_star = read[Exprs](lambda e: e.derived.Fr_star, "Generalized inertia forces F*_r, in u̇.")
+    loads = Derived.loads.within("derived")
+    Fr_contributions = Derived.Fr_contributions.within("derived")
+    Fr_star_contributions = Derived.Fr_star_contributions.within("derived")
+    Fr = Derived.Fr.within("derived")
+    Fr_star = Derived.Fr_star.within("derived")
+    blocks = Derived.blocks.within("derived")
+    mass_matrix = Derived.mass_matrix.within("derived")
+    auxiliary_mass_matrix = Derived.auxiliary_mass_matrix.within("derived")
+    forcing = Derived.forcing.within("derived")
+    auxiliary_forcing = Derived.auxiliary_forcing.within("derived")
+    accelerations = read[Exprs](lambda e: e.solved.accelerations, "u̇, solved.")
+    reaction_values = read[Exprs](lambda e: e.solved.reactions, "The reactions, solved.")
+    right_hand_side = Solved.right_hand_side.within("solved")
+    operations = Solved.operations.within("solved")
     steps = read[tuple[Step, ...]](
         lambda e: seven_steps(e.solved), "The seven steps of the method, each with its results."
     )
@@ -168,37 +122,18 @@ class Equations:
 
     # Constraints ---------------------------------------------------------------------------------------------------------
 
-    A = read[Matrix](
-        lambda e: e.constraints.a, "A of the constraints A u + b = 0, a row for each of `system.constraints`."
-    )
-    b = read[Exprs](lambda e: e.constraints.b, "b of the constraints A u + b = 0.")
-    dependent_speeds = read[tuple[Speed, ...]](
-        lambda e: e.solved.dependent_speeds, "u_D, the speeds that the constraints give."
-    )
-    independent_speeds = read[tuple[Speed, ...]](
-        lambda e: e.solved.independent_speeds, "u_I, as many as there are degrees of freedom."
-    )
-    A_n = read[Matrix](
-        lambda e: e.embedding.a_n if e.embedding else Matrix([], (0, len(e.speeds))), "A_n of u_D = A_n u_I + b_n."
-    )
-    b_n = read[Exprs](lambda e: e.embedding.b_n if e.embedding else (), "b_n of u_D = A_n u_I + b_n.")
-    pivots = read[tuple[Pivot, ...]](
-        lambda e: e.solved.dependent_pivots,
-        "What A_n and b_n are divided by, where it changes with the state, with the dependent speed that it gives.",
-    )
-    redundant = read[tuple[Constraint, ...]](
-        lambda e: e.solved.redundant,
-        "Constraints that follow from the others, where they were compared; their multipliers are taken as zero.",
-    )
-    multipliers = read[Mapping[Constraint, Expr]](
-        lambda e: e.solved.multipliers,
-        "λ of M u̇ = f + Aᵀ λ by constraint: the force or torque that holds it, in u̇ and reactions.",
-    )
-    Fr_nh = read[Exprs](
-        lambda e: e.solved.Fr_nh,
-        "Nonholonomic generalized active forces F̃_r = F_r + Σ_D A_n[D, r] F_D: of the independent, then the auxiliary speeds.",
-    )
-    Fr_star_nh = read[Exprs](lambda e: e.solved.Fr_star_nh, "Nonholonomic generalized inertia forces F̃*_r.")
+    A = Derived.A.within("derived")
+    b = Derived.b.within("derived")
+    embedding = read[Embedding | None](lambda e: e.solved.embedding, "u_D by u_I, None without constraints.")
+    dependent_speeds = Solved.dependent_speeds.within("solved")
+    independent_speeds = Solved.independent_speeds.within("solved")
+    A_n = Solved.A_n.within("solved")
+    b_n = Solved.b_n.within("solved")
+    pivots = Solved.dependent_pivots.within("solved")
+    redundant = Solved.redundant.within("solved")
+    multipliers = Solved.multipliers.within("solved")
+    Fr_nh = Solved.Fr_nh.within("solved")
+    Fr_star_nh = Solved.Fr_star_nh.within("solved")
 
     def reaction(self, place: Place, frame: Frame | None = None) -> JointReaction:
         """The force and torque that the near side exerts on the far side, in q, u, t, parameters and inputs.
