@@ -16,7 +16,7 @@ from kane.gallery.pendulums import chain
 from kane.present.along import motion_checks
 from kane.present.chapters import chapters
 from kane.present.checks import Check
-from kane.present.declared import Tex, declared
+from kane.present.tables import Tex, declared_tables
 from kane.write.latex import latex_name
 from tests.present.disk import derived, moved
 from tests.present.page import Page
@@ -230,5 +230,5 @@ def test_constraints_are_held_by_reactions_with_a_direction_and_a_formula() -> N
     expected = {r.name: v for r, v in values}
     for name in ("F_x", "F_y"):
         assert eom.evaluate(items[name], q=at.q, u=at.u) == pytest.approx(expected[name], rel=1e-12)
-    (table,) = [t for t in declared(eom) if t.title.startswith("Reactions")]
+    (table,) = [t for t in declared_tables(eom) if t.title.startswith("Reactions")]
     assert [str(row[2]) for row in table.rows] == [str(Tex(rf"\hat{{n}}_{{{a}}}")) for a in "zxy"]

@@ -18,19 +18,16 @@ from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, s
 from kane.cli.models import Model, model
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
+from kane.cli.summary import show, summary
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.derive import repartition
 from kane.equations.routines import rate_names
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
-from kane.model.bodies import Body, RigidBody
-from kane.model.reactions import constraint_of, cut_of
 from kane.motion.drives import check_prescribed, input_functions
 from kane.motion.singular import check_regular
 from kane.numeric.named import finite_number
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
-
-_LONG = 70
 
 
 def check(name: Name, as_json: AsJson = False) -> None:
@@ -54,7 +51,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
         if as_json:
             screen.as_json(what)
         else:
-            _show(
+            show(
                 what,
                 [*("\n  ".join(filter(None, (str(w.message), place_of(w, found.path)))) for w in caught), *doubtful],
             )
@@ -122,95 +119,3 @@ def _why(eom: kn.Equations, begin: Start, t: float) -> str:
         return "the equations are singular there, or a load is not defined"
     still = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > TAKES_PART)
     return f"the mass matrix is singular there, where {still} moves no mass"
-
-
-def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
-    """What the model is, ready for JSON."""
-    return {
-        "model": found.name,
-        "title": found.title,
-        "ok": True,
-        "bodies": [_body(b) for b in eom.system.bodies],
-        "coordinates": [_symbol(q) for q in eom.coordinates],
-        "speeds": [{**_symbol(u), "definition": kn.to_text(d)} for u, d in eom.system.speeds.items()],
-        "constraints": [
-            {"name": c.name, "kind": c.kind, "expression": kn.to_text(c.expr)} for c in eom.system.constraints
-        ],
-        "dependent_speeds": [u.name for u in eom.dependent_speeds],
-        "reactions": [_reaction(r) for r in eom.reactions],
-        "loads": [{"name": load.name, "potential": load.potential is not None} for load in eom.loads],
-        "inputs": [_symbol(r) for r in eom.inputs],
-        "parameters": [{**_symbol(p), "default": p.default} for p in eom.parameters],
-        "operations": screen.operations(eom.operations),
-        "warnings": told,
-        "derived_s": took,
-    }
-
-
-def _body(body: Body) -> dict[str, str]:
-    kind = "rigid body" if isinstance(body, RigidBody) else "particle"
-    return {"name": body.name, "kind": kind, "mass": kn.to_text(body.mass), "mass_center": body.mass_center.name}
-
-
-def _symbol(s: Any) -> dict[str, str]:
-    return {"name": s.name, "unit": s.unit, "description": s.description}
-
-
-def _reaction(r: Any) -> dict[str, str]:
-    cut, held = cut_of(r), constraint_of(r)
-    place = {"at": cut.at.name, "along": str(cut.along)} if cut else {"at": held.name if held else "", "along": ""}
-    return {**_symbol(r), **place}
-
-
-def _kind(speed: dict[str, str], what: dict[str, Any]) -> str:
-    """Which of the speeds the constraints give; nothing where there are none."""
-    given = what["dependent_speeds"]
-    return "dependent" if speed["name"] in given else "independent" if given else ""
-
-
-def _show(what: dict[str, Any], told: list[str]) -> None:
-    typer.echo(typer.style(f"{what['model']}: {what['title']}", bold=True))
-    parts: list[tuple[str, list[tuple[str, ...]]]] = [
-        ("Bodies", [(b["name"], b["kind"], f"mass {_brief(b['mass'])} at {b['mass_center']}") for b in what["bodies"]]),
-        ("Coordinates", [_words(q) for q in what["coordinates"]]),
-        (
-            "Speeds",
-            [(u["name"], f"= {_brief(u['definition'])}", _kind(u, what), *_words(u)[1:]) for u in what["speeds"]],
-        ),
-        ("Constraints", [(c["name"], c["kind"], f"{_brief(c['expression'])} = 0") for c in what["constraints"]]),
-        ("Reactions", [(r["name"], r["unit"], _place(r)) for r in what["reactions"]]),
-        ("Loads", [(x["name"], "with a potential" if x["potential"] else "does work") for x in what["loads"]]),
-        ("Inputs", [_words(r) for r in what["inputs"]]),
-        ("Parameters", [(p["name"], _number(p["default"]), *_words(p)[1:]) for p in what["parameters"]]),
-    ]
-    for title, rows in parts:
-        if rows:
-            screen.heading(f"{title} ({len(rows)})")
-            screen.table(rows)
-    cost = what["operations"]
-    screen.heading("One evaluation")
-    typer.echo(f"  {cost['total']} operations: {cost['state']} with the state, {cost['parameter']} of parameters")
-    if told:
-        screen.heading("Warnings")
-        for text in told:
-            typer.echo(shown(f"  {text}"))
-    typer.echo(f"\nNo error found; derived in {what['derived_s'] * 1e3:.0f} ms.")
-
-
-def _words(s: dict[str, str]) -> tuple[str, str, str]:
-    return (s["name"], s["unit"], s["description"])
-
-
-def _place(r: dict[str, str]) -> str:
-    if not r["at"]:
-        return r["description"]
-    return f"at {r['at']}, along {_brief(r['along'])}" if r["along"] else f"holds {r['at']}"
-
-
-def _number(value: float | None) -> str:
-    return "none" if value is None else f"{value:g}"
-
-
-def _brief(text: str) -> str:
-    line = " ".join(text.split())
-    return line if len(line) <= _LONG else f"{line[:_LONG]}…"

@@ -11,7 +11,6 @@ from kane.dynamics.readings.quantity import Kind, Quantity
 from kane.dynamics.readings.steps import Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
 from kane.expr.symbols import rate
-from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas
 from kane.present.names import quantity_latex
 from kane.present.provenance import (
@@ -21,9 +20,9 @@ from kane.present.provenance import (
     mass_provenance,
     noncontributing,
 )
+from kane.present.tables import PageTable, Tex, coordinates_table
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
 LONG = 300
@@ -47,7 +46,7 @@ class Chapter:
     text: str
     between: tuple[Formula, ...] = ()
     formulas: tuple[Formula, ...] = ()
-    tables: tuple[Table, ...] = ()
+    tables: tuple[PageTable, ...] = ()
     displays: tuple[str, ...] = ()
     solution: tuple[Formula, ...] = ()
     note: str = ""
@@ -72,10 +71,10 @@ def _surveyable(eom: Equations) -> bool:
 
 def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     if step.number == 1:
-        return Chapter(step.number, step.title, _prose(eom, step), tables=(_coordinates(eom),))
+        return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates_table(eom),))
     between, found = formulas(step.results, lambda quantity: quantity_latex(quantity, eom.system.inertial))
     shown = dict(zip((quantity for quantity, _ in step.results), found, strict=True))
-    tables: tuple[Table, ...] = ()
+    tables: tuple[PageTable, ...] = ()
     displays: tuple[str, ...] = ()
     if step.number == 4 and _surveyable(eom):
         tables = (_partials(eom, shown),)
@@ -130,12 +129,7 @@ _EMBEDDED = {
 """Of a system with constraints."""
 
 
-def _coordinates(eom: Equations) -> Table:
-    rows = tuple((Tex(latex_name(q.name)), unit_text(q.unit), q.description) for q in eom.coordinates)
-    return Table("", ("coordinate", "unit", "meaning"), rows)
-
-
-def _partials(eom: Equations, shown: Mapping[Quantity, Formula]) -> Table:
+def _partials(eom: Equations, shown: Mapping[Quantity, Formula]) -> PageTable:
     """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
     frames, points = moving_places(eom.system)
     columns: list[tuple[Kind, Kind, Frame | Point]] = [
@@ -148,7 +142,7 @@ def _partials(eom: Equations, shown: Mapping[Quantity, Formula]) -> Table:
     ]
     heads = (quantity_latex(Quantity(kind, place), eom.system.inertial) for kind, _, place in columns)
     head = (r"$u_r$", *(f"${latex}_r$" for latex in heads))
-    return Table("Partial angular velocities and partial velocities", head, tuple(rows))
+    return PageTable("Partial angular velocities and partial velocities", head, tuple(rows))
 
 
 def _matrix(eom: Equations, shown: Mapping[Quantity, Formula]) -> str:

@@ -14,9 +14,9 @@ from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
 from kane.model.loads import Load
-from kane.present.declared import Table, Tex
 from kane.present.formulas import Formula, formulas
 from kane.present.names import quantity_latex
+from kane.present.tables import Cell, PageTable, Tex
 from kane.space.latex import place_latex
 from kane.space.point import Point
 from kane.write.latex import latex_name
@@ -31,7 +31,7 @@ class Origin:
 
     left: str
     count: str
-    table: Table
+    table: PageTable
     idle: str = ""
 
 
@@ -89,7 +89,7 @@ def mass_provenance(eom: Equations) -> Provenance | None:
     if len(rows) > _MOST:
         return None
     return Provenance(
-        "The mass matrix, body by body", (Origin("M", _terms(len(rows)), Table("", head, rows)),), tuple(between)
+        "The mass matrix, body by body", (Origin("M", _terms(len(rows)), PageTable("", head, rows)),), tuple(between)
     )
 
 
@@ -117,7 +117,7 @@ def _provenance(
             vector, partial, term = next(right), next(right), next(right)
             met = _met(eom, c, speed, partial)
             rows.append((_source(c), Tex(place_latex(c.place.name)), vector, met, term))
-        origins.append(Origin(left, _terms(len(some)), Table("", head, tuple(rows)), idle))
+        origins.append(Origin(left, _terms(len(some)), PageTable("", head, tuple(rows)), idle))
     return Provenance("Where the terms come from", tuple(origins), tuple(between))
 
 
@@ -128,11 +128,11 @@ def _met(eom: Equations, c: Contribution, speed: Any, partial: Tex) -> Tex:
     return Tex(f"{quantity_latex(quantity, eom.system.inertial)} = {partial.source}")
 
 
-def _source(c: Contribution) -> str | Tex:
+def _source(c: Contribution) -> Cell:
     return Tex(latex_name(c.source.name)) if isinstance(c.source, Symbol) else c.source.name
 
 
-def _cell(e: Any, formula: Formula) -> str | Tex:
+def _cell(e: Any, formula: Formula) -> Cell:
     return "–" if e is ZERO else Tex(formula.right)
 
 

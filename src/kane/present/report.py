@@ -18,8 +18,8 @@ from kane.present.along import motion_checks
 from kane.present.assets import asset
 from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check
-from kane.present.declared import Table, Tex, declared
 from kane.present.receipt import receipt
+from kane.present.tables import PageTable, Tex, declared_tables
 from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
@@ -85,7 +85,7 @@ def page(
         eom=eom,
         summary=_summary(eom),
         receipt=receipt(eom),
-        declared=declared(eom, solution.parameters if solution is not None else None),
+        declared=declared_tables(eom, solution.parameters if solution is not None else None),
         chapters=chapters(eom),
         long=LONG,
         checks=(*checks, *(motion_checks(solution, checks) if solution is not None else ())),
@@ -116,11 +116,13 @@ def _summary(eom: Equations) -> list[tuple[int, str]]:
     return [*found, (eom.operations.total, "operations")]
 
 
-def _start(solution: Solution) -> Table:
+def _start(solution: Solution) -> PageTable:
     eom = solution.equations
     symbols = (*eom.coordinates, *eom.speeds)
     rows = tuple(
         (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s)))
         for s, a, b in zip(symbols, solution.states[0], solution.states[-1], strict=True)
     )
-    return Table("Start and end", ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit"), rows, False)
+    return PageTable(
+        "Start and end", ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit"), rows, False
+    )

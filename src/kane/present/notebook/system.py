@@ -3,71 +3,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 from kane.expr.node import Expr
-from kane.expr.symbols import Symbol
-from kane.model.bodies import Body, RigidBody
+from kane.model.bodies import RigidBody
 from kane.model.constraints import Constraint
+from kane.model.events import Event
 from kane.model.loads import Load
-from kane.model.reactions import cut_of
 from kane.model.system import System
+from kane.present.declared import DECLARED, Row
 from kane.present.notebook.pieces import either, escaped, folded, listed, math, paragraph, table
 from kane.present.notebook.typeset import expression
 from kane.present.notebook.vectors import dyadic, vector
+from kane.space.frame import Frame
 from kane.space.latex import place_latex
+from kane.space.point import Point
 from kane.space.vector import Vector
 from kane.units.text import unit_text
-from kane.write.latex import latex_name
 
 _PLACES = 4
 """Forces and torques of one load that are listed."""
+
+_COLUMNS: dict[str, Sequence[str]] = {
+    "bodies": ("body", "mass", "mass centre", "frame", "central inertia"),
+    "coordinates": ("coordinate", "unit", "meaning"),
+    "speeds": ("speed", "definition", "unit", "meaning"),
+    "loads": ("load", "acts"),
+    "constraints": ("constraint", "kind", "vanishes", "held by"),
+    "reactions": ("reaction", "at", "along", "unit", "meaning"),
+    "auxiliary speeds": ("auxiliary speed", "at", "along", "unit", "meaning"),
+    "inputs": ("input", "unit", "meaning"),
+    "events": ("event", "where", "", "message"),
+    "parameters": ("parameter", "default", "unit", "meaning"),
+}
+"""What is shown of each group; the parameters are folded away."""
+
+_WAYS = {-1: "falls below", 1: "rises above"}
 
 
 def system_html(system: System) -> str:
     """Bodies, coordinates, speeds, loads, constraints, reactions, inputs and events; parameters folded away."""
     names = listed([b.name for b in system.bodies])
-    parts = [
-        paragraph(f"<b>System</b>: {names}; inertial frame {math(place_latex(system.inertial.name))}"),
-        *(either(make, system) for make in _PARTS),
-        folded(f"{len(system.parameters)} parameters", either(_parameters, system) if system.parameters else ""),
-    ]
-    return "".join(parts)
+    *groups, last = (either(partial(_group, group=group), system) for group in _COLUMNS)
+    lead = paragraph(f"<b>System</b>: {names}; inertial frame {math(place_latex(system.inertial.name))}")
+    return "".join([lead, *groups, folded(f"{len(system.parameters)} parameters", last)])
 
 
-def symbol_cells(s: Symbol) -> tuple[str, str, str]:
-    """Cells: name, unit, meaning."""
-    return math(latex_name(s.name)), escaped(unit_text(s.unit)), escaped(s.description)
+def _group(system: System, group: str) -> str:
+    head = _COLUMNS[group]
+    return table(head, [[_cell(row, column) for column in head] for row in DECLARED[group](system)])
 
 
-def _bodies(system: System) -> str:
-    return table(("body", "mass", "mass centre", "frame", "central inertia"), [_body(b) for b in system.bodies])
-
-
-def _body(body: Body) -> tuple[str, ...]:
-    shared = (escaped(body.name), _cell(body.mass), math(place_latex(body.mass_center.name)))
-    if not isinstance(body, RigidBody):
-        return (*shared, "particle", "")
-    return (*shared, math(place_latex(body.frame.name)), dyadic(body.inertia).cell)
-
-
-def _coordinates(system: System) -> str:
-    return table(("coordinate", "unit", "meaning"), [symbol_cells(q) for q in system.coordinates])
-
-
-def _speeds(system: System) -> str:
-    rows = [(name, _cell(e), *rest) for (name, *rest), e in ((symbol_cells(u), e) for u, e in system.speeds.items())]
-    return table(("speed", "definition", "unit", "meaning"), rows)
-
-
-def _loads(system: System) -> str:
-    rows = [(escaped(g.name), f"{vector(g.acceleration).cell} on every body") for g in system.gravities]
-    return table(("load", "acts"), [*rows, *((escaped(load.name), _acting(load)) for load in system.loads)])
-
-
-def _constraints(system: System) -> str:
-    rows = [(escaped(c.name), c.kind, _cell(c.expr), _acting(c) if c.placed else "") for c in system.constraints]
-    return table(("constraint", "kind", "vanishes", "held by"), rows)
+def _cell(row: Row, column: str) -> str:
+    value: Any = row[column]
+    if column == "unit":
+        value = unit_text(value)
+    if column == "default":
+        return "–" if value is None else f"{value:g}"
+    if column == "acts" and row["field"] is not None:
+        return f"{vector(row['field']).cell} on every body"
+    if value is None or (isinstance(value, Constraint) and column == "at"):
+        return ""
+    return next(write(value) for kind, write in _WRITERS.items() if isinstance(value, kind))
 
 
 def _acting(load: Load | Constraint) -> str:
@@ -77,48 +76,18 @@ def _acting(load: Load | Constraint) -> str:
     return "<br>".join([*shown, *([f"… and {len(pairs) - _PLACES} more"] if len(pairs) > _PLACES else [])])
 
 
-def _reactions(system: System) -> str:
-    return _cuts("reaction", system.reactions) + _cuts("auxiliary speed", system.auxiliary_speeds)
+def _where(event: Event) -> str:
+    way = _WAYS.get(event.direction, "crosses")
+    return f"{expression(event.quantity).cell} {way} {escaped(f'{event.threshold:g}')}"
 
 
-def _cuts(kind: str, symbols: Sequence[Symbol]) -> str:
-    rows = []
-    for s in symbols:
-        cut = cut_of(s)
-        place = (math(place_latex(cut.at.name)), vector(cut.along).cell) if cut else ("", "")
-        name, *rest = symbol_cells(s)
-        rows.append((name, *place, *rest))
-    return table((kind, "at", "along", "unit", "meaning"), rows)
-
-
-def _inputs(system: System) -> str:
-    return table(("input", "unit", "meaning"), [symbol_cells(s) for s in system.inputs])
-
-
-def _events(system: System) -> str:
-    ways = {-1: "falls below", 1: "rises above"}
-    rows = [
-        (
-            escaped(e.name),
-            f"{_cell(e.quantity)} {ways.get(e.direction, 'crosses')} {escaped(f'{e.threshold:g}')}",
-            "ends the simulation" if e.terminal else "",
-            escaped(e.message),
-        )
-        for e in system.events
-    ]
-    return table(("event", "where", "", "message"), rows)
-
-
-def _parameters(system: System) -> str:
-    rows = []
-    for p in system.parameters:
-        name, *rest = symbol_cells(p)
-        rows.append((name, "–" if p.default is None else f"{p.default:g}", *rest))
-    return table(("parameter", "default", "unit", "meaning"), rows)
-
-
-_PARTS = (_bodies, _coordinates, _speeds, _loads, _constraints, _reactions, _inputs, _events)
-
-
-def _cell(e: Expr) -> str:
-    return expression(e).cell
+_WRITERS: dict[Any, Callable[[Any], str]] = {
+    str: escaped,
+    Expr: lambda e: expression(e).cell,
+    Vector: lambda v: vector(v).cell,
+    RigidBody: lambda body: dyadic(body.inertia).cell,
+    Point | Frame: lambda place: math(place_latex(place.name)),
+    Load | Constraint: _acting,
+    Event: _where,
+}
+"""HTML of a cell by what it holds."""
