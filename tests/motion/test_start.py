@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis.start import check_span, check_tolerance, start_state
+from kane.analysis.state import start_state
+from kane.motion.start import check_span, check_tolerance
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

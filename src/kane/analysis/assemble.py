@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kane.analysis.state import GIVEN, misses
 from kane.dynamics.constraints.closure import Closure, closure, residual_function
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -22,8 +23,6 @@ from kane.numeric.newton import CLOSED, Closed, Residual, close, closest, starts
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import STATE_RANK, singular
 
-GIVEN = 1e-8
-"""Residual up to which a start that is given whole is taken as meant, and moved onto the constraints."""
 _TRIES, _SEED = 24, 20048
 _ROUNDING = 1e-7
 """Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
@@ -145,12 +144,8 @@ def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]
 
 
 def _as_given(known: Closure, function: Residual, q: Array) -> Closed:
-    residual, _ = function(q)
-    size = np.abs(residual)
-    if not np.all(size <= GIVEN):
-        bad = ", ".join(
-            f"{n} by {v:.3g}" for n, v, s in zip(known.names, residual, size, strict=True) if not s <= GIVEN
-        )
+    bad = misses(known.names, function(q)[0])
+    if bad:
         raise SimulationError(
             f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them with "
             "kn.guess(…), to have them solved for."
@@ -235,12 +230,8 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
             x[free] += least_squares(block, -(rows @ x + rest) / scale)
     left = np.abs((rows @ x + rest) / scale)
     limit = GIVEN * max(1.0, np.abs(x).max(initial=0))
-    if not np.all(left <= limit):
-        bad = ", ".join(
-            f"{c.name} by {v:.3g}"
-            for c, v, s in zip(eom.system.constraints, rows @ x + rest, left, strict=True)
-            if not s <= limit
-        )
+    bad = misses([c.name for c in eom.system.constraints], rows @ x + rest, left, limit)
+    if bad:
         raise SimulationError(
             f"Expected start {'rates' if by_rates else 'speeds'} that satisfy the constraints A u + b = 0, got values that miss "
             f"{bad}. Leave some out, or mark them with kn.guess(…), to have them solved for."

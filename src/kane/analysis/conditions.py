@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.analysis.flow import Choice, flow_at
-from kane.analysis.local import State, slopes_at, solver, values_at
+from kane.analysis.local import slopes_at, solver, values_at
+from kane.analysis.state import State
 from kane.analysis.symbolic import dependence
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.local import Slopes, State, Values, slopes_at, solver, values_at
+from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
 from kane.analysis.routines import once, routine
+from kane.analysis.state import State
 from kane.analysis.tangents import Tangents, cross, tangents
 from kane.dynamics.constraints.partition import POOR, quality
 from kane.dynamics.readings.unsolved import Perturbations, partial_columns, unsolved

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kane.analysis.assemble import GIVEN
 from kane.analysis.local import independent_rows
 from kane.analysis.routines import once, routine
+from kane.analysis.state import misses
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -179,10 +179,10 @@ def _check_state(eom: Equations, f: Array, motion: Array) -> None:
     names = [c.name for c in eom.system.holonomic], [c.name for c in eom.system.constraints]
     for what, labels, left in (("coordinates", names[0], f), ("speeds", names[1], motion)):
         size = np.abs(left).reshape(-1, left.shape[-1]).max(axis=0, initial=0) if left.size else np.zeros(0)
-        bad = [f"{name} by {v:.3g}" for name, v in zip(labels, size, strict=False) if not v <= GIVEN]
+        bad = misses(labels, size)
         if bad:
             raise SimulationError(
-                f"Expected a state on the constraints, got {what} that miss {', '.join(bad)}. Assemble it with kn.assemble."
+                f"Expected a state on the constraints, got {what} that miss {bad}. Assemble it with kn.assemble."
             )
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from kane.analysis.flow import Choice, Flow, Outputs, flow_at, output_slopes, outputs_of
 from kane.analysis.linear import Linear
-from kane.analysis.local import State
 from kane.analysis.point import point_of, state_at
+from kane.analysis.state import State
 from kane.analysis.steady import Steadiness, steadiness
 from kane.dynamics.readings.unsolved import Perturbations, perturbations
 from kane.equations.equations import Equations

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.analysis.routines import once, routine
+from kane.analysis.state import State
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import partial_columns, unsolved
 from kane.equations.equations import Equations
@@ -20,16 +21,6 @@ from kane.errors import SingularError
 from kane.expr.node import Expr
 from kane.numeric.arrays import Array
 from kane.numeric.rank import SOLVE_RANK, SURE_RANK, balanced, singular
-
-
-@dataclass(frozen=True, slots=True)
-class State:
-    """Where: t, x = (q, u), p, r."""
-
-    t: float
-    x: Array
-    p: Array
-    r: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

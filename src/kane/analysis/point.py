@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.assemble import GIVEN, Guess, assemble
-from kane.analysis.local import State, Values, slopes_at, values_at
-from kane.analysis.start import start_state
+from kane.analysis.assemble import Guess, assemble
+from kane.analysis.local import Values, slopes_at, values_at
+from kane.analysis.state import State, misses, start_state
 from kane.analysis.tangents import spread
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.dynamics.readings.values import parameter_values
@@ -136,10 +136,9 @@ def closed(eom: Equations, known: Perturbations, state: State) -> State:
 
 
 def _check(what: str, names: list[str], residual: Array) -> None:
-    if np.all(np.abs(residual) <= GIVEN):
-        return
-    bad = ", ".join(f"{n} by {v:.3g}" for n, v in zip(names, residual, strict=True) if not abs(v) <= GIVEN)
-    raise SimulationError(
-        f"Expected an operating point on the constraints, got {what} that miss {bad}. Assemble one first, kn.assemble(eom, q=…, u=…), "
-        "leave some values out to have them solved for, or find one with kn.trim."
-    )
+    bad = misses(names, residual)
+    if bad:
+        raise SimulationError(
+            f"Expected an operating point on the constraints, got {what} that miss {bad}. Assemble one first, "
+            "kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim."
+        )

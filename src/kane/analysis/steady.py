@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from kane.analysis.assemble import GIVEN
 from kane.analysis.flow import Choice, Flow, flow_at
-from kane.analysis.local import State, values_at
+from kane.analysis.local import values_at
+from kane.analysis.state import GIVEN, State
 from kane.analysis.symbolic import dependence
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations

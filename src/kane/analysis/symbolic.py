@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from kane.analysis.state import GIVEN, misses
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import Perturbations, perturbations, unsolved
 from kane.dynamics.readings.values import without_unknowns
@@ -33,7 +34,7 @@ from kane.numeric.sample import values_of
 
 Column = list[Expr]
 
-_ZERO, _HELD = 1e-10, 1e-8
+_ZERO = 1e-10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,17 +201,17 @@ def _eliminated(
 
 def _check_held(eom: Equations, left: Array) -> None:
     names = [*(c.name for c in eom.system.holonomic), *(c.name for c in eom.constraints.constraints)]
-    bad = [f"{n} by {x:.3g}" for n, x in zip(names, left, strict=True) if not abs(x) <= _HELD]
+    bad = misses(names, left)
     if bad:
         raise SimulationError(
-            f"Expected a point on the constraints, got one that misses {', '.join(bad)} with parameters at their defaults. Give "
+            f"Expected a point on the constraints, got one that misses {bad} with parameters at their defaults. Give "
             "expressions that satisfy them for all parameters."
         )
 
 
 def _check_steady(states: Sequence[str], count: int, rest: Array, a: Array) -> None:
     matters = dependence(a, count)
-    left = [f"{s}' = {x:.6g}" for s, x, m in zip(states, rest, matters, strict=True) if m and not abs(x) <= _HELD]
+    left = [f"{s}' = {x:.6g}" for s, x, m in zip(states, rest, matters, strict=True) if m and not abs(x) <= GIVEN]
     if left:
         raise SimulationError(
             f"Expected an equilibrium or a steady motion, got a point where there remains {', '.join(left)} with parameters at their "

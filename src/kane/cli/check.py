@@ -11,7 +11,7 @@ import numpy as np
 import typer
 
 import kane as kn
-from kane.analysis.start import check_masses, start_state
+from kane.analysis.state import start_state
 from kane.cli import screen
 from kane.cli.doubts import doubts
 from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, shown
@@ -25,7 +25,8 @@ from kane.equations.derive import repartition
 from kane.equations.routines import rate_names
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
 from kane.motion.drives import check_prescribed, input_functions
-from kane.motion.singular import check_regular
+from kane.motion.singular_rates import check_regular
+from kane.motion.start import check_masses
 from kane.numeric.named import finite_number
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
 

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.assemble import assemble
-from kane.analysis.start import check_masses, check_span, check_tolerance, start_state
+from kane.analysis.state import start_state
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
-from kane.motion.drives import check_prescribed, input_functions
-from kane.motion.singular import check_regular
+from kane.expr.node import Expr
+from kane.motion.drives import Function, check_prescribed, input_functions
+from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
-from kane.motion.stepping import SOLVERS, integrate
-from kane.motion.steps import Motion
+from kane.motion.start import check_events, check_masses, check_rates, check_span, check_tolerance, sample_times
+from kane.motion.stepping import SOLVERS, Course, End, Method
+from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 
 
@@ -64,36 +66,32 @@ def simulate(
     SimulationError
         if the start is not admissible, or the integration fails
     """
-    t0, t1 = check_span(span)
+    t0, _ = span = check_span(span)
     if t is not None and not np.isclose(t, t0, rtol=1e-12, atol=1e-12):
         raise SimulationError(
             f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
             "take start values that hold at its beginning."
         )
-    tolerances = {"rtol": check_tolerance("rtol", rtol), "atol": check_tolerance("atol", atol)}
     if method not in SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
+    solver = Method(method, check_tolerance("rtol", rtol), check_tolerance("atol", atol), max_steps)
     constants = parameter_values(eom.system, parameters)
     check_masses(eom, constants)
-    drives = input_functions(eom, inputs, (t0, t1))
-    check_prescribed(eom, constants, (t0, t1))
-    fixed = np.array([constants[p] for p in eom.parameters])
-    forces = list(drives.values())
+    drives = input_functions(eom, inputs, span)
+    check_prescribed(eom, constants, span)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
-    motion = Motion(eom, fixed, forces)
+    stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()))
     begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
-    start = np.append(_start(eom, q, u, rates, begin, t0), 0.0)
-    check_regular(eom, motion.values(t0, start), t0)
-    start, numbers = motion.keep(t0, start)
-    motion.settle(t0, numbers)
-    watched = motion.watch(t0, start)
-    _check_events(eom, watched, t0)
-    _check_start(motion, t0, start)
-    _warn_of_events(eom, watched)
-    return integrate(
-        motion, (t0, t1), start, method, tolerances, _sample_times(samples, t0, t1), max_steps, constants, drives
-    )
+    start = _admissible(stepper, t0, np.append(_start(eom, q, u, rates, begin, t0), 0.0))
+    for event, value in zip(eom.events, stepper.watch(t0, start), strict=True):
+        if not np.isfinite(value):
+            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
+    course = Course(stepper, solver, span, start, sample_times(samples, span))
+    end = None
+    while end is None:
+        end = course.advance()
+    return _solution(course, end, constants, drives)
 
 
 def _start(eom: Equations, q: Any, u: Any, rates: Any, given: dict[str, Any], t0: float) -> Array:
@@ -104,42 +102,34 @@ def _start(eom: Equations, q: Any, u: Any, rates: Any, given: dict[str, Any], t0
     return start_state(eom, q, u)
 
 
-def _check_start(motion: Motion, t0: float, start: Array) -> None:
-    first = motion.rate(t0, start)
-    bad = [n for n, v in zip(motion.handle.labels[:-1], first, strict=False) if not np.isfinite(v)]
-    if bad:
-        raise SimulationError(
-            f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t0:g}: the equations are singular at "
-            f"this state ({motion.explain(t0, start)}). Start elsewhere, or choose coordinates and speeds that are regular here."
-        )
+def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
+    """The start moved onto the constraints; the model holds there, and the rates are finite."""
+    check_regular(stepper.eom, stepper.now.values(t0, y), t0)
+    start, numbers = stepper.keep(t0, y)
+    stepper.settle(t0, numbers)
+    check_events(stepper.first, stepper.watch(t0, start), t0)
+    check_rates(stepper.now.handle.labels[:-1], stepper.rate(t0, start), t0, lambda: stepper.now.explain(t0, start))
+    return start
 
 
-def _sample_times(samples: int | Sequence[float], t0: float, t1: float) -> Array:
-    if isinstance(samples, int | np.integer):
-        if samples < 2:
-            raise SimulationError(f"Expected at least 2 samples, got {samples}.")
-        return np.linspace(t0, t1, int(samples))
-    try:
-        times = np.asarray(samples, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected a number of samples or their times, got {samples!r:.60}.") from error
-    if times.ndim != 1 or np.any(np.diff(times) <= 0) or (times.size and (times[0] < t0 or times[-1] > t1)):
-        raise SimulationError(f"Expected increasing sample times within ({t0:g}, {t1:g}).")
-    return times
-
-
-def _check_events(eom: Equations, values: Array, t0: float) -> None:
-    """The model must hold at the start; the user's own events may start on either side of their thresholds."""
-    own = {e.name for e in eom.system.events}
-    for event, value in zip(eom.events, values, strict=True):
-        if event.direction < 0 and value <= event.threshold and event.name not in own:
-            raise SimulationError(
-                f"Expected a start before the event {event.name!r}, got {value:.6g} at t = {t0:g}, already at or below "
-                f"{event.threshold:g}. {event.message}"
-            )
-
-
-def _warn_of_events(eom: Equations, values: Array) -> None:
-    for event, value in zip(eom.events, values, strict=True):
-        if not np.isfinite(value):
-            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=3)
+def _solution(course: Course, end: End, constants: Mapping[Expr, float], drives: Mapping[Expr, Function]) -> Solution:
+    stepper, method = course.stepper, course.method
+    states = np.array([y for y, _ in course.rows])
+    return Solution(
+        stepper.first,
+        np.array(course.t),
+        states[:, :-1],
+        states[:, -1],
+        constants,
+        drives,
+        end.status,
+        end.message,
+        end.event,
+        tuple(sorted([*course.events, *stepper.changes], key=lambda pair: pair[1])),
+        course.steps,
+        course.evaluations,
+        tuple(stepper.segments),
+        tuple(eom for _, eom in course.rows) if stepper.segments else (),
+        rtol=method.rtol,
+        atol=method.atol,
+    )

@@ -4,17 +4,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.expr.node import Expr
+from kane.equations.equations import Equations
 from kane.model.events import Event
 from kane.motion.crossings import crossings
-from kane.motion.singular import nearly_singular
-from kane.motion.solution import Segment, Solution
-from kane.motion.steps import Motion
+from kane.motion.projection import Numbers
+from kane.motion.steps import Stepper
+from kane.motion.stops import broken_off
 from kane.numeric.arrays import Array
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
@@ -22,118 +22,136 @@ _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 """Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
 _DRIFT = 10.0
 """Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
-
-_AHEAD = 1e-3
-"""Share of the time after which a motion that broke off is asked whether its constraints can be held there."""
 _NARROW = 1e-12
 """Share of the time below which a step is not halved any more."""
 
 
-def integrate(
-    motion: Motion,
-    span: tuple[float, float],
-    start: Array,
-    method: str,
-    tolerances: Mapping[str, float],
-    wanted: Array,
-    max_steps: int,
-    constants: dict[Expr, float],
-    drives: dict[Expr, Callable[[Any], Any]],
-) -> Solution:
-    """Step from `start` over `span`."""
-    t0, t1 = span
-    values = motion.watch(t0, start)
-    solver = _solver(method, motion, t0, start, t1, tolerances)
-    grid, steps, evaluations = [t0], 0, 0
-    rows = [motion.sample(t0, start)]
-    status, message = "finished", f"reached t = {t1:g}"
-    hit: Event | None = None
-    met: list[tuple[Event, float]] = []
-    beyond = np.inf
-    while solver.status == "running":
-        if steps >= max_steps:
-            status, message = "stopped", f"{max_steps} steps were not enough; at t = {solver.t:.6g}"
-            break
+@dataclass(frozen=True, slots=True)
+class Method:
+    """One of SciPy's solvers by name, relative and absolute tolerance, and how many steps are allowed."""
+
+    name: str
+    rtol: float
+    atol: float
+    max_steps: int
+
+    def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
+        """SciPy's solver at a state."""
+        from scipy import integrate
+
+        make = getattr(integrate, self.name)
+        return make(stepper.rate, t, y, end, first_step=first_step, rtol=self.rtol, atol=self.atol)
+
+
+class End(NamedTuple):
+    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it."""
+
+    status: str
+    message: str
+    event: Event | None = None
+
+
+class Course:
+    """A motion on its way over `span`: `advance()` until it gives an End.
+
+    `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met.
+    """
+
+    def __init__(self, stepper: Stepper, method: Method, span: tuple[float, float], start: Array, times: Array) -> None:
+        self.stepper, self.method, self.span, self.times = stepper, method, span, times
+        self.solver = method.solver(stepper, span[0], start, span[1])
+        self.watched = stepper.watch(span[0], start)
+        self.t = [span[0]]
+        self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
+        self.events: list[tuple[Event, float]] = []
+        self.steps = 0
+        self._spent = 0
+        self._jump = np.inf
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the right-hand side, those of solvers that were given up too."""
+        return self._spent + int(self.solver.nfev)
+
+    def advance(self) -> End | None:
+        """One step."""
+        solver, stepper, span = self.solver, self.stepper, self.span
+        if self.steps >= self.method.max_steps:
+            return self._stopped(f"{self.method.max_steps} steps were not enough; at t = {solver.t:.6g}")
         before, last = solver.t, solver.y.copy()
-        failure = _advance(solver)
-        steps += 1
+        failure = _step(solver)
+        self.steps += 1
         if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
-            status = "stopped"
-            locked = motion.held_up(before, last, before + _AHEAD * (t1 - t0))
-            message = locked or (
-                f"the right-hand side is singular or not finite near t = {before:.6g} ({failure or 'no progress'})"
-                f"{nearly_singular(motion.eom, motion.values(before, last))}"
-            )
-            break
-        dense, end = solver.dense_output(), solver.t
-        kept, numbers = motion.keep(end, solver.y)
-        if motion.jumped(numbers) and end - before > _NARROW * max(abs(end), t1 - t0):
+            return self._stopped(broken_off(stepper, before, last, span, failure))
+        dense = solver.dense_output()
+        kept, numbers = stepper.keep(solver.t, solver.y)
+        if stepper.jumped(numbers) and solver.t - before > _NARROW * max(abs(solver.t), span[1] - span[0]):
             # the place is closed in on by halves, until a state lies so near to it that `settle` sees it
-            evaluations += int(solver.nfev)
-            solver, beyond = _solver(method, motion, before, last, t1, tolerances, (end - before) / 2), end
-            continue
+            self._restart(before, last, (solver.t - before) / 2)
+            self._jump = solver.t
+            return None
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
-        after = motion.watch(end, kept)
-        for event, t in crossings(motion.eom.events, motion.watch, dense, (solver.t_old, end), (values, after)):
-            met.append((event, t))
+        after = stepper.watch(solver.t, kept)
+        end, at = self._met(dense, (self.watched, after)), solver.t
+        if end is not None:
+            at = self.events[-1][1]
+        elif solver.status == "finished":
+            end = End("finished", f"reached t = {span[1]:g}")
+        for t in [*self.times[(self.times > self.t[-1]) & (self.times < at)], *([at] if end else [])]:
+            self._sample(float(t), dense(t))
+        if end is None:
+            self.watched = after
+            self._go_on(kept, numbers)
+        return end
+
+    def _sample(self, t: float, y: Array) -> None:
+        self.t.append(t)
+        self.rows.append(self.stepper.sample(t, y))
+
+    def _stopped(self, message: str) -> End:
+        """What there is up to here is the motion."""
+        if self.solver.t > self.t[-1] and np.all(np.isfinite(self.solver.y)):
+            self._sample(float(self.solver.t), self.solver.y)
+        return End("stopped", message)
+
+    def _met(self, dense: Any, watched: tuple[Array, Array]) -> End | None:
+        """Notes the events of a step, up to one that ends the motion."""
+        step = (self.solver.t_old, self.solver.t)
+        for event, t in crossings(self.stepper.eom.events, self.stepper.watch, dense, step, watched):
+            self.events.append((event, t))
             if event.terminal:
-                status, hit, end = "event", event, t
-                message = f"{event.name} at t = {end:.6g}: {event.message or 'terminal event'}"
-                break
-        inside = wanted[(wanted > grid[-1]) & (wanted < end)]
-        for t in [*inside, end] if status == "event" or solver.status == "finished" else inside:
-            grid.append(float(t))
-            rows.append(motion.sample(t, dense(t)))
-        if status == "event" or solver.status == "finished":
-            break
-        values = after
-        changed = motion.settle(end, numbers)
+                return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
+        return None
+
+    def _go_on(self, kept: Array, numbers: Numbers | None) -> None:
+        """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""
+        end = self.solver.t
+        changed = self.stepper.settle(end, numbers)
         if changed:
-            values = motion.watch(end, kept)
-        if changed or not np.array_equal(kept, solver.y):
-            solver, spent = _continued(solver, kept, changed, method, motion, t1, tolerances)
-            evaluations += spent
-        beyond = beyond if end < beyond and not changed else np.inf
-        if np.isfinite(beyond) and hasattr(solver, "h_abs"):
-            solver.h_abs = min(solver.h_abs, (beyond - end) / 2)
-    if status == "stopped" and solver.t > grid[-1] and np.all(np.isfinite(solver.y)):
-        grid.append(float(solver.t))
-        rows.append(motion.sample(solver.t, solver.y))
-    states = np.array([y for y, _ in rows])
-    return Solution(
-        motion.first,
-        np.array(grid),
-        states[:, :-1],
-        states[:, -1],
-        constants,
-        drives,
-        status,
-        message,
-        hit,
-        tuple(sorted([*met, *motion.changes], key=lambda pair: pair[1])),
-        steps,
-        evaluations + int(solver.nfev),
-        tuple(Segment(t, eom) for t, eom in motion.segments),
-        tuple(eom for _, eom in rows) if motion.segments else (),
-        **tolerances,
-    )
+            self.watched = self.stepper.watch(end, kept)
+        if changed or not np.array_equal(kept, self.solver.y):
+            self._take(kept, changed)
+        self._jump = self._jump if end < self._jump and not changed else np.inf
+        if np.isfinite(self._jump) and hasattr(self.solver, "h_abs"):
+            self.solver.h_abs = min(self.solver.h_abs, (self._jump - end) / 2)
+
+    def _take(self, y: Array, changed: bool) -> None:
+        """The projected state in the place of the solver's."""
+        if self.method.name in _ONE_STEP:
+            self.solver.y = y
+            self.solver.f = self.stepper.rate(self.solver.t, y)
+            self._spent += 1
+            return
+        slack = _DRIFT * (self.method.atol + self.method.rtol * np.abs(y))
+        if changed or not np.all(np.abs(y - self.solver.y) <= slack):
+            self._restart(self.solver.t, y)
+
+    def _restart(self, t: float, y: Array, first_step: float | None = None) -> None:
+        self._spent += int(self.solver.nfev)
+        self.solver = self.method.solver(self.stepper, t, y, self.span[1], first_step)
 
 
-def _solver(
-    method: str,
-    motion: Motion,
-    t: float,
-    y: Array,
-    t1: float,
-    tolerances: Mapping[str, float],
-    first_step: float | None = None,
-) -> Any:
-    from scipy import integrate as scipy_integrate
-
-    return getattr(scipy_integrate, method)(motion.rate, t, y, t1, first_step=first_step, **tolerances)
-
-
-def _advance(solver: Any) -> str | None:
+def _step(solver: Any) -> str | None:
     """One step; what went wrong, if anything."""
     try:
         with warnings.catch_warnings():
@@ -143,17 +161,3 @@ def _advance(solver: Any) -> str | None:
             return message
     except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
         return str(error)
-
-
-def _continued(
-    solver: Any, y: Array, changed: bool, method: str, motion: Motion, t1: float, tolerances: Mapping[str, float]
-) -> tuple[Any, int]:
-    """The solver at the projected state, and the evaluations that a solver given up had spent."""
-    if method in _ONE_STEP:
-        solver.y = y
-        solver.f = motion.rate(solver.t, y)
-        return solver, 1
-    slack = _DRIFT * (tolerances["atol"] + tolerances["rtol"] * np.abs(y))
-    if not changed and np.all(np.abs(y - solver.y) <= slack):
-        return solver, 0
-    return _solver(method, motion, solver.t, y, t1, tolerances), int(solver.nfev)

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A state: complete values, named and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import SimulationError, ValueMissingError
+from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number, named_values
+
+GIVEN = 1e-8
+"""Residual up to which a state that is given whole is taken as meant, and moved onto the constraints."""
+_UNIT_SLACK = 1e-8
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Where: t, x = (q, u), p, r."""
+
+    t: float
+    x: Array
+    p: Array
+    r: Array
+
+
+def start_state(eom: Equations, q: Any, u: Any) -> Array:
+    """(q, u), each value given; Euler parameters must be of unit length.
+
+    Raises
+    ------
+    ValueMissingError
+        if a value is missing
+    SimulationError
+        if one is no finite number, or Euler parameters are not of unit length
+    """
+    state = [*_numbers("coordinates", eom.coordinates, q), *_numbers("speeds", eom.speeds, u)]
+    place = {c: i for i, c in enumerate(eom.coordinates)}
+    for s in eom.system.euler_parameters:
+        length = float(np.sqrt(sum(state[place[e]] ** 2 for e in s.coordinates)))
+        if abs(length - 1) > _UNIT_SLACK:
+            names = ", ".join(e.name for e in s.coordinates)
+            raise SimulationError(
+                f"Expected Euler parameters ({names}) with e0² + e1² + e2² + e3² = 1, got length {length:.9g}. Divide them by it."
+            )
+    return np.array(state)
+
+
+def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
+    values = named_values(what, symbols, given)
+    missing = [s.name for s in symbols if s not in values]
+    if missing:
+        raise ValueMissingError(
+            f"Expected a start value for all {what}, got none for {', '.join(missing)}. Give one for each, by symbol or name."
+        )
+    return [finite_number("start value", s.name, values[s]) for s in symbols]
+
+
+def misses(names: Iterable[str], residual: Array, size: Array | None = None, limit: float = GIVEN) -> str:
+    """Which constraints are missed, and by how much; those of a `size`, by default the residual's, of no more than `limit` hold."""
+    sizes = np.abs(residual if size is None else size)
+    return ", ".join(f"{n} by {v:.3g}" for n, v, s in zip(names, residual, sizes, strict=False) if not s <= limit)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a motion starts with: its arguments checked, and the model at the first state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.node import Expr
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number
+
+
+def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
+    """No mass below zero with the parameters' values."""
+    for body in eom.system.bodies:
+        if all(s in constants for s in free_symbols([body.mass])):
+            value = float(evaluate(body.mass, constants))
+            if value < 0:
+                raise SimulationError(
+                    f"Expected a mass ≥ 0 for {body.name}, got {body.mass!s:.60} = {value:g} at the values of the parameters. "
+                    "Correct them."
+                )
+
+
+def check_span(span: Any) -> tuple[float, float]:
+    """(t0, t1) with t1 > t0."""
+    try:
+        t0, t1 = (float(x) for x in span)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(f"Expected a time span (t0, t1), got {span!r:.60}. Give two times in s.") from error
+    if not (np.isfinite(t0) and np.isfinite(t1) and t1 > t0):
+        raise SimulationError(
+            f"Expected a time span (t0, t1) with t1 > t0, got ({t0:g}, {t1:g}). Motions run forwards: "
+            "swap the two, or end later."
+        )
+    return t0, t1
+
+
+def check_tolerance(name: str, value: float) -> float:
+    """A tolerance above zero."""
+    number = finite_number("tolerance", name, value)
+    if not number > 0:
+        raise SimulationError(f"Expected {name} > 0, got {value!r}. Usual tolerances are 1e-6 to 1e-12.")
+    return number
+
+
+def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> Array:
+    """Increasing times within the span (n)."""
+    t0, t1 = span
+    if isinstance(samples, int | np.integer):
+        if samples < 2:
+            raise SimulationError(f"Expected at least 2 samples, got {samples}.")
+        return np.linspace(t0, t1, int(samples))
+    try:
+        times = np.asarray(samples, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(f"Expected a number of samples or their times, got {samples!r:.60}.") from error
+    if times.ndim != 1 or np.any(np.diff(times) <= 0) or (times.size and (times[0] < t0 or times[-1] > t1)):
+        raise SimulationError(f"Expected increasing sample times within ({t0:g}, {t1:g}).")
+    return times
+
+
+def check_events(eom: Equations, values: Array, t0: float) -> None:
+    """The model must hold at the start; the user's own events may start on either side of their thresholds."""
+    own = {e.name for e in eom.system.events}
+    for event, value in zip(eom.events, values, strict=True):
+        if event.direction < 0 and value <= event.threshold and event.name not in own:
+            raise SimulationError(
+                f"Expected a start before the event {event.name!r}, got {value:.6g} at t = {t0:g}, already at or below "
+                f"{event.threshold:g}. {event.message}"
+            )
+
+
+def check_rates(names: Sequence[str], rates: Array, t: float, why: Callable[[], str]) -> None:
+    """Finite rates at the start; `why` says what is not finite first."""
+    bad = [n for n, v in zip(names, rates, strict=False) if not np.isfinite(v)]
+    if bad:
+        raise SimulationError(
+            f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t:g}: the equations are singular at "
+            f"this state ({why()}). Start elsewhere, or choose coordinates and speeds that are regular here."
+        )
