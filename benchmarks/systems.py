@@ -4,6 +4,7 @@
 from collections.abc import Callable
 
 import kane as kn
+from benchmarks.random_trees import BRANCHES, LIMBS, random_tree
 from kane.gallery import (
     andrews_squeezer,
     bricard,
@@ -41,6 +42,9 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "planar pendulum on a cart, 10 rods": lambda: pendulums.chain(10, cart=True),
     "rolling disk, sliding": rolling_disk.system,
     "7R arm": lambda: arm("zyzyzyz"),
+    "7R arm, general axes": lambda: random_tree(range(-1, 6), 1),
+    "tree of 20 bodies, general axes": lambda: random_tree(BRANCHES, 1),
+    "free-flyer of 30 freedoms, general axes": lambda: random_tree(LIMBS, 1, floating=True),
     "Whipple bicycle": whipple_bicycle.system,
     "Whipple bicycle, spins as speeds": lambda: whipple_bicycle.system("spins"),
     "rolling disk, pure rolling": pure_rolling_disk.system,

@@ -16,6 +16,7 @@ from kane.expr.diff import tangent, time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Symbol, Time, input_of, rate
+from kane.kinematics.aligned import AS_DECLARED, Aligned
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.model.reactions import cut_of
@@ -59,6 +60,7 @@ class Kinematics:
     cuts: dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]
     sample: Sample
     homes: dict[Basis, Basis] = field(default_factory=dict)
+    aligned: Aligned = AS_DECLARED
     _frames: dict[Basis, Motion] = field(default_factory=dict)
     _points: dict[Point, Motion] = field(default_factory=dict)
     _drift: dict[Expr, Expr] = field(default_factory=dict)
@@ -88,6 +90,7 @@ class Kinematics:
 
     def frame(self, frame: Basis) -> Motion:
         """Rotation of a frame."""
+        frame = self.aligned.owners.get(frame, frame)
         for f in reversed(chain(frame)):
             if f not in self._frames:
                 self._frames[f] = self._rotation(f)
@@ -103,22 +106,23 @@ class Kinematics:
         between: Basis | None = frame
         while between is not None and between is not o.base:
             for u, along in self.cuts.get(between, ()):
-                auxiliary[u] = auxiliary.get(u, Vector()) + along
+                auxiliary[u] = auxiliary.get(u, Vector()) + self.aligned.vector(along)
             between = between.parent
         matched = self._matched_rotation(frame, auxiliary)
         if matched is not None:
             return matched
-        home = self.homes.get(frame, frame)
-        own = self._forms(o.rates)
-        partials, rest = _vectors(own, frame)
+        basis, rates = self.aligned.rates(frame)
+        home = self.homes.get(frame, basis)
+        own = self._forms(rates)
+        partials, rest = _vectors(own, basis)
         for s, v in base.partials.items():
             if s not in auxiliary:
                 partials[s] = (v + partials[s]).gathered() if s in partials else v
         partials.update(auxiliary)
         a, b, c = (f.total() for f in own)
-        relative = Vector(((frame, (a, b, c)),))
+        relative = Vector(((basis, (a, b, c)),))
         total = base.total.express(home) + relative.express(home)
-        swing = Vector(((frame, (self.drift(a), self.drift(b), self.drift(c))),))
+        swing = Vector(((basis, (self.drift(a), self.drift(b), self.drift(c))),))
         bias = base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
         return Motion(partials, base.rest + rest, bias, total)
 
@@ -149,11 +153,12 @@ class Kinematics:
     ) -> Motion:
         """A motion given outright along `target`: the bias is the drift of the measure numbers plus ω × total."""
         a, b, c = (f.total() for f in forms)
-        total = Vector(((target, (a, b, c)),))
-        bias = Vector(((target, (self.drift(a), self.drift(b), self.drift(c))),))
+        aligned = self.aligned.vector
+        total = aligned(Vector(((target, (a, b, c)),)))
+        bias = aligned(Vector(((target, (self.drift(a), self.drift(b), self.drift(c))),)))
         if target is not frame:
             bias = bias + self.frame(target).total.cross(total)
-        return Motion(partials, rest, bias.gathered(), total)
+        return Motion({s: aligned(v) for s, v in partials.items()}, aligned(rest), bias.gathered(), total)
 
     # Points ---------------------------------------------------------------------------------------------------------
 
@@ -170,8 +175,9 @@ class Kinematics:
         start = self._points[point.parent]
         partials = dict(start.partials)
         rest, bias = start.rest, start.bias
-        for f, r in point.offset.parts:
-            spin = self.frame(f if point.body is None else point.body)
+        for frame, offset in point.offset.parts:
+            spin = self.frame(frame if point.body is None else point.body)
+            f, r = self.aligned.triple(frame, offset)
             arm = Vector(((f, r),))
             for s, v in spin.partials.items():
                 _accumulate(partials, s, v.cross(arm))
@@ -189,7 +195,7 @@ class Kinematics:
                 swing = Vector(((f, (self.drift(a), self.drift(b), self.drift(c))),))
                 bias = bias + spin.total.cross(sliding) * 2 + swing
         for u, along in self.cuts.get(point, ()):
-            _accumulate(partials, u, along)
+            _accumulate(partials, u, self.aligned.vector(along))
         if self.speeds.nontrivial and point.body is None:
             matched = self._matched_translation(point, partials)
             if matched is not None:

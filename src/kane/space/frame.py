@@ -90,7 +90,7 @@ class Frame(Basis):
         rate = time_derivative(theta)
         cosines = _rodrigues(direction, cos(theta), sin(theta))
         rates = (mul(rate, direction[0]), mul(rate, direction[1]), mul(rate, direction[2]))
-        return self._child(name, Orientation(self, rates, angle=theta, cosines=cosines))
+        return self._child(name, Orientation(self, rates, angle=theta, cosines=cosines, direction=direction))
 
     def _turned(self, name: str, theta: Expr, i: int) -> Frame:
         own = self.orientation

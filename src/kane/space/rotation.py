@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from kane.expr.build import add, cos, mul, neg, sin, sub
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.ops import NEG, SUB
 from kane.expr.symbols import Coordinate, QuasiRate
 
@@ -24,8 +25,8 @@ class Orientation:
     """How a frame B lies in its base A.
 
     `axis` is 0, 1, 2 where B turns about a basis axis by the angle with cosine `c` and sine `s`; else `cosines` holds
-    the direction cosines ᴬCᴮ. `rates` are the measure numbers of ᴬω^B along B's axes, in rates. With Euler parameters,
-    `parameters` holds the four coordinates.
+    the direction cosines ᴬCᴮ, and `direction` the axis of a rotation by `angle`. `rates` are the measure numbers of ᴬω^B along
+    B's axes, in rates. With Euler parameters, `parameters` holds the four coordinates.
     """
 
     base: Basis
@@ -35,6 +36,7 @@ class Orientation:
     s: Expr = ZERO
     angle: Expr | None = None
     cosines: Cosines | None = None
+    direction: Triple | None = None
     parameters: tuple[Coordinate, ...] = ()
     quasi: tuple[QuasiRate, ...] = ()
 
@@ -51,7 +53,18 @@ class Basis:
     parent: Basis | None
     orientation: Orientation | None
     lineage: tuple[Basis, ...]
+    copies: Mapping[Basis, Basis] = MappingProxyType({})
     _spins: dict[Basis, Any]
+
+
+class AlignedBasis(Basis):
+    """A basis of a tree that stands for declared frames; `copies` holds for each of them the basis of this tree with the same axes."""
+
+    __slots__ = ("copies",)
+
+    def __init__(self, name: str, orientation: Orientation, copies: Mapping[Basis, Basis]) -> None:
+        self.name, self.parent, self.orientation = name, orientation.base, orientation
+        self.lineage, self.copies, self._spins = (self, *orientation.base.lineage), copies, {}
 
 
 def chain(frame: Basis) -> tuple[Basis, ...]:
@@ -70,7 +83,12 @@ def common_base(a: Basis, b: Basis) -> Basis:
 
 
 def path(source: Basis, target: Basis) -> tuple[tuple[Basis, ...], tuple[Basis, ...]]:
-    """Basiss to leave on the way up from `source`, and to enter on the way down to `target`."""
+    """Bases to leave on the way up from `source`, and to enter on the way down to `target`.
+
+    Between aligned bases and declared frames the way leads through the declared one's copy.
+    """
+    if source.copies is not target.copies:
+        source, target = target.copies.get(source, source), source.copies.get(target, target)
     if source is target:
         return (), ()
     up, down = source.lineage, target.lineage
@@ -106,7 +124,8 @@ def _turn(o: Orientation, v: Triple, s: Expr) -> Triple:
     return (out[0], out[1], out[2])
 
 
-def _product(rows: Cosines, v: Triple) -> Triple:
+def product(rows: Cosines, v: Triple) -> Triple:
+    """C v."""
     a, b, c = (dot3(row, v) for row in rows)
     return (a, b, c)
 
@@ -136,12 +155,29 @@ def transposed(rows: Cosines) -> Cosines:
     return (a, b, c)
 
 
+def turned_symmetric(rows: Cosines, axis: int, c: Expr, s: Expr) -> Cosines:
+    """R A Rᵀ of a symmetric A (3 × 3), R the rotation about a basis axis with cosine c and sine s, in 16 operations.
+
+    With y = s (a₁₁ − a₂₂) + 2 c a₁₂ across the axis: a₁₁ − s y, a₂₂ + s y, c y − a₁₂.
+    """
+    i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
+    a, b, d = rows[j][j], rows[j][k], rows[k][k]
+    y = add(mul(s, sub(a, d)), mul(c, mul(TWO, b)))
+    out = [list(row) for row in rows]
+    out[j][j], out[k][k] = sub(a, mul(s, y)), add(d, mul(s, y))
+    out[j][k] = out[k][j] = sub(mul(c, y), b)
+    out[i][j] = out[j][i] = sub(mul(c, rows[i][j]), mul(s, rows[i][k]))
+    out[i][k] = out[k][i] = add(mul(s, rows[i][j]), mul(c, rows[i][k]))
+    first, second, third = ((row[0], row[1], row[2]) for row in out)
+    return first, second, third
+
+
 def leave(frame: Basis, v: Triple) -> Triple:
     """Components along `frame` turned into components along its base."""
     o = frame.orientation
     assert o is not None
     if o.cosines is not None:
-        return _product(o.cosines, v)
+        return product(o.cosines, v)
     return _turn(o, v, o.s)
 
 
@@ -150,7 +186,7 @@ def enter(frame: Basis, v: Triple) -> Triple:
     o = frame.orientation
     assert o is not None
     if o.cosines is not None:
-        return _product(transposed(o.cosines), v)
+        return product(transposed(o.cosines), v)
     return _turn(o, v, neg(o.s))
 
 

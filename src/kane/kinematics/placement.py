@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where declared frames lie in bases that turn about their z, in numbers; `aligned` says why and makes the bases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.expr.build import add, neg
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.kinds import is_constant_in_time
+from kane.expr.node import ZERO, Expr, constant_value
+from kane.numeric.rotations import Array, about, turned, zx
+from kane.space.frame import Frame
+from kane.space.rotation import Basis, Orientation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """A basis to be made for a declared frame.
+
+    With a seat it is turned by `angle` about the seat's z, which is the frame's axis times `sense`. Without one it lies in its
+    base, turned by `lead`, as the frame does in its own. Without a base it is the frame itself.
+    """
+
+    declared: Frame
+    base: Node | None = None
+    lead: Array = field(default_factory=lambda: np.eye(3))
+    seat: Seat | None = None
+    angle: Expr = ZERO
+    sense: int = 1
+
+
+class Seat(NamedTuple):
+    """What turns about one axis sits on: R_z(γ) R_x(α) in the node, before that is shifted."""
+
+    on: Node
+    gamma: float
+    alpha: float
+
+
+class Placed(NamedTuple):
+    """A frame in a node that it is fixed in: v along the node, before that is shifted, is `cosines` · v along the frame."""
+
+    node: Node
+    cosines: Array
+
+
+def placed_frames(frames: Iterable[Frame]) -> dict[Basis, Placed]:
+    """The places of frames, which come parents first; none where all turn about basis vectors.
+
+    A limb, all that hangs on one frame of the root, stays as declared if no frame of it has a general axis or is tilted by numbers.
+    """
+    listed = tuple(frames)
+    limbs = {f.lineage[-2] for f in listed if _is_general(f)}
+    places: dict[Basis, Placed] = {}
+    for f in listed if limbs else ():
+        aside = len(f.lineage) == 1 or f.lineage[-2] not in limbs
+        places[f] = Placed(Node(f), np.eye(3)) if aside else _placed(f, *places[f.lineage[1]])
+    return places
+
+
+def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
+    """The place of a frame, from that of its base."""
+    o = f.orientation
+    assert o is not None
+    tilt, axis = _tilt(o), _axis(o)
+    if tilt is not None:
+        return Placed(base, cosines @ tilt)
+    if axis is None or o.angle is None:
+        return Placed(Node(f, base, cosines), np.eye(3))
+    direction = cosines @ axis
+    gamma, alpha = zx(direction)
+    if alpha in (0, math.pi):  # the same axis once more, or against it
+        sense = 1 if alpha == 0 else -1
+        angle = o.angle if alpha == 0 else neg(o.angle)
+        if base.seat is not None:
+            return Placed(Node(f, base, seat=base.seat, angle=add(base.angle, angle), sense=sense), cosines)
+        return Placed(Node(f, base, seat=Seat(base, 0.0, 0.0), angle=angle, sense=sense), cosines)
+    if abs(gamma) > math.pi / 2:  # half a turn less, and over the other way
+        gamma, alpha = gamma - math.copysign(math.pi, gamma), -alpha
+    node = Node(f, base, seat=Seat(base, gamma, alpha), angle=o.angle)
+    return Placed(node, (about(2, gamma) @ about(0, alpha)).T @ cosines)
+
+
+def shifts(nodes: Iterable[Node]) -> dict[Node, float]:
+    """What is added to a node's angle: γ of the seat on it beyond which most frames lie."""
+    beyond: dict[Node | Seat, int] = {}
+    for node in reversed(list(nodes)):
+        for carrier in (node.base, node.seat):
+            if carrier is not None:
+                beyond[carrier] = beyond.get(carrier, 0) + beyond.get(node, 0) + 1
+    heaviest: dict[Node, Seat] = {}
+    for seat in beyond:
+        if isinstance(seat, Seat) and seat.on.seat is not None:
+            before = heaviest.setdefault(seat.on, seat)
+            heaviest[seat.on] = seat if beyond[seat] > beyond[before] else before
+    return {node: seat.gamma for node, seat in heaviest.items()}
+
+
+# What stands in numbers ---------------------------------------------------------------------------------------------------------
+
+
+def _is_general(f: Frame) -> bool:
+    """Whether the frame lies in its base by numbers, or turns about an axis in numbers, and not about a basis vector."""
+    o = f.orientation
+    return o is not None and o.cosines is not None and (_axis(o) is not None or _tilt(o) is not None)
+
+
+def _tilt(o: Orientation) -> Array | None:
+    """The direction cosines (3, 3) where they are numbers."""
+    if o.axis is not None:
+        turn = _numbers([o.c, o.s])
+        return None if turn is None else turned(o.axis, *turn)
+    assert o.cosines is not None
+    cosines = _numbers(x for row in o.cosines for x in row)
+    return None if cosines is None else np.reshape(cosines, (3, 3))
+
+
+def _axis(o: Orientation) -> Array | None:
+    """The axis (3,) of a rotation that goes on, where its measure numbers are numbers."""
+    if o.angle is None or is_constant_in_time([o.angle]):
+        return None
+    if o.axis is not None:
+        return np.eye(3)[o.axis]
+    n = None if o.direction is None else _numbers(o.direction)
+    return None if n is None else np.asarray(n / np.linalg.norm(n))
+
+
+def _numbers(exprs: Iterable[Expr]) -> list[float] | None:
+    """The values of expressions; None where one has symbols."""
+    values = []
+    for e in exprs:
+        value = constant_value(e)
+        if value is None and free_symbols([e]):
+            return None
+        values.append(float(evaluate(e, {}) if value is None else value))
+    return values

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Direction cosines in numbers, arrays of shape (3, 3): v in the base = C v in the turned frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+ROUNDING = 1e-15
+"""Up to which a direction cosine, or an angle, is taken for 0 or another value that is exact."""
+
+
+def turned(axis: int, c: float, s: float) -> Array:
+    """Of a rotation about a basis vector, by cosine and sine."""
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    cosines = np.eye(3)
+    cosines[j, j] = cosines[k, k] = c
+    cosines[k, j], cosines[j, k] = s, -s
+    return cosines
+
+
+def about(axis: int, angle: float) -> Array:
+    """Of a rotation about a basis vector."""
+    return turned(axis, math.cos(angle), math.sin(angle))
+
+
+def rounded(cosines: Array) -> Array:
+    """With what is 0 or ±1 up to rounding made so."""
+    near = np.round(cosines)
+    return np.where(np.abs(cosines - near) <= ROUNDING, near, cosines)
+
+
+def zx(direction: Array) -> tuple[float, float]:
+    """γ and α with R_z(γ) R_x(α) z = direction; γ is 0 where that is ±z up to rounding."""
+    x, y, z = direction.tolist()
+    across = math.hypot(x, y)
+    if across <= ROUNDING:
+        return 0.0, 0.0 if z > 0 else math.pi
+    return math.atan2(x, -y), math.atan2(across, z)
+
+
+def zxz(cosines: Array) -> tuple[float, float, float]:
+    """a, b, c of R_z(a) R_x(b) R_z(c); c from what a and b leave, so that the product is exact where b is small."""
+    a, b = zx(cosines[:, 2])
+    rest = (about(2, a) @ about(0, b)).T @ cosines
+    return a, b, math.atan2(rest[1, 0], rest[0, 0])
