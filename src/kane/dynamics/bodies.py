@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kane.dynamics.inertia_frames import ConstantInertia, constant_inertia
+from kane.kinematics.aligned import Aligned
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form
 from kane.model.bodies import Body, RigidBody
 from kane.model.system import System
@@ -40,11 +41,11 @@ class Moving:
         return inertia.times(alpha) + w.cross(inertia.times(w))
 
 
-def homes(system: System) -> tuple[dict[Basis, Basis], dict[Body, ConstantInertia]]:
+def homes(system: System, aligned: Aligned) -> tuple[dict[Basis, Basis], dict[Body, ConstantInertia]]:
     """For each rigid body its constant inertia; for its frame, the frame along which ω is best written."""
-    inertias: dict[Body, ConstantInertia] = {b: constant_inertia(b) for b in system.rigid_bodies}
+    inertias: dict[Body, ConstantInertia] = {b: constant_inertia(b, aligned) for b in system.rigid_bodies}
     best = {b.frame: inertias[b].frame for b in system.rigid_bodies}
-    return {frame: home for frame, home in best.items() if home is not frame}, inertias
+    return {frame: home for frame, home in best.items() if home is not aligned.rates(frame)[0]}, inertias
 
 
 def moving_bodies(system: System, kinematics: Kinematics, inertias: dict[Body, ConstantInertia]) -> tuple[Moving, ...]:

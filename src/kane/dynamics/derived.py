@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeVar
 
@@ -28,6 +28,7 @@ from kane.expr.build import add
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol
+from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form, cuts_of, velocity_form
@@ -65,6 +66,11 @@ class Derived:
     all_speeds = read[tuple[Symbol, ...]](
         lambda d: (*d.speeds, *d.auxiliary_speeds),
         "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star.",
+    )
+
+    as_declared = read["Derived"](
+        lambda d: _as_declared(d),
+        "The same along the declared frames, to be read; what is solved is written along bases aligned with the axes of rotation.",
     )
 
     # Steps 3 and 4: kinematics -------------------------------------------------------------------------------------------
@@ -197,10 +203,23 @@ def derived(system: System) -> Derived:
     """
     speeds = generalized_speeds(system)
     auxiliary, pairs = auxiliary_speeds(system)
-    home, inertias = homes(system)
-    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), home)
+    kinematics, bodies = _motions(system, speeds, auxiliary, aligned_bases(system.frames))
     check_reaction_places(system, kinematics)
-    bodies = moving_bodies(system, kinematics, inertias)
     rows = constraint_rows(system, kinematics, auxiliary)
     check_released(system, rows)
     return Derived(system, auxiliary, pairs, speeds, kinematics, bodies, rows)
+
+
+def _motions(
+    system: System, speeds: Speeds, auxiliary: Iterable[AuxiliarySpeed], aligned: Aligned
+) -> tuple[Kinematics, tuple[Moving, ...]]:
+    home, inertias = homes(system, aligned)
+    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), home, aligned)
+    return kinematics, moving_bodies(system, kinematics, inertias)
+
+
+def _as_declared(d: Derived) -> Derived:
+    if not d.kinematics.aligned.places:
+        return d
+    kinematics, bodies = _motions(d.system, d.kinematical, d.auxiliary_speeds, AS_DECLARED)
+    return replace(d, kinematics=kinematics, bodies=bodies)

@@ -13,6 +13,7 @@ from kane.expr.kinds import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter
+from kane.kinematics.aligned import Aligned
 from kane.model.bodies import RigidBody
 from kane.numeric.sample import draw
 from kane.space.rotation import Basis, Cosines, Triple, dot3
@@ -35,7 +36,7 @@ class ConstantInertia:
         return Vector(((self.frame, (a, b, c)),))
 
 
-def constant_inertia(body: RigidBody) -> ConstantInertia:
+def constant_inertia(body: RigidBody, aligned: Aligned) -> ConstantInertia:
     """The inertia along the frame highest up the tree in which its measure numbers are those of the body's own frame."""
     frames = body.inertia.frames()
     home = frames[0] if len(frames) == 1 else body.frame
@@ -56,7 +57,8 @@ def constant_inertia(body: RigidBody) -> ConstantInertia:
         )
     a, b, c = matrix.rows
     rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
-    return ConstantInertia(_despun(home, rows), rows)
+    basis, rows = aligned.symmetric(home, rows)
+    return ConstantInertia(_despun(basis, rows), rows)
 
 
 def _turns_with(matrix: Matrix) -> bool:

@@ -92,11 +92,11 @@ class Solved:
         return dict(zip(d.constraints.constraints, e.multipliers(residual), strict=True))
 
     Fr_nh = read[Exprs](
-        lambda s: s._nonholonomic(s.derived.Fr),
+        lambda s: s._nonholonomic(s.derived.as_declared.Fr),
         "Nonholonomic generalized active forces F̃_r = F_r + Σ_D A_n[D, r] F_D: of the independent, then the auxiliary speeds.",
     )
     Fr_star_nh = read[Exprs](
-        lambda s: s._nonholonomic(s.derived.Fr_star), "Nonholonomic generalized inertia forces F̃*_r."
+        lambda s: s._nonholonomic(s.derived.as_declared.Fr_star), "Nonholonomic generalized inertia forces F̃*_r."
     )
 
     def _nonholonomic(self, forces: Exprs) -> Exprs:

@@ -35,9 +35,10 @@ class Term(NamedTuple):
 
 def active_terms(load: Load, kinematics: Kinematics) -> tuple[Term, ...]:
     """Forces and torques of one load."""
+    aligned = kinematics.aligned.vector
     return (
-        *(Term(point, f, kinematics.point(point)) for point, f in load.forces),
-        *(Term(frame, t, kinematics.frame(frame)) for frame, t in load.torques),
+        *(Term(point, aligned(f), kinematics.point(point)) for point, f in load.forces),
+        *(Term(frame, aligned(t), kinematics.frame(frame)) for frame, t in load.torques),
     )
 
 

@@ -62,6 +62,7 @@ class Equations:
     events: tuple[Event, ...]
 
     derived = read[Derived](lambda e: e.solved.derived, "What no choice of dependent speeds changes.")
+    _shown = read[Derived](lambda e: e.derived.as_declared, "The same along the declared frames.")
     system = read[System](lambda e: e.derived.system, "The system.")
     coordinates = read[tuple[Coordinate, ...]](lambda e: e.system.coordinates, "q.")
     parameters = read[tuple[Parameter, ...]](lambda e: e.system.parameters, "The parameters of the system.")
@@ -72,9 +73,9 @@ class Equations:
     auxiliary_speeds = read[tuple[AuxiliarySpeed, ...]](lambda e: e.derived.auxiliary_speeds, "u_a, one a reaction.")
     all_speeds = Derived.all_speeds.within("derived")
     reactions = Derived.reactions.within("derived")
-    bodies = read[tuple[Moving, ...]](lambda e: e.derived.bodies, "The bodies with their motions.")
+    bodies = read[tuple[Moving, ...]](lambda e: e._shown.bodies, "The bodies with their motions.")
     kinematical = read[Speeds](lambda e: e.derived.kinematical, "The kinematical equations.")
-    kinematics = read[Kinematics](lambda e: e.derived.kinematics, "Motions of frames and points.")
+    kinematics = read[Kinematics](lambda e: e._shown.kinematics, "Motions of frames and points.")
     pairs = read[Mapping[tuple[Expr, Expr], Expr]](lambda e: e.derived.pairs, "What reactions put into auxiliary rows.")
     constraints = read[ConstraintRows](lambda e: e.derived.constraints, "The rows of A u + A_a u_a + b = 0.")
 
@@ -85,20 +86,20 @@ class Equations:
     W = Derived.W.within("derived")
     X = Derived.X.within("derived")
     rates = Derived.rates.within("derived")
-    angular_velocities = Derived.angular_velocities.within("derived")
-    velocities = Derived.velocities.within("derived")
-    angular_accelerations = Derived.angular_accelerations.within("derived")
-    point_accelerations = Derived.point_accelerations.within("derived")
-    partial_angular_velocities = Derived.partial_angular_velocities.within("derived")
-    partial_velocities = Derived.partial_velocities.within("derived")
+    angular_velocities = Derived.angular_velocities.within("_shown")
+    velocities = Derived.velocities.within("_shown")
+    angular_accelerations = Derived.angular_accelerations.within("_shown")
+    point_accelerations = Derived.point_accelerations.within("_shown")
+    partial_angular_velocities = Derived.partial_angular_velocities.within("_shown")
+    partial_velocities = Derived.partial_velocities.within("_shown")
 
     # Steps 5 to 7: generalized forces, dynamical equations ---------------------------------------------------------------
 
-    loads = Derived.loads.within("derived")
-    Fr_contributions = Derived.Fr_contributions.within("derived")
-    Fr_star_contributions = Derived.Fr_star_contributions.within("derived")
-    Fr = Derived.Fr.within("derived")
-    Fr_star = Derived.Fr_star.within("derived")
+    loads = Derived.loads.within("_shown")
+    Fr_contributions = Derived.Fr_contributions.within("_shown")
+    Fr_star_contributions = Derived.Fr_star_contributions.within("_shown")
+    Fr = Derived.Fr.within("_shown")
+    Fr_star = Derived.Fr_star.within("_shown")
     blocks = Derived.blocks.within("derived")
     mass_matrix = Derived.mass_matrix.within("derived")
     auxiliary_mass_matrix = Derived.auxiliary_mass_matrix.within("derived")
@@ -114,11 +115,11 @@ class Equations:
 
     def contributions(self, speed: Expr) -> Contributions:
         """The terms of F_r and F*_r for one speed: each force and body with the partial velocity it meets."""
-        return contributions(self.derived, speed)
+        return contributions(self._shown, speed)
 
     def mass_contributions(self, r: Expr, s: Expr) -> tuple[MassContribution, ...]:
         """What each body adds to M_rs; bodies that add nothing are left out."""
-        return mass_contributions(self.derived, r, s)
+        return mass_contributions(self._shown, r, s)
 
     # Constraints ---------------------------------------------------------------------------------------------------------
 
@@ -159,7 +160,7 @@ class Equations:
 
     # Energies and momenta ----------------------------------------------------------------------------------------------
 
-    kinetic_energy = read[Expr](lambda e: kinetic_energy(e.bodies), "K = ½ Σ m v·v + ω·I·ω.")
+    kinetic_energy = read[Expr](lambda e: kinetic_energy(e.derived.bodies), "K = ½ Σ m v·v + ω·I·ω.")
     potential_energy = read[Expr](
         lambda e: potential_energy(e.loads),
         "V, the sum of the loads' potentials; gravity's is zero at the root point's height.",
@@ -250,6 +251,6 @@ class Equations:
 
     def __repr__(self) -> str:
         return (
-            f"Equations({', '.join(b.body.name for b in self.bodies)}: {len(self.coordinates)} coordinates, "
+            f"Equations({', '.join(b.name for b in self.system.bodies)}: {len(self.coordinates)} coordinates, "
             f"{len(self.speeds)} speeds, {len(self.reactions)} reactions, {self.operations.total} operations)"
         )

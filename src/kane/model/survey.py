@@ -98,7 +98,7 @@ def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[E
             continue
         yield from o.parameters
         if o.angle is not None:
-            yield o.angle
+            yield from (o.angle, *(o.direction or ()))
         elif o.cosines is not None:
             yield from (x for row in o.cosines for x in row)
 

@@ -79,7 +79,7 @@ def page(
     environment.filters["segments"] = segments
     environment.filters["figure"] = lambda x: f"{x:.3g}" if 0.1 <= x < 1e4 else f"{x:.1e}"
     environment.tests["tex"] = lambda cell: isinstance(cell, Tex)
-    names = ", ".join(b.body.name for b in eom.bodies)
+    names = ", ".join(b.name for b in eom.system.bodies)
     return environment.get_template("report.html").render(
         title=title or f"Equations of motion: {names}",
         eom=eom,
@@ -106,7 +106,7 @@ def segments(text: str) -> list[tuple[bool, str]]:
 
 def _summary(eom: Equations) -> list[tuple[int, str]]:
     counts: list[tuple[Sequence[Any], str, str]] = [
-        (eom.bodies, "body", "bodies"),
+        (eom.system.bodies, "body", "bodies"),
         (eom.coordinates, "coordinate", "coordinates"),
         (eom.speeds, "generalized speed", "generalized speeds"),
         (eom.independent_speeds if eom.embedding else (), "degree of freedom", "degrees of freedom"),

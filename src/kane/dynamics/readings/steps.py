@@ -49,7 +49,7 @@ class Step:
 
 def seven_steps(solved: Solved) -> tuple[Step, ...]:
     """Coordinates, velocities that matter, speeds, kinematics, active forces, inertia forces, equations."""
-    derived, constrained = solved.derived, solved.embedding is not None
+    derived, constrained = solved.derived.as_declared, solved.embedding is not None
     system = derived.system
     return (
         Step(1, "Coordinates", "The configuration is described by these.", _coordinates(system)),

@@ -33,7 +33,7 @@ def equations_html(eom: Equations) -> str:
 
 
 def _summary(eom: Equations) -> str:
-    bodies = listed([b.body.name for b in eom.bodies])
+    bodies = listed([b.name for b in eom.system.bodies])
     groups = (
         (eom.coordinates, "coordinate"),
         (eom.speeds, "speed"),

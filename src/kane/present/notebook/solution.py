@@ -15,7 +15,7 @@ def solution_html(solution: Solution) -> str:
 
 
 def _summary(solution: Solution) -> str:
-    bodies = listed([b.body.name for b in solution.equations.bodies])
+    bodies = listed([b.name for b in solution.equations.system.bodies])
     span = f"t = {solution.t[0]:g} … {solution.t[-1]:g} s" if len(solution) else "no samples"
     counts = f"{len(solution)} samples, {solution.steps} steps, {solution.evaluations} evaluations"
     ended = f"{escaped(solution.status)}: {escaped(solution.message)}"
