@@ -4,8 +4,11 @@
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 import kane as kn
+
+Array = npt.NDArray[np.float64]
 
 BRANCHES = (-1, -1, 1, 0, -1, -1, 4, -1, 1, 0, 6, -1, 5, -1, 5, 0, 13, 16, 3, 13)
 """The parent of each of 20 bodies, drawn among the ones before it and the ground (−1)."""
@@ -22,7 +25,7 @@ def random_tree(parents: Sequence[int], seed: int, *, floating: bool = False) ->
     if floating:
         joints.append(kn.free("base", *base))
         base = (joints[0].point, joints[0].frame)
-    links = []
+    links: list[tuple[kn.Point, kn.Frame]] = []
     for k, parent in enumerate(parents, 1):
         at, frame = base if parent < 0 else links[parent]
         seat = frame.rotate_matrix(f"A{k}", _rotation(rng))
@@ -48,11 +51,12 @@ def _body(joint: kn.Joint, rng: np.random.Generator) -> kn.RigidBody:
     )
 
 
-def _vector(frame: kn.Frame, v: np.ndarray) -> kn.Vector:
-    x, y, z = v.tolist()
-    return x * frame.x + y * frame.y + z * frame.z
+def _vector(frame: kn.Frame, v: Array) -> kn.Vector:
+    x, y, z = map(float, v)
+    return frame.x * x + frame.y * y + frame.z * z
 
 
-def _rotation(rng: np.random.Generator) -> list[list[float]]:
+def _rotation(rng: np.random.Generator) -> Array:
+    """Direction cosines (3, 3)."""
     q = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    return (q * np.linalg.det(q)).tolist()
+    return np.asarray(q * np.linalg.det(q))

@@ -118,7 +118,7 @@ def _tilt(o: Orientation) -> Array | None:
         return None if turn is None else turned(o.axis, *turn)
     assert o.cosines is not None
     cosines = _numbers(x for row in o.cosines for x in row)
-    return None if cosines is None else np.reshape(cosines, (3, 3))
+    return None if cosines is None else np.reshape(np.array(cosines), (3, 3))
 
 
 def _axis(o: Orientation) -> Array | None:
@@ -126,9 +126,10 @@ def _axis(o: Orientation) -> Array | None:
     if o.angle is None or is_constant_in_time([o.angle]):
         return None
     if o.axis is not None:
-        return np.eye(3)[o.axis]
+        axis: Array = np.eye(3)[o.axis]
+        return axis
     n = None if o.direction is None else _numbers(o.direction)
-    return None if n is None else np.asarray(n / np.linalg.norm(n))
+    return None if n is None else np.array(n) / math.hypot(*n)
 
 
 def _numbers(exprs: Iterable[Expr]) -> list[float] | None:
