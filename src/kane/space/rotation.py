@@ -53,18 +53,18 @@ class Basis:
     parent: Basis | None
     orientation: Orientation | None
     lineage: tuple[Basis, ...]
-    copies: Mapping[Basis, Basis] = MappingProxyType({})
+    _copies: Mapping[Basis, Basis] = MappingProxyType({})
     _spins: dict[Basis, Any]
 
 
 class AlignedBasis(Basis):
-    """A basis of a tree that stands for declared frames; `copies` holds for each of them the basis of this tree with the same axes."""
+    """A basis of a tree that stands for declared frames: `copies` holds for each of them the basis of this tree with the same axes."""
 
-    __slots__ = ("copies",)
+    __slots__ = ("_copies",)
 
     def __init__(self, name: str, orientation: Orientation, copies: Mapping[Basis, Basis]) -> None:
         self.name, self.parent, self.orientation = name, orientation.base, orientation
-        self.lineage, self.copies, self._spins = (self, *orientation.base.lineage), copies, {}
+        self.lineage, self._copies, self._spins = (self, *orientation.base.lineage), copies, {}
 
 
 def chain(frame: Basis) -> tuple[Basis, ...]:
@@ -87,8 +87,8 @@ def path(source: Basis, target: Basis) -> tuple[tuple[Basis, ...], tuple[Basis, 
 
     Between aligned bases and declared frames the way leads through the declared one's copy.
     """
-    if source.copies is not target.copies:
-        source, target = target.copies.get(source, source), source.copies.get(target, target)
+    if source._copies is not target._copies:
+        source, target = target._copies.get(source, source), source._copies.get(target, target)
     if source is target:
         return (), ()
     up, down = source.lineage, target.lineage
