@@ -18,7 +18,6 @@ from kane.analysis.stability import Crossing
 from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
 from kane.analysis.trim import equilibrium, trim
 from kane.dynamics.readings.joint_reactions import JointReaction
-from kane.equations.compile import compile
 from kane.equations.compiled import Compiled
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
@@ -163,6 +162,8 @@ if TYPE_CHECKING:
     from kane.present.report import report
     from kane.present.root_locus import root_locus
     from kane.present.versions import show_versions
+
+compile = Equations.compile
 
 __version__ = "0.1.0.dev0"
 

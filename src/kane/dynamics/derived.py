@@ -12,9 +12,8 @@ from kane.dynamics.auxiliary import Pairs, auxiliary_speeds
 from kane.dynamics.blocks import Blocks, blocks, mass_rows
 from kane.dynamics.bodies import Moving, homes, moving_bodies
 from kane.dynamics.checks import check_reaction_places, check_released
-from kane.dynamics.lazy_mapping import LazyMapping
+from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.loads import loads_in_speeds
-from kane.dynamics.read import read
 from kane.dynamics.terms import (
     Term,
     active_terms,

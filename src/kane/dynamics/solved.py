@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived, Exprs
-from kane.dynamics.read import read
+from kane.dynamics.lazy import read
 from kane.expr.build import add, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.matrix import Matrix

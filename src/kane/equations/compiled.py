@@ -141,7 +141,11 @@ def compiled(
     settings: Settings,
     not_finite: NotFinite,
 ) -> Compiled:
-    """See `kane.equations.compile`."""
+    """See Equations.compile."""
+    if not isinstance(getattr(equations, "solved", None), Solved):
+        raise ArgumentError(
+            f"Expected Equations, got {type(equations).__name__}: derive them first, kn.derive(system).compile()."
+        )
     if not isinstance(name, str):
         raise ArgumentError(f"Expected a text as name, got {name!r}.")
     port = ports(equations.solved.derived)[2]

@@ -14,7 +14,7 @@ from kane import show
 from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
-from kane.dynamics.read import read
+from kane.dynamics.lazy import read
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.energy import (
     angular_momentum,
@@ -25,9 +25,8 @@ from kane.dynamics.readings.energy import (
     power,
 )
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
-from kane.dynamics.readings.rates import time_derivative, without_rates
 from kane.dynamics.readings.steps import Step, seven_steps
-from kane.dynamics.readings.values import evaluate_along, speeds_from_rates
+from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, compiled
 from kane.expr.node import Expr, as_expr
@@ -233,7 +232,7 @@ class Equations:
         return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, **state)))
 
     def compile(
-        self,
+        eom: Equations,  # kn.compile(eom, …) is this method
         *,
         name: str = "model",
         outputs: Mapping[str, Any] | None = None,
@@ -244,8 +243,29 @@ class Equations:
         cache: bool = True,
         not_finite: NotFinite = "warn",
     ) -> Compiled:
-        """Machine code of the equations, through LLVM; the options are those of `kn.compile`."""
-        return compiled(self, name, outputs, parameters, Settings(contract, cpu, features, cache), not_finite)
+        """Machine code of the equations, through LLVM; no compiler is needed on the machine.
+
+        Parameters
+        ----------
+        eom : Equations
+        name : what the emitted functions are called after
+        outputs : expressions, vectors, matrices by name, for `Compiled.outputs`
+        parameters : values by symbol or name that replace defaults where a call gives no p
+        contract : let a·b + c round once (FMA) and divisions by one divisor share its reciprocal; False rounds each operation of the
+            expressions by itself, so that those of + − × ÷ √ are NumPy's bit by bit
+        cpu : "host", or "generic" for what every processor of this kind has
+        features : what to add to "generic", as LLVM calls it: "+avx2,+fma"
+        cache : keep the code in the user's cache folder, so that a second run compiles nothing (see `KANE_CACHE`)
+        not_finite : "warn", "raise" or "ignore" where a result is infinite or NaN
+
+        Raises
+        ------
+        ValueMissingError
+            if `parameters` names something else
+        ProgramError
+            if the code could not run on this processor
+        """
+        return compiled(eom, name, outputs, parameters, Settings(contract, cpu, features, cache), not_finite)
 
     _repr_html_ = show.html
 

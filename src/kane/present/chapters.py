@@ -78,11 +78,11 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     displays: tuple[str, ...] = ()
     if step.number == 4 and _surveyable(eom):
         tables = (_partials(eom, shown),)
-        shown = {q: f for q, f in shown.items() if not q.kind.startswith("partial")}
+        shown = {q: f for q, f in shown.items() if q.kind not in (Kind.PARTIAL_VELOCITY, Kind.PARTIAL_ANGULAR_VELOCITY)}
     if step.number == 7 and len(eom.speeds) <= _WIDE:
         held = r" + A^{T} \lambda" if eom.embedding else ""
         displays = (rf"M \dot{{u}} = f{held}, \qquad M = " + _matrix(eom, shown),)
-        shown = {q: f for q, f in shown.items() if q.kind != "M" or q.place not in set(eom.speeds)}
+        shown = {q: f for q, f in shown.items() if q.kind is not Kind.MASS or q.place not in set(eom.speeds)}
     solution, note = _solution(eom) if step.number == 7 else ((), "")
     return Chapter(
         step.number,
@@ -133,8 +133,8 @@ def _partials(eom: Equations, shown: Mapping[Quantity, Formula]) -> PageTable:
     """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
     frames, points = moving_places(eom.system)
     columns: list[tuple[Kind, Kind, Frame | Point]] = [
-        *(("angular velocity", "partial angular velocity", f) for f in frames),
-        *(("velocity", "partial velocity", p) for p in points),
+        *((Kind.ANGULAR_VELOCITY, Kind.PARTIAL_ANGULAR_VELOCITY, f) for f in frames),
+        *((Kind.VELOCITY, Kind.PARTIAL_VELOCITY, p) for p in points),
     ]
     rows = [
         (Tex(latex_name(s.name)), *(Tex(_right(shown, Quantity(partial, place, s))) for _, partial, place in columns))
@@ -149,7 +149,7 @@ def _matrix(eom: Equations, shown: Mapping[Quantity, Formula]) -> str:
     speeds = eom.speeds
     n = range(len(speeds))
     rows = r" \\[3pt] ".join(
-        " & ".join(_right(shown, Quantity("M", speeds[min(i, j)], speeds[max(i, j)])) for j in n) for i in n
+        " & ".join(_right(shown, Quantity(Kind.MASS, speeds[min(i, j)], speeds[max(i, j)])) for j in n) for i in n
     )
     return rf"\begin{{bmatrix}} {rows} \end{{bmatrix}}"
 

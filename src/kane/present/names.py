@@ -8,30 +8,31 @@ from kane.space.frame import Frame
 from kane.space.latex import place_latex
 from kane.write.latex import latex_name
 
-_VECTORS: dict[Kind, str] = {
-    "angular velocity": r"\boldsymbol{\omega}",
-    "partial angular velocity": r"\boldsymbol{\omega}",
-    "angular acceleration": r"\boldsymbol{\alpha}",
-    "velocity": r"\mathbf{v}",
-    "partial velocity": r"\mathbf{v}",
-    "acceleration": r"\mathbf{a}",
+_VECTORS = {
+    Kind.ANGULAR_VELOCITY: r"\boldsymbol{\omega}",
+    Kind.PARTIAL_ANGULAR_VELOCITY: r"\boldsymbol{\omega}",
+    Kind.ANGULAR_ACCELERATION: r"\boldsymbol{\alpha}",
+    Kind.VELOCITY: r"\mathbf{v}",
+    Kind.PARTIAL_VELOCITY: r"\mathbf{v}",
+    Kind.ACCELERATION: r"\mathbf{a}",
 }
-_SCALARS: dict[Kind, str] = {
-    "constraint": r"\left(A u + b\right)_{{{place}}}",
-    "F": "F_{{{speed}}}",
-    "F*": "F^{{*}}_{{{speed}}}",
-    "~F": r"\tilde{{F}}_{{{speed}}}",
-    "~F*": r"\tilde{{F}}^{{*}}_{{{speed}}}",
-    "M": r"M_{{{place}\,{speed}}}",
-    "f": "f_{{{speed}}}",
+_SCALARS = {
+    Kind.CONSTRAINT: r"\left(A u + b\right)_{{{place}}}",
+    Kind.ACTIVE_FORCE: "F_{{{place}}}",
+    Kind.INERTIA_FORCE: "F^{{*}}_{{{place}}}",
+    Kind.NONHOLONOMIC_ACTIVE_FORCE: r"\tilde{{F}}_{{{place}}}",
+    Kind.NONHOLONOMIC_INERTIA_FORCE: r"\tilde{{F}}^{{*}}_{{{place}}}",
+    Kind.MASS: r"M_{{{place}\,{speed}}}",
+    Kind.FORCING: "f_{{{place}}}",
 }
 
 
 def quantity_latex(quantity: Quantity, inertial: Frame) -> str:
     """LaTeX of a quantity; that of a symbol is its own."""
-    place, speed = (x.name if x is not None else "" for x in (quantity.place, quantity.speed))
-    letter, scalar = _VECTORS.get(quantity.kind), _SCALARS.get(quantity.kind)
-    if letter is not None:
-        lower = f"_{{{latex_name(speed)}}}" if speed else ""
-        return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(place)}}}{lower}"
-    return scalar.format(place=latex_name(place), speed=latex_name(speed)) if scalar else latex_name(str(quantity))
+    if quantity.kind in _SCALARS:
+        return quantity.named(_SCALARS[quantity.kind], latex_name)
+    letter = _VECTORS.get(quantity.kind)
+    if letter is None:
+        return latex_name(str(quantity))
+    lower = f"_{{{latex_name(quantity.speed.name)}}}" if quantity.speed is not None else ""
+    return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"

@@ -50,7 +50,7 @@ Idle = Sequence[Load] | Sequence[Body]
 def active_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
     """For each F_r the forces and torques that it is summed from."""
     terms = [
-        (_left(eom, "F", None, c.speed), c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads"))
+        (_left(eom, Kind.ACTIVE_FORCE, c.speed), c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads"))
         for c in found
     ]
     return _provenance(eom, ("load", "on", "force or torque", "partial velocity", "term"), terms)
@@ -59,7 +59,7 @@ def active_provenance(eom: Equations, found: Sequence[Contributions]) -> Provena
 def inertia_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
     """For each F*_r the bodies' inertia forces and torques."""
     terms = [
-        (_left(eom, "F*", None, c.speed), c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies"))
+        (_left(eom, Kind.INERTIA_FORCE, c.speed), c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies"))
         for c in found
     ]
     return _provenance(eom, ("body", "of", "inertia force or torque", "partial velocity", "term"), terms)
@@ -73,7 +73,7 @@ def mass_provenance(eom: Equations) -> Provenance | None:
     between, shown = formulas([("", x) for _, _, c in entries for x in (c.translation, c.rotation)])
     rows = tuple(
         (
-            Tex(_left(eom, "M", r, s)),
+            Tex(_left(eom, Kind.MASS, r, s)),
             c.body.name,
             _cell(c.translation, shown[2 * i]),
             _cell(c.rotation, shown[2 * i + 1]),
@@ -122,10 +122,8 @@ def _provenance(
 
 
 def _met(eom: Equations, c: Contribution, speed: Any, partial: Tex) -> Tex:
-    quantity = Quantity(
-        "partial velocity" if isinstance(c.place, Point) else "partial angular velocity", c.place, speed
-    )
-    return Tex(f"{quantity_latex(quantity, eom.system.inertial)} = {partial.source}")
+    kind = Kind.PARTIAL_VELOCITY if isinstance(c.place, Point) else Kind.PARTIAL_ANGULAR_VELOCITY
+    return Tex(f"{_left(eom, kind, c.place, speed)} = {partial.source}")
 
 
 def _source(c: Contribution) -> Cell:
@@ -136,7 +134,7 @@ def _cell(e: Any, formula: Formula) -> Cell:
     return "–" if e is ZERO else Tex(formula.right)
 
 
-def _left(eom: Equations, kind: Kind, place: Any, speed: Any) -> str:
+def _left(eom: Equations, kind: Kind, place: Any, speed: Any = None) -> str:
     return quantity_latex(Quantity(kind, place, speed), eom.system.inertial)
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from kane.dynamics.bodies import Moving
-from kane.dynamics.readings.rates import time_derivative
+from kane.dynamics.readings.values import time_derivative
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import sum_of
 from kane.expr.build import add, mul, neg, sub

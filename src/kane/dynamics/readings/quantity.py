@@ -3,52 +3,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from enum import Enum
 
 from kane.expr.symbols import Symbol
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.point import Point
 
-Kind = Literal[
-    "coordinate", "rate", "speed", "reaction", "constraint",
-    "angular velocity", "partial angular velocity", "angular acceleration", "velocity", "partial velocity", "acceleration",
-    "F", "F*", "~F", "~F*", "M", "f",
-]  # fmt: skip
 
-_NAMES: dict[Kind, str] = {
-    "coordinate": "{place}",
-    "rate": "{place}'",
-    "speed": "{place}",
-    "reaction": "{place}",
-    "constraint": "(A u + b)[{place}]",
-    "angular velocity": "w_{place}",
-    "partial angular velocity": "w_{place},{speed}",
-    "angular acceleration": "alpha_{place}",
-    "velocity": "v_{place}",
-    "partial velocity": "v_{place},{speed}",
-    "acceleration": "a_{place}",
-    "F": "F_{speed}",
-    "F*": "F*_{speed}",
-    "~F": "~F_{speed}",
-    "~F*": "~F*_{speed}",
-    "M": "M[{place}, {speed}]",
-    "f": "f[{speed}]",
-}
+class Kind(Enum):
+    """The kinds of results, each with its name in plain text."""
+
+    SYMBOL = "{place}"
+    RATE = "{place}'"
+    CONSTRAINT = "(A u + b)[{place}]"
+    ANGULAR_VELOCITY = "w_{place}"
+    PARTIAL_ANGULAR_VELOCITY = "w_{place},{speed}"
+    ANGULAR_ACCELERATION = "alpha_{place}"
+    VELOCITY = "v_{place}"
+    PARTIAL_VELOCITY = "v_{place},{speed}"
+    ACCELERATION = "a_{place}"
+    ACTIVE_FORCE = "F_{place}"
+    INERTIA_FORCE = "F*_{place}"
+    NONHOLONOMIC_ACTIVE_FORCE = "~F_{place}"
+    NONHOLONOMIC_INERTIA_FORCE = "~F*_{place}"
+    MASS = "M[{place}, {speed}]"
+    FORCING = "f[{place}]"
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A result of a step: its kind, what it belongs to, and the speed for which it is taken, where there is one.
-
-    Of M_rs, `place` is the speed r and `speed` s.
-    """
+    """A result of a step: its kind, what it belongs to (of F_r, M_rs and f_r the speed r), and the other speed, if it has one."""
 
     kind: Kind
-    place: Frame | Point | Constraint | Symbol | None = None
+    place: Frame | Point | Constraint | Symbol
     speed: Symbol | None = None
 
+    def named(self, form: str, written: Callable[[str], str] = str) -> str:
+        """`form` with the names of place and speed, as `written` writes them."""
+        return form.format(
+            place=written(self.place.name), speed=written(self.speed.name if self.speed is not None else "")
+        )
+
     def __str__(self) -> str:
-        place, speed = (x.name if x is not None else "" for x in (self.place, self.speed))
-        return _NAMES[self.kind].format(place=place, speed=speed)
+        return self.named(self.kind.value)

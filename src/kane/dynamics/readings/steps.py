@@ -63,7 +63,10 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
             3,
             "Generalized speeds",
             "u = Y q' + z, chosen so that these velocities become short; solved, q' = W u + X.",
-            (*_each("speed", system.speeds, system.speeds.values()), *_each("rate", system.coordinates, derived.rates)),
+            (
+                *_each(Kind.SYMBOL, system.speeds, system.speeds.values()),
+                *_each(Kind.RATE, system.coordinates, derived.rates),
+            ),
         ),
         Step(
             4,
@@ -76,13 +79,13 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
             5,
             "Generalized active forces",
             "F_r = sum of v_r . F + w_r . T over all loads." + (_NONHOLONOMIC if constrained else ""),
-            _forces(solved, ("F", "~F"), derived.Fr, solved.Fr_nh),
+            _forces(solved, Kind.ACTIVE_FORCE, Kind.NONHOLONOMIC_ACTIVE_FORCE, derived.Fr, solved.Fr_nh),
         ),
         Step(
             6,
             "Generalized inertia forces",
             "F*_r = sum of v_r . (-m a) + w_r . (-I . alpha - w x I . w) over all bodies.",
-            _forces(solved, ("F*", "~F*"), derived.Fr_star, solved.Fr_star_nh),
+            _forces(solved, Kind.INERTIA_FORCE, Kind.NONHOLONOMIC_INERTIA_FORCE, derived.Fr_star, solved.Fr_star_nh),
         ),
         Step(
             7,
@@ -107,12 +110,8 @@ def _each(kind: Kind, places: Iterable[Symbol | Constraint], values: Iterable[An
     return tuple((Quantity(kind, place), value) for place, value in zip(places, values, strict=True))
 
 
-def _of_speeds(kind: Kind, speeds: Iterable[Symbol], values: Iterable[Expr]) -> tuple[Result, ...]:
-    return tuple((Quantity(kind, None, s), value) for s, value in zip(speeds, values, strict=True))
-
-
 def _coordinates(system: System) -> tuple[Result, ...]:
-    return _each("coordinate", system.coordinates, (q.description or "coordinate" for q in system.coordinates))
+    return _each(Kind.SYMBOL, system.coordinates, (q.description or "coordinate" for q in system.coordinates))
 
 
 def moving_places(system: System) -> tuple[list[Frame], list[Point]]:
@@ -123,8 +122,8 @@ def moving_places(system: System) -> tuple[list[Frame], list[Point]]:
 def _velocities_in_rates(system: System) -> tuple[Result, ...]:
     frames, points = moving_places(system)
     return (
-        *((Quantity("angular velocity", f), f.angular_velocity(system.inertial)) for f in frames),
-        *((Quantity("velocity", p), p.velocity(system.inertial)) for p in points),
+        *((Quantity(Kind.ANGULAR_VELOCITY, f), f.angular_velocity(system.inertial)) for f in frames),
+        *((Quantity(Kind.VELOCITY, p), p.velocity(system.inertial)) for p in points),
     )
 
 
@@ -132,10 +131,19 @@ def _kinematics(derived: Derived) -> tuple[Result, ...]:
     frames, points = moving_places(derived.system)
     motions = derived.kinematics
     turns = [
-        _motion(derived, f, motions.frame(f), "angular velocity", "partial angular velocity", "angular acceleration")
+        _motion(
+            derived,
+            f,
+            motions.frame(f),
+            Kind.ANGULAR_VELOCITY,
+            Kind.PARTIAL_ANGULAR_VELOCITY,
+            Kind.ANGULAR_ACCELERATION,
+        )
         for f in frames
     ]
-    shifts = [_motion(derived, p, motions.point(p), "velocity", "partial velocity", "acceleration") for p in points]
+    shifts = [
+        _motion(derived, p, motions.point(p), Kind.VELOCITY, Kind.PARTIAL_VELOCITY, Kind.ACCELERATION) for p in points
+    ]
     return tuple(chain(*turns, *shifts))
 
 
@@ -155,8 +163,8 @@ def _constrained(solved: Solved) -> tuple[Result, ...]:
     if e is None:
         return ()
     return (
-        *_each("constraint", rows.constraints, _affine(rows.a, solved.derived.speeds, rows.b)),
-        *_each("speed", solved.dependent_speeds, _affine(e.a_n, solved.independent_speeds, e.b_n)),
+        *_each(Kind.CONSTRAINT, rows.constraints, _affine(rows.a, solved.derived.speeds, rows.b)),
+        *_each(Kind.SYMBOL, solved.dependent_speeds, _affine(e.a_n, solved.independent_speeds, e.b_n)),
     )
 
 
@@ -166,19 +174,19 @@ def _affine(a: Matrix, u: Sequence[Speed], b: Sequence[Expr]) -> list[Expr]:
 
 
 def _forces(
-    solved: Solved, kinds: tuple[Kind, Kind], plain: Sequence[Expr], embedded: Sequence[Expr]
+    solved: Solved, kind: Kind, nonholonomic: Kind, plain: Sequence[Expr], embedded: Sequence[Expr]
 ) -> tuple[Result, ...]:
     """F_r of every row, and ~F_r of the independent ones where there are dependent ones."""
     derived, rows = solved.derived, shown_speeds(solved.derived)
     of_row: dict[Symbol, Expr] = dict(zip(derived.all_speeds, plain, strict=True))
-    results = _of_speeds(kinds[0], rows, (of_row[s] for s in rows))
+    results = _each(kind, rows, (of_row[s] for s in rows))
     if solved.embedding is None:
         return results
     total: dict[Symbol, Expr] = dict(
         zip((*solved.independent_speeds, *derived.auxiliary_speeds), embedded, strict=True)
     )
     other = [s for s in rows if s in total and (isinstance(s, Speed) or total[s] is not of_row[s])]
-    return (*results, *_of_speeds(kinds[1], other, (total[s] for s in other)))
+    return (*results, *_each(nonholonomic, other, (total[s] for s in other)))
 
 
 def _equations(solved: Solved) -> tuple[Result, ...]:
@@ -187,15 +195,15 @@ def _equations(solved: Solved) -> tuple[Result, ...]:
     results: list[Result] = []
     for i, (r, row) in enumerate(zip(speeds, blocks.mass, strict=True)):
         results += _entries(r, speeds[i:], row[i:])
-    results += _of_speeds("f", speeds, derived.forcing)
+    results += _each(Kind.FORCING, speeds, derived.forcing)
     for s, row, f in zip(auxiliary, blocks.mass_a, derived.auxiliary_forcing, strict=True):
         if constraint_of(s) is None:
-            results += [*_entries(s, speeds, row), (Quantity("f", None, s), f)]
+            results += [*_entries(s, speeds, row), (Quantity(Kind.FORCING, s), f)]
     multipliers = ((r, constraint_of(r)) for r in derived.reactions)
-    results += [(Quantity("reaction", r), solved.multipliers[c]) for r, c in multipliers if c is not None]
+    results += [(Quantity(Kind.SYMBOL, r), solved.multipliers[c]) for r, c in multipliers if c is not None]
     return tuple(results)
 
 
 def _entries(r: Symbol, speeds: Sequence[Symbol], row: Sequence[Expr]) -> list[Result]:
     """The entries of a row of M that are not zero."""
-    return [(Quantity("M", r, s), x) for s, x in zip(speeds, row, strict=True) if x is not ZERO]
+    return [(Quantity(Kind.MASS, r, s), x) for s, x in zip(speeds, row, strict=True) if x is not ZERO]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers at a state: rates, accelerations and reactions replaced by what the equations say of them."""
+"""Expressions along a motion: rates, accelerations and reactions replaced by what the equations say of them; numbers at a state."""
 
 from __future__ import annotations
 
@@ -8,16 +8,57 @@ from typing import Any
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.pivots import check_pivots
-from kane.dynamics.readings.rates import without_rates
 from kane.dynamics.solved import Solved
-from kane.errors import ValueMissingError
+from kane.errors import ExpressionError, ValueMissingError
+from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols, stacked
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.substitute import substitute
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Rate, Reaction, Speed, rate, time
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Time, input_of, rate, time
 from kane.model.system import System
 from kane.numeric.named import finite_number, named_values
+
+
+def without_rates(derived: Derived, root: Expr) -> Expr:
+    """`root` with q̇ written in speeds and q̈ in u̇."""
+    second: dict[Expr, Expr] = {
+        s: time_derivative(derived, s.place)
+        for s in free_symbols([root])
+        if isinstance(s, Rate)
+        and (
+            isinstance(s.place, QuasiRate)
+            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed) and input_of(s) is None)
+        )
+    }
+    if second:
+        root = substitute(root, second)
+    return derived.kinematical.in_speeds(root, {})
+
+
+def time_derivative(derived: Derived, e: Expr) -> Expr:
+    """de/dt along the motion: q̇ = W u + X, u̇ as the leaves u'.
+
+    Raises
+    ------
+    ExpressionError
+        if it would hold the rate of u̇ or of a reaction
+    """
+    rates: dict[Expr, Expr] = dict(zip(derived.system.coordinates, derived.rates, strict=True))
+
+    def leaf_rate(leaf: Expr) -> Expr:
+        if isinstance(leaf, Time):
+            return ONE
+        if isinstance(leaf, Speed) or input_of(leaf) is not None:
+            return rate(leaf)  # type: ignore[arg-type]  # a Speed, an Input or its rate
+        if isinstance(leaf, Rate | Reaction):
+            raise ExpressionError(
+                f"Expected an expression of coordinates, rates and speeds to differentiate along the motion, got {leaf} in it. "
+                "Differentiate a trajectory's values instead."
+            )
+        return rates.get(leaf, ZERO)
+
+    return tangent(without_rates(derived, e), leaf_rate)
 
 
 def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
