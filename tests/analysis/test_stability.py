@@ -62,3 +62,10 @@ def test_a_rolling_disk_comes_to_stand():
     (crossing,) = branch.crossings
     assert crossing.value == pytest.approx(np.sqrt(9.81 / 3 / 0.3), rel=1e-9)
     assert (crossing.between, crossing.grows, crossing.eigenvalue) == ((1, 2), False, 0)
+
+
+@pytest.mark.parametrize("rounding", [1e-18, -1e-18])
+def test_a_mode_that_stays_on_the_axis_is_not_the_one_that_crosses_it(rounding):
+    """Both ways to order the modes across have the same distance but for rounding."""
+    found = met(lambda y: [0.3 - y + rounding, 0.0])
+    assert [(v, root) for v, root, _ in found] == [(pytest.approx(0.3, abs=1e-12), 0)]

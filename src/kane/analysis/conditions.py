@@ -14,7 +14,7 @@ import numpy as np
 from kane.analysis.flow import Choice, flow_at
 from kane.analysis.local import slopes_at, solver, values_at
 from kane.analysis.state import State
-from kane.analysis.symbolic import dependence
+from kane.analysis.steady import dependence
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol

@@ -15,7 +15,7 @@ import numpy as np
 from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
 from kane.analysis.routines import once, routine
 from kane.analysis.state import State
-from kane.analysis.tangents import Tangents, cross, tangents
+from kane.analysis.tangents import Tangents, in_numbers, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import POOR, quality
 from kane.dynamics.readings.unsolved import Perturbations, partial_columns, unsolved
 from kane.equations.equations import Equations
@@ -55,7 +55,7 @@ class Flow:
 
 def flow_at(eom: Equations, known: Perturbations, state: State, choice: Choice) -> Flow:
     """F and its derivatives at a state on the constraints."""
-    nq, n, nr = len(eom.coordinates), len(eom.speeds), len(eom.inputs)
+    nq, n = len(eom.coordinates), len(eom.speeds)
     values = values_at(eom, state)
     solve = solver(eom, values)
     z = solve(values.right)
@@ -63,28 +63,29 @@ def flow_at(eom: Equations, known: Perturbations, state: State, choice: Choice) 
     held = values.constraints(n)
     m = values.matrix[:n, :n]
     given_u = choice.u or _own(eom, held, m)
-    tangent = tangents(known, state.x[:nq], slopes, held, m, choice.q, given_u)
-    count, free = len(tangent.free_q), len(tangent.free_u)
-    turned = np.hstack([tangent.n, np.zeros((len(tangent.n), free)), tangent.p])
-    moves = np.vstack(
-        [
-            tangent.t @ turned,
-            np.hstack([tangent.e, tangent.b, tangent.q]),
-            np.hstack([np.zeros((nr, count + free)), np.eye(nr)]),
-        ]
+    t, plain = spread(known, state.x[:nq]), list(known.coordinates)
+
+    def by_xi(slope: Array) -> Array:
+        return np.hstack([slope[:, :nq] @ t, slope[:, nq:]])
+
+    rates, rate_slopes = np.append(values.rates[plain], values.spins), np.vstack([slopes.rates[plain], slopes.spins])
+    width, root = t.shape[1], mobility(m, held)
+    tangent = tangents(
+        by_xi(slopes.configuration),
+        by_xi(slopes.motion),
+        width,
+        n,
+        in_numbers(rate_slopes[:, nq : nq + n] @ root, choice.q),
+        in_numbers(root, given_u),
     )
+    moves = np.vstack([t @ tangent.moves[:width], tangent.moves[width:]])
     answers = -solve(slopes.residual @ moves)
-    plain = list(known.coordinates)
-    own = np.vstack([slopes.rates[plain], slopes.spins]) @ moves
-    for k in range(len(known.sets)):
-        at = slice(len(plain) + 3 * k, len(plain) + 3 * k + 3)
-        own[at] -= cross(values.spins[3 * k : 3 * k + 3]) @ turned[at]
+    own = rate_slopes @ moves - turning_rates(rates, len(plain)) @ tangent.moves[:width]
     rows = np.vstack([own[list(tangent.free_q)], answers[:n][list(tangent.free_u)]])
-    rates = np.concatenate([values.rates[plain], values.spins])
     rest = np.concatenate([rates[list(tangent.free_q)], z[:n][list(tangent.free_u)]])
     mass = tangent.b.T @ m @ tangent.b
     return Flow(
-        state, values, slopes, z, tangent, rest, rows[:, : count + free], rows[:, count + free :], mass, moves, answers
+        state, values, slopes, z, tangent, rest, rows[:, : len(rows)], rows[:, len(rows) :], mass, moves, answers
     )
 
 

@@ -52,13 +52,10 @@ class Change:
 
 def tracked(rows: Sequence[Complex]) -> Complex:
     """Rows of numbers, each put in the order that is nearest to the row before."""
-    from scipy.optimize import linear_sum_assignment
-
     found = [np.asarray(rows[0])]
     for row in rows[1:]:
         guess = 2 * found[-1] - found[-2] if len(found) > 1 else found[-1]
-        cost = np.abs(guess[:, None] - row[None, :])
-        found.append(row[linear_sum_assignment(cost)[1]])
+        found.append(_matched(row, np.abs(guess[:, None] - row)))
     return np.array(found)
 
 
@@ -118,7 +115,15 @@ def _bisected(
 
 def _between(a: Complex, b: Complex, roots: Complex) -> Complex:
     """Eigenvalues in the order of those before and after: the modes together, so that none takes another's place."""
+    return _matched(roots, np.abs(a[:, None] - roots) + np.abs(b[:, None] - roots))
+
+
+def _matched(row: Complex, distance: Array) -> Complex:
+    """The row in the order in which all distances together are least; of several such, that in which more modes stay where they are.
+
+    A mode on the axis that stays and one that passes it would otherwise be told apart by rounding.
+    """
     from scipy.optimize import linear_sum_assignment
 
-    cost = np.abs(a[:, None] - roots) + np.abs(b[:, None] - roots)
-    return np.asarray(roots[linear_sum_assignment(cost)[1]])
+    least = GROWS * np.abs(row).max(initial=0)
+    return np.asarray(row[linear_sum_assignment(distance + least * (distance > least))[1]])

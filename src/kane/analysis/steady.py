@@ -15,15 +15,28 @@ import numpy.typing as npt
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import values_at
 from kane.analysis.state import GIVEN, State
-from kane.analysis.symbolic import dependence
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_squares
 
-_SAME = 1e-7
+_SAME, _LINK = 1e-7, 1e-10
 _SHIFT = 0.71
 """How far what moves is displaced, in rad or m: any one place would show a dependence."""
+
+
+def dependence(a: Array, count: int) -> Mask:
+    """Which of the states the speeds depend on, through whatever chain; the first `count` are coordinates."""
+    from scipy.linalg import matrix_balance
+
+    scaled = np.abs(matrix_balance(a, permute=False)[0])
+    linked = scaled > _LINK * scaled.max(initial=0)
+    matters = np.arange(len(a)) >= count
+    while True:
+        more = matters | linked[matters].any(axis=0)
+        if np.array_equal(more, matters):
+            return matters
+        matters = more
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +81,7 @@ def _same(
     state, tangent = flow.state, flow.tangents
     nq, n = len(eom.coordinates), len(eom.speeds)
     x = state.x.copy()
-    step = np.zeros(tangent.t.shape[1])
+    step = np.zeros(len(known.names))
     step[[tangent.free_q[i] for i in moving]] = _SHIFT * (1 + 0.3 * np.arange(len(moving)))
     for at, place in enumerate(known.coordinates):
         x[place] += step[at]

@@ -5,38 +5,45 @@
     A δu + ∂(A u + b)/∂q δq + ∂b/∂r δr = 0     δu = B δu_I + E ξ_I + Q δr
 
 ξ are the perturbations of the coordinates; for Euler parameters three angles θ along the axes of the frame they turn, with
-δe = ½ E(e) θ and θ̇ = δω − ω × θ.
+δe = ½ E(e) θ and θ̇ = δω − ω × θ. Arrays hold numbers or expressions alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kane.analysis.local import Slopes
-from kane.dynamics.constraints.partition import choose
+from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.readings.unsolved import Perturbations
-from kane.numeric.arrays import Array
-from kane.numeric.projection import mobility, sizes
+from kane.numeric.arrays import Array, Entries
+from kane.numeric.projection import sizes
 
 
-def turning(e: Array) -> Array:
+def turning(e: Entries) -> Entries:
     """½ E(e), 4 × 3: δe of small angles along the frame's own axes (Kane, Likins, Levinson 1983, sec. 1.13)."""
     e0, e1, e2, e3 = e
     return 0.5 * np.array([[-e1, -e2, -e3], [e0, -e3, e2], [e3, e0, -e1], [-e2, e1, e0]])
 
 
-def cross(w: Array) -> Array:
-    """The matrix of w ×."""
+def cross(w: Entries) -> Entries:
+    """The matrix (3 × 3) of w ×."""
     return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
 
 
-def spread(known: Perturbations, q: Array) -> Array:
-    """T of δq = T ξ."""
+def turning_rates(rates: Entries, plain: int) -> Entries:
+    """The matrix (ξ × ξ) of ω × θ in the rates of ξ, whose first `plain` are those of coordinates; ω follow them."""
+    matrix = np.zeros((len(rates), len(rates)), dtype=rates.dtype)
+    for k in range(plain, len(rates), 3):
+        matrix[k : k + 3, k : k + 3] = cross(rates[k : k + 3])
+    return matrix
+
+
+def spread(known: Perturbations, q: Entries) -> Entries:
+    """T (coordinates × ξ) of δq = T ξ."""
     plain = len(known.coordinates)
-    t = np.zeros((len(q), plain + 3 * len(known.sets)))
+    t = np.zeros((len(q), plain + 3 * len(known.sets)), dtype=q.dtype)
     t[known.coordinates, range(plain)] = 1.0
     for k, places in enumerate(known.sets):
         t[list(places), plain + 3 * k : plain + 3 * k + 3] = turning(q[list(places)])
@@ -45,59 +52,68 @@ def spread(known: Perturbations, q: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tangents:
-    """T, and N, P, B, E, Q of the changes that the constraints allow; which ξ and u are independent."""
+    """N, P, B, E, Q of the changes that the constraints allow; which ξ and u are independent."""
 
-    t: Array
     free_q: tuple[int, ...]
     free_u: tuple[int, ...]
-    n: Array
-    p: Array
-    b: Array
-    e: Array
-    q: Array
+    n: Entries
+    p: Entries
+    b: Entries
+    e: Entries
+    q: Entries
+
+    @property
+    def moves(self) -> Entries:
+        """δ(ξ, u, r) of δ(ξ_I, u_I, r)."""
+        i, j, nr = len(self.free_q), len(self.free_u), self.p.shape[1]
+        return np.vstack(
+            [
+                np.hstack([self.n, np.zeros((len(self.n), j)), self.p]),
+                np.hstack([self.e, self.b, self.q]),
+                np.hstack([np.zeros((nr, i + j)), np.eye(nr)]),
+            ]
+        )
 
 
-def tangents(
-    known: Perturbations,
-    q: Array,
-    slopes: Slopes,
-    a: Array,
-    m: Array,
-    given_q: Sequence[int],
-    given_u: Sequence[int],
-) -> Tangents:
-    """The changes that the constraints allow at a point.
+FreePart = Callable[[Entries, Entries], tuple[tuple[int, ...], Entries]]
+"""x of a x + rest y = 0 by its free part: which of x are free, and S of x = S (x_free, y)."""
+
+
+def tangents(g: Entries, v: Entries, width: int, count: int, by_q: FreePart, by_u: FreePart) -> Tangents:
+    """The changes that the constraints allow at a point, in numbers or in expressions.
 
     Parameters
     ----------
-    slopes : derivatives in (q, u, r) at the point
-    a : A
-    m : the mass matrix
-    given_q, given_u : which perturbations and speeds are to be dependent, as far as the constraints determine them
+    g, v : derivatives of f and of A u + b in (ξ, u, r)
+    width, count : how many ξ and u there are
+    by_q, by_u : how ξ and u are solved for
     """
-    nq, n = len(q), a.shape[1]
-    t = spread(known, q)
-    g = slopes.configuration[:, :nq] @ t
-    w = np.vstack([slopes.rates[list(known.coordinates)], slopes.spins])[:, nq : nq + n]
-    root = mobility(m, a)
-    free_q, n_q, p = _solved(g, slopes.configuration[:, nq + n :], w @ root, given_q)
-    moved = slopes.motion[:, :nq] @ t
-    shift = np.hstack([moved @ n_q, moved @ p + slopes.motion[:, nq + n :]])
-    free_u, b, eq = _solved(a, shift, root, given_u)
-    return Tangents(t, free_q, free_u, n_q, p, b, eq[:, : len(free_q)], eq[:, len(free_q) :])
+    free_q, of_q = by_q(g[:, :width], g[:, width + count :])
+    i = len(free_q)
+    shift = v[:, :width] @ of_q
+    shift[:, i:] = shift[:, i:] + v[:, width + count :]
+    free_u, of_u = by_u(v[:, width : width + count], shift)
+    j = len(free_u)
+    return Tangents(free_q, free_u, of_q[:, :i], of_q[:, i:], of_u[:, :j], of_u[:, j : j + i], of_u[:, j + i :])
 
 
-def _solved(a: Array, rest: Array, root: Array, given: Sequence[int]) -> tuple[tuple[int, ...], Array, Array]:
-    """x of a x + rest y = 0 by its free part: x = first x_free + second y; what is dependent is chosen by `sizes`."""
+def by_free_part(
+    a: Entries, rest: Entries, partition: Partition, solve: Callable[[Entries, Entries], Entries]
+) -> tuple[tuple[int, ...], Entries]:
+    """See `FreePart`; the dependent x of the partition are solved for."""
     count = a.shape[1]
-    if not len(a):
-        return tuple(range(count)), np.eye(count), np.zeros((count, rest.shape[1]))
-    found = choose(a, given, reach=sizes(a, root))
-    free = found.independent(count)
-    rows, held = list(found.rows), list(found.dependent)
-    first, second = np.zeros((count, len(free))), np.zeros((count, rest.shape[1]))
-    first[list(free), range(len(free))] = 1.0
-    square = a[np.ix_(rows, held)]
-    first[held] = -np.linalg.solve(square, a[np.ix_(rows, list(free))])
-    second[held] = -np.linalg.solve(square, rest[rows])
-    return free, first, second
+    free, rows, dependent = partition.independent(count), list(partition.rows), list(partition.dependent)
+    solution = np.zeros((count, len(free) + rest.shape[1]), dtype=a.dtype)
+    solution[list(free), range(len(free))] = 1
+    if rows:
+        solution[dependent] = solve(a[np.ix_(rows, dependent)], -np.hstack([a[np.ix_(rows, list(free))], rest[rows]]))
+    return free, solution
+
+
+def in_numbers(root: Array, preferred: Sequence[int]) -> FreePart:
+    """Solving in numbers: `preferred` are dependent as far as they are determined; S Sᵀ = M⁻¹ in x of `root` says by what."""
+
+    def solved(a: Entries, rest: Entries) -> tuple[tuple[int, ...], Entries]:
+        return by_free_part(a, rest, choose(a, preferred, reach=sizes(a, root)), np.linalg.solve)
+
+    return solved
