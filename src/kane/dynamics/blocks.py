@@ -10,20 +10,22 @@ first, so that along a chain every partial sum is one node used many times.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from kane.dynamics.bodies import Moving
+from kane.dynamics.terms import sum_of
 from kane.expr.affine import affine_forms
 from kane.expr.build import add
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction
+from kane.kinematics.motion import Motion
 from kane.space.vector import Parts, Vector
 
 Rows = list[list[Expr]]
-Masses = dict[Vector, Expr]
+Place = tuple[int, int]
 
 
 class Blocks(NamedTuple):
@@ -71,77 +73,47 @@ def _reaction_form(right: Sequence[Expr], reactions: Sequence[Reaction]) -> tupl
 
 def mass_rows(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Sequence[Expr]) -> Rows:
     """M_rs for r in `speeds`, then `auxiliary`, and s in `speeds`; the square block is symmetric."""
-    symbols = [*speeds, *auxiliary]
-    n = len(speeds)
-    shift = _shift_groups(bodies, symbols, n)
-    turn = _turn_groups(bodies, symbols, n)
-    rows: list[list[Expr]] = []
+    symbols, n = [*speeds, *auxiliary], len(speeds)
+    vectors: dict[Parts, Vector] = {}
+    shifts: dict[Place, dict[Vector, dict[Vector, Expr]]] = {}  # v_r → (v_s → Σ m) over the bodies that both move
+    turns: dict[Place, dict[Vector, Vector]] = {}  # ω_r → Σ I·ω_s over the bodies that both turn
+    for b in reversed(bodies):
+        moved = _numbered(b.center, symbols, vectors)
+        for i, j in _pairs(moved, n):
+            masses = shifts.setdefault((i, j), {}).setdefault(moved[i], {})
+            masses[moved[j]] = add(masses.get(moved[j], ZERO), b.body.mass)
+        if b.rotation is None or b.inertia is None:
+            continue
+        turned = _numbered(b.rotation, symbols, vectors)
+        momenta = {j: b.inertia.times(w) for j, w in turned.items() if j < n}
+        for i, j in _pairs(turned, n):
+            group, w = turns.setdefault((i, j), {}), turned[i]
+            group[w] = (group[w] + momenta[j]).gathered() if w in group else momenta[j]
+    rows: Rows = []
     carried: dict[tuple[Any, ...], Vector] = {}
     for i in range(len(symbols)):
-        line = []
-        for j in range(n):
-            if j < i < n:
-                line.append(rows[j][i])
-                continue
-            moved, turned = ZERO, ZERO
-            for v, group in shift.get((i, j), {}).items():
-                moved = add(moved, v.dot(_carried(group, carried)))
-            for w, h in turn.get((i, j), {}).items():
-                turned = add(turned, w.dot(h))
-            line.append(add(moved, turned))
+        line = [rows[j][i] for j in range(i)] if i < n else []
+        for j in range(len(line), n):
+            shift = sum_of(v.dot(_carried(masses, carried)) for v, masses in shifts.get((i, j), {}).items())
+            line.append(add(shift, sum_of(w.dot(h) for w, h in turns.get((i, j), {}).items())))
         rows.append(line)
     return rows
 
 
-def _carried(group: Masses, known: dict[tuple[Any, ...], Vector]) -> Vector:
+def _numbered(motion: Motion, symbols: Sequence[Expr], vectors: dict[Parts, Vector]) -> dict[int, Vector]:
+    """The partial velocities by the speeds' numbers; equal ones are one object, so that they can be compared by identity."""
+    partials = motion.partials
+    return {i: vectors.setdefault(partials[s].parts, partials[s]) for i, s in enumerate(symbols) if s in partials}
+
+
+def _pairs(partials: Iterable[int], n: int) -> list[Place]:
+    """The entries on and above the diagonal, and those of auxiliary rows, to which a body adds."""
+    return [(i, j) for i in partials for j in partials if j < n and (i <= j or i >= n)]
+
+
+def _carried(masses: Mapping[Vector, Expr], known: dict[tuple[Any, ...], Vector]) -> Vector:
     """Σ m v_s of one group; the same group met again is the same vector."""
-    name = tuple(group.items())
-    found = known.get(name)
-    if found is None:
-        found = Vector()
-        for v, mass in group.items():
-            found = found + v * mass
-        known[name] = found = found.gathered()
-    return found
-
-
-def _unique(vectors: dict[Parts, Vector], v: Vector) -> Vector:
-    """One object for equal vectors, so that they can be compared by identity."""
-    return vectors.setdefault(v.parts, v)
-
-
-def _shift_groups(
-    bodies: Sequence[Moving], symbols: Sequence[Expr], n: int
-) -> dict[tuple[int, int], dict[Vector, Masses]]:
-    """For each pair of speeds, v_r → (v_s → Σ m) over the bodies that both move."""
-    vectors: dict[Parts, Vector] = {}
-    groups: dict[tuple[int, int], dict[Vector, Masses]] = {}
-    for b in reversed(bodies):
-        mass, partials = b.body.mass, b.center.partials
-        moved = [(i, _unique(vectors, partials[s])) for i, s in enumerate(symbols) if s in partials]
-        for i, v in moved:
-            for j, w in moved:
-                if j < n and (i <= j or i >= n):
-                    group = groups.setdefault((i, j), {}).setdefault(v, {})
-                    group[w] = add(group[w], mass) if w in group else mass
-    return groups
-
-
-def _turn_groups(
-    bodies: Sequence[Moving], symbols: Sequence[Expr], n: int
-) -> dict[tuple[int, int], dict[Vector, Vector]]:
-    """For each pair of speeds, ω_r → Σ I·ω_s over the bodies that both turn."""
-    vectors: dict[Parts, Vector] = {}
-    groups: dict[tuple[int, int], dict[Vector, Vector]] = {}
-    for b in reversed(bodies):
-        if b.rotation is None or b.inertia is None:
-            continue
-        partials = b.rotation.partials
-        turned = [(i, _unique(vectors, partials[s])) for i, s in enumerate(symbols) if s in partials]
-        spun = [(j, b.inertia.times(w)) for j, w in turned if j < n]
-        for i, v in turned:
-            for j, h in spun:
-                if i <= j or i >= n:
-                    group = groups.setdefault((i, j), {})
-                    group[v] = (group[v] + h).gathered() if v in group else h
-    return groups
+    key = tuple(masses.items())
+    if key not in known:
+        known[key] = sum((v * mass for v, mass in masses.items()), start=Vector()).gathered()
+    return known[key]

@@ -23,7 +23,7 @@ class Matrix:
     shape: tuple[int, int]
 
     def __init__(self, rows: Iterable[Iterable[Any]], shape: tuple[int, int] | None = None) -> None:
-        made = tuple(tuple(as_expr(x) for x in row) for row in rows)
+        made = tuple(tuple([x if isinstance(x, Expr) else as_expr(x) for x in row]) for row in rows)
         if shape is not None and not made:
             made = ((),) * shape[0]  # no columns
         widths = {len(row) for row in made}
