@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any
 
 from kane.dynamics.derived import Derived
@@ -47,58 +46,50 @@ class Step:
     __repr__ = __str__
 
 
+_TITLES = (
+    "Coordinates",
+    "Velocities that matter",
+    "Generalized speeds",
+    "Kinematics in the speeds",
+    "Generalized active forces",
+    "Generalized inertia forces",
+    "Equations of motion",
+)
+_TEXTS = (
+    "The configuration is described by these.",
+    "Angular velocities of the frames and velocities of the points, in the rates of the coordinates.",
+    "u = Y q' + z, chosen so that these velocities become short; solved, q' = W u + X.",
+    "Angular velocities, velocities, their partial velocities, and accelerations.",
+    "F_r = sum of v_r . F + w_r . T over all loads.",
+    "F*_r = sum of v_r . (-m a) + w_r . (-I . alpha - w x I . w) over all bodies.",
+    "F_r + F*_r = 0, ordered as M u' = f; the auxiliary equations give the reactions.",
+)
+_CONSTRAINED = {
+    4: _TEXTS[3] + " The constraints A u + b = 0 give the dependent speeds, u_D = A_n u_I + b_n.",
+    5: _TEXTS[4] + " Of the independent speeds, ~F_r = F_r + sum of A_n[D, r] F_D over the dependent ones D.",
+    7: "~F_r + ~F*_r = 0, or M u' = f + A^T lambda with A u + b = 0; the auxiliary equations give the reactions.",
+}
+"""The texts of a system with constraints, where they differ."""
+
+
 def seven_steps(solved: Solved) -> tuple[Step, ...]:
     """Coordinates, velocities that matter, speeds, kinematics, active forces, inertia forces, equations."""
-    derived, constrained = solved.derived.as_declared, solved.embedding is not None
+    derived, other = solved.derived.as_declared, _CONSTRAINED if solved.embedding is not None else {}
     system = derived.system
-    return (
-        Step(1, "Coordinates", "The configuration is described by these.", _coordinates(system)),
-        Step(
-            2,
-            "Velocities that matter",
-            "Angular velocities of the frames and velocities of the points, in the rates of the coordinates.",
-            _velocities_in_rates(system),
+    results = (
+        _each(Kind.SYMBOL, system.coordinates, (q.description or "coordinate" for q in system.coordinates)),
+        _velocities_in_rates(system),
+        (
+            *_each(Kind.SYMBOL, system.speeds, system.speeds.values()),
+            *_each(Kind.RATE, system.coordinates, derived.rates),
         ),
-        Step(
-            3,
-            "Generalized speeds",
-            "u = Y q' + z, chosen so that these velocities become short; solved, q' = W u + X.",
-            (
-                *_each(Kind.SYMBOL, system.speeds, system.speeds.values()),
-                *_each(Kind.RATE, system.coordinates, derived.rates),
-            ),
-        ),
-        Step(
-            4,
-            "Kinematics in the speeds",
-            "Angular velocities, velocities, their partial velocities, and accelerations."
-            + (" The constraints A u + b = 0 give the dependent speeds, u_D = A_n u_I + b_n." if constrained else ""),
-            _kinematics(derived) + _constrained(solved),
-        ),
-        Step(
-            5,
-            "Generalized active forces",
-            "F_r = sum of v_r . F + w_r . T over all loads." + (_NONHOLONOMIC if constrained else ""),
-            _forces(solved, Kind.ACTIVE_FORCE, Kind.NONHOLONOMIC_ACTIVE_FORCE, derived.Fr, solved.Fr_nh),
-        ),
-        Step(
-            6,
-            "Generalized inertia forces",
-            "F*_r = sum of v_r . (-m a) + w_r . (-I . alpha - w x I . w) over all bodies.",
-            _forces(solved, Kind.INERTIA_FORCE, Kind.NONHOLONOMIC_INERTIA_FORCE, derived.Fr_star, solved.Fr_star_nh),
-        ),
-        Step(
-            7,
-            "Equations of motion",
-            "F_r + F*_r = 0, ordered as M u' = f; the auxiliary equations give the reactions."
-            if not constrained
-            else "~F_r + ~F*_r = 0, or M u' = f + A^T lambda with A u + b = 0; the auxiliary equations give the reactions.",
-            _equations(solved),
-        ),
+        (*_kinematics(derived), *_constrained(solved)),
+        _forces(solved, Kind.ACTIVE_FORCE, Kind.NONHOLONOMIC_ACTIVE_FORCE, derived.Fr, solved.Fr_nh),
+        _forces(solved, Kind.INERTIA_FORCE, Kind.NONHOLONOMIC_INERTIA_FORCE, derived.Fr_star, solved.Fr_star_nh),
+        _equations(solved),
     )
-
-
-_NONHOLONOMIC = " Of the independent speeds, ~F_r = F_r + sum of A_n[D, r] F_D over the dependent ones D."
+    rows = enumerate(zip(_TITLES, _TEXTS, results, strict=True), start=1)
+    return tuple(Step(n, title, other.get(n, text), found) for n, (title, text, found) in rows)
 
 
 def shown_speeds(derived: Derived) -> tuple[Symbol, ...]:
@@ -106,17 +97,13 @@ def shown_speeds(derived: Derived) -> tuple[Symbol, ...]:
     return (*derived.speeds, *(s for s in derived.auxiliary_speeds if constraint_of(s) is None))
 
 
-def _each(kind: Kind, places: Iterable[Symbol | Constraint], values: Iterable[Any]) -> tuple[Result, ...]:
-    return tuple((Quantity(kind, place), value) for place, value in zip(places, values, strict=True))
-
-
-def _coordinates(system: System) -> tuple[Result, ...]:
-    return _each(Kind.SYMBOL, system.coordinates, (q.description or "coordinate" for q in system.coordinates))
-
-
 def moving_places(system: System) -> tuple[list[Frame], list[Point]]:
     """All but the inertial frame and the points fixed in it from the beginning."""
     return [f for f in system.frames if f is not system.inertial], [p for p in system.points if p.parent is not None]
+
+
+def _each(kind: Kind, places: Iterable[Symbol | Constraint], values: Iterable[Any]) -> tuple[Result, ...]:
+    return tuple((Quantity(kind, place), value) for place, value in zip(places, values, strict=True))
 
 
 def _velocities_in_rates(system: System) -> tuple[Result, ...]:
@@ -127,35 +114,23 @@ def _velocities_in_rates(system: System) -> tuple[Result, ...]:
     )
 
 
-def _kinematics(derived: Derived) -> tuple[Result, ...]:
+_TURN = (Kind.ANGULAR_VELOCITY, Kind.PARTIAL_ANGULAR_VELOCITY, Kind.ANGULAR_ACCELERATION)
+_SHIFT = (Kind.VELOCITY, Kind.PARTIAL_VELOCITY, Kind.ACCELERATION)
+
+
+def _kinematics(derived: Derived) -> Iterator[Result]:
     frames, points = moving_places(derived.system)
     motions = derived.kinematics
-    turns = [
-        _motion(
-            derived,
-            f,
-            motions.frame(f),
-            Kind.ANGULAR_VELOCITY,
-            Kind.PARTIAL_ANGULAR_VELOCITY,
-            Kind.ANGULAR_ACCELERATION,
-        )
-        for f in frames
+    moving: list[tuple[Frame | Point, Motion, tuple[Kind, Kind, Kind]]] = [
+        *((f, motions.frame(f), _TURN) for f in frames),
+        *((p, motions.point(p), _SHIFT) for p in points),
     ]
-    shifts = [
-        _motion(derived, p, motions.point(p), Kind.VELOCITY, Kind.PARTIAL_VELOCITY, Kind.ACCELERATION) for p in points
-    ]
-    return tuple(chain(*turns, *shifts))
-
-
-def _motion(
-    derived: Derived, place: Frame | Point, motion: Motion, velocity: Kind, partial: Kind, acceleration: Kind
-) -> list[Result]:
-    partials = [(s, motion.partials[s]) for s in derived.all_speeds if s in motion.partials]
-    return [
-        (Quantity(velocity, place), velocity_form(motion)),
-        *((Quantity(partial, place, s), v) for s, v in partials if not v.is_zero),
-        (Quantity(acceleration, place), acceleration_form(motion)),
-    ]
+    for place, motion, (velocity, partial, acceleration) in moving:
+        yield Quantity(velocity, place), velocity_form(motion)
+        for s in derived.all_speeds:
+            if s in motion.partials and not motion.partials[s].is_zero:
+                yield Quantity(partial, place, s), motion.partials[s]
+        yield Quantity(acceleration, place), acceleration_form(motion)
 
 
 def _constrained(solved: Solved) -> tuple[Result, ...]:
