@@ -56,15 +56,17 @@ def add(a: Expr, b: Expr) -> Expr:
         alike = like_terms(a, b, 1)
         if alike is not None:
             return _scaled_product(*alike)
-        if ao is bo:
-            if same_product(a, b):
-                return mul(TWO, a)
-            whole = sin2_cos2(a, b)
-            if whole is not None:
-                return whole
+        whole = _sum_of_products(a, b) if ao is bo else None
+        if whole is not None:
+            return whole
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
         return intern_node(ADD, a, b)
     return intern_node(ADD, b, a)
+
+
+def _sum_of_products(a: Expr, b: Expr) -> Expr | None:
+    """2 a where the same factors are grouped otherwise in b, k for k sin² + k cos²."""
+    return mul(TWO, a) if same_product(a, b) else sin2_cos2(a, b)
 
 
 def sub(a: Expr, b: Expr) -> Expr:
@@ -83,20 +85,10 @@ def sub(a: Expr, b: Expr) -> Expr:
         return add(a, b.args[0])
     if ao is NEG:
         return neg(add(a.args[0], b))
-    if ao is ADD:
-        if a.args[1] is b:
-            return a.args[0]
-        if a.args[0] is b:
-            return a.args[1]
-    if ao is SUB and a.args[0] is b:
-        return neg(a.args[1])
-    if bo is ADD:
-        if b.args[1] is a:
-            return neg(b.args[0])
-        if b.args[0] is a:
-            return neg(b.args[1])
-    if bo is SUB and b.args[0] is a:
-        return b.args[1]
+    if ao is ADD or ao is SUB or bo is ADD or bo is SUB:
+        rest = _rest_of_sums(a, b)
+        if rest is not None:
+            return rest
     if ao is MUL or bo is MUL:
         alike = like_terms(a, b, -1)
         if alike is not None:
@@ -104,6 +96,23 @@ def sub(a: Expr, b: Expr) -> Expr:
         if ao is bo and same_product(a, b):
             return ZERO
     return intern_node(SUB, a, b) if precedes(a, b) else neg(intern_node(SUB, b, a))
+
+
+def _rest_of_sums(a: Expr, b: Expr) -> Expr | None:
+    """a − b where one of them is a term of the other."""
+    if a.op is ADD or a.op is SUB:
+        x, y = a.args
+        if x is b:
+            return y if a.op is ADD else neg(y)
+        if y is b and a.op is ADD:
+            return x
+    if b.op is ADD or b.op is SUB:
+        x, y = b.args
+        if x is a:
+            return neg(y) if b.op is ADD else y
+        if y is a and b.op is ADD:
+            return neg(x)
+    return None
 
 
 def neg(a: Expr) -> Expr:
@@ -130,21 +139,28 @@ def mul(a: Expr, b: Expr) -> Expr:
         return mul(a.args[0], b.args[0]) if bo is NEG else neg(mul(a.args[0], b))
     if bo is NEG:
         return neg(mul(a, b.args[0]))
-    if ao is DIV:
-        if a.args[1] is b:
-            return a.args[0]
-        if a.args[0] is ONE:
-            return div(b, a.args[1])
-    if bo is DIV:
-        if b.args[1] is a:
-            return b.args[0]
-        if b.args[0] is ONE:
-            return div(a, b.args[1])
+    if ao is DIV or bo is DIV:
+        product = _times_quotient(a, b)
+        if product is None:
+            product = _times_quotient(b, a)
+        if product is not None:
+            return product
     if a is b and ao is SQRT:
         return a.args[0]
     if a.key < b.key or (a.key == b.key and precedes(a, b)):
         return intern_node(MUL, a, b)
     return intern_node(MUL, b, a)
+
+
+def _times_quotient(a: Expr, b: Expr) -> Expr | None:
+    """(x/b) b = x and (1/y) b = b/y, where a is such a quotient."""
+    if a.op is DIV:
+        x, y = a.args
+        if y is b:
+            return x
+        if x is ONE:
+            return div(b, y)
+    return None
 
 
 def _scaled_product(c: Number, x: Expr, y: Expr) -> Expr:
@@ -166,15 +182,9 @@ def _scaled(c: Expr, x: Expr) -> Expr:
 def div(a: Expr, b: Expr) -> Expr:
     """a / b."""
     if b.op is CONST:
-        value = number_of(b)
-        if value == 0:
-            raise ExpressionError(f"Division of {a!s:.80} by the constant 0.")
-        if isinstance(value, (int, Fraction)):
-            return mul(constant(Fraction(1) / value), a)
-        if a.op is CONST:
-            return constant(number_of(a) / value)
-        if value < 0:
-            return neg(div(a, constant(-value)))
+        quotient = _over_number(a, number_of(b))
+        if quotient is not None:
+            return quotient
     if a is ZERO:
         return ZERO
     if a is b:
@@ -198,6 +208,17 @@ def div(a: Expr, b: Expr) -> Expr:
         if b.args[1] is a:
             return div(ONE, b.args[0])
     return intern_node(DIV, a, b)
+
+
+def _over_number(a: Expr, value: Number) -> Expr | None:
+    """a / value where that is a product, a number or a negative."""
+    if value == 0:
+        raise ExpressionError(f"Division of {a!s:.80} by the constant 0.")
+    if isinstance(value, (int, Fraction)):
+        return mul(constant(Fraction(1) / value), a)
+    if a.op is CONST:
+        return constant(number_of(a) / value)
+    return neg(div(a, constant(-value))) if value < 0 else None
 
 
 def power(a: Expr, p: Expr) -> Expr:
