@@ -11,7 +11,7 @@ import pytest
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.present.formulas import text_formulas
 from kane.present.text import step_text
-from kane.present.wrap import WIDTH, is_sum, opposite, wrapped
+from kane.present.wrap import WIDTH, wrapped
 from kane.space.vector import Vector
 from tests.present.disk import derived
 
@@ -83,11 +83,3 @@ def test_wrapping_prefers_outermost_sums() -> None:
     assert wrapped("aaaa*(bb + cc) + dddd*(ee - ff)", width=24) == ["aaaa*(bb + cc)", "    + dddd*(ee - ff)"]
     assert wrapped("short", indent=2, width=10) == ["  short"]
     assert "".join(wrapped("x" * 50, width=20)) == "x" * 50
-
-
-def test_sums_and_their_opposites() -> None:
-    assert is_sum("a + b")
-    assert not is_sum("-(a + b)*c")
-    assert opposite("-a - (b - c)") == "a + (b - c)"
-    assert opposite("-a + b") is None
-    assert opposite("a - b") is None

@@ -3,18 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
-from kane.present.wrap import is_sum, opposite
 from kane.space.latex import unit_vector_latex
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
-from kane.write.latex import latex_lines, latex_name
-from kane.write.text import text_lines
+from kane.write.latex import LATEX, latex_name
+from kane.write.layout import Layout, layout
+from kane.write.notation import Notation
+from kane.write.text import TEXT
+from kane.write.trees import Minus, Tree
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,79 +39,56 @@ def formulas(
     items: Sequence[tuple[Any, Any]], left: Callable[[Any], str] = latex_name
 ) -> tuple[list[Formula], list[Formula]]:
     """The shared intermediates, and a formula for each item; `left` gives the LaTeX of a label."""
-    z_text, texts = _written(items, text_lines, lambda frame, axis: f" {frame.name}.{axis}", "({})")
-    z_latex, latex = _written(items, latex_lines, _latex_axis, r"\left({}\right)")
+    shown, values = _laid_out(value for _, value in items)
     between = [
-        Formula(name, text, left, right, shared=True)
-        for (name, text), (left, right) in zip(z_text, z_latex, strict=True)
+        Formula(name, TEXT.write(t), latex_name(name), LATEX.write(t), shared=True) for name, t in shown.intermediates
     ]
-    shown = [
-        Formula(str(label), text, left(label), right)
-        for (label, _), text, right in zip(items, texts, latex, strict=True)
+    written = [
+        Formula(str(label), _written(value, TEXT, _text_unit), left(label), _written(value, LATEX, unit_vector_latex))
+        for (label, _), value in zip(items, values, strict=True)
     ]
-    return between, shown
+    return between, written
 
 
 def text_formulas(items: Sequence[tuple[object, Any]]) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
     """The shared intermediates and the items, as (name, text)."""
-    between, texts = _written(items, text_lines, lambda frame, axis: f" {frame.name}.{axis}", "({})")
-    return between, [(str(label), text) for (label, _), text in zip(items, texts, strict=True)]
+    shown, values = _laid_out(value for _, value in items)
+    written = [(str(label), _written(value, TEXT, _text_unit)) for (label, _), value in zip(items, values, strict=True)]
+    return [(name, TEXT.write(tree)) for name, tree in shown.intermediates], written
 
 
-def _latex_axis(frame: Basis, axis: str) -> str:
-    return rf"\,{unit_vector_latex(frame, axis)}"
+_Terms = list[tuple[Tree, Basis | None, str]]
+"""Display trees, each along an axis of a basis; of an expression the one tree, along none."""
 
 
-def _written(
-    items: Sequence[tuple[object, Any]],
-    lines_of: Callable[[Mapping[str, Expr]], list[str]],
-    axis_of: Callable[[Basis, str], str],
-    brackets: str,
-) -> tuple[list[tuple[str, str]], list[str]]:
-    scalars: dict[str, Expr] = {}
-    for i, (_, value) in enumerate(items):
-        if isinstance(value, Vector):
-            scalars.update({f"x{i}c{k}": e for k, (_, _, _, e) in enumerate(_terms(value))})
-        elif isinstance(value, Expr):
-            scalars[f"x{i}c0"] = value
-    lines = lines_of(scalars)
-    pairs = [(name, body) for name, _, body in (line.partition(" = ") for line in lines)]
-    extra = len(pairs) - len(scalars)
-    bodies = dict(zip(scalars, (body for _, body in pairs[extra:]), strict=True))
-    written = []
-    for i, (_, value) in enumerate(items):
-        if isinstance(value, Vector):
-            terms = [
-                (minus, "" if unit else bodies[f"x{i}c{k}"], axis_of(frame, axis))
-                for k, (minus, unit, (frame, axis), _) in enumerate(_terms(value))
-            ]
-            written.append(_joined(terms, brackets))
-        else:
-            written.append(bodies[f"x{i}c0"] if isinstance(value, Expr) else str(value))
-    return pairs[:extra], written
+def _laid_out(values: Iterable[Expr | Vector]) -> tuple[Layout, list[_Terms]]:
+    parts = [_measures(value) if isinstance(value, Vector) else [(False, value, None, "")] for value in values]
+    shown = layout([e for part in parts for _, e, _, _ in part])
+    trees = iter(shown.trees)
+    return shown, [[(_signed(minus, next(trees)), basis, axis) for minus, _, basis, axis in part] for part in parts]
 
 
-def _terms(v: Vector) -> list[tuple[bool, bool, tuple[Basis, str], Expr]]:
-    """Each measure number that is not zero: whether it is negative, whether ±1, its unit vector, its magnitude."""
-    found = []
-    for frame, triple in v.parts:
+def _measures(v: Vector) -> list[tuple[bool, Expr, Basis | None, str]]:
+    """Sign, size, basis and axis of each measure number that is not zero."""
+    found: list[tuple[bool, Expr, Basis | None, str]] = []
+    for basis, triple in v.parts:
         for e, axis in zip(triple, "xyz", strict=True):
-            if e is not ZERO:
-                minus = e.op is NEG and e.args[0].op not in (ADD, SUB)
-                size = e.args[0] if minus else e
-                found.append((minus, size is ONE, (frame, axis), size))
-    return found
+            minus = e.op is NEG and e.args[0].op not in (ADD, SUB)
+            found.append((minus, e.args[0] if minus else e, basis, axis))
+    return [term for term in found if term[1] is not ZERO]
 
 
-def _joined(terms: Iterable[tuple[bool, str, str]], brackets: str) -> str:
-    line = ""
-    for minus, body, axis in terms:
-        if is_sum(body):
-            flipped = opposite(body)
-            minus, body = minus ^ (flipped is not None), brackets.format(flipped or body)
-        elif body.startswith("-"):
-            minus, body = not minus, body[1:]
-        body = "" if body == "1" else body
-        lead = (" - " if minus else " + ") if line else ("-" if minus else "")
-        line += lead + (body + axis if body else axis.removeprefix(" ").removeprefix(r"\,"))
-    return line or "0"
+def _signed(minus: bool, tree: Tree) -> Tree:
+    if not minus:
+        return tree
+    return tree.body if isinstance(tree, Minus) else Minus(tree, tree.tokens)
+
+
+def _written(terms: _Terms, notation: Notation, unit: Callable[[Basis, str], str]) -> str:
+    units = [unit(basis, axis) for _, basis, axis in terms if basis is not None]
+    trees = [tree for tree, _, _ in terms]
+    return notation.along(trees, units) if units or not trees else notation.write(trees[0])
+
+
+def _text_unit(basis: Basis, axis: str) -> str:
+    return f"{basis.name}.{axis}"

@@ -22,24 +22,6 @@ def depths(text: str) -> list[int]:
     return found
 
 
-def is_sum(text: str) -> bool:
-    """Whether a formula, text or LaTeX, has an outermost + or − between two terms."""
-    at = depths(text)
-    return any(at[m.start()] == 0 for m in _BREAK.finditer(text))
-
-
-def opposite(text: str) -> str | None:
-    """The sum with all signs changed where every outermost sign is a minus, else None."""
-    at = depths(text)
-    signs = [m.start() + 1 for m in _BREAK.finditer(text) if at[m.start()] == 0]
-    if not text.startswith("-") or any(text[i] == "+" for i in signs):
-        return None
-    changed = list(text)
-    for i in signs:
-        changed[i] = "+"
-    return "".join(changed[1:])
-
-
 def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int = WIDTH) -> list[str]:
     """Lines of at most `width` columns, the first indented by `indent`, the others by `hang`, where the text allows it.
 

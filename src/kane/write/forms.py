@@ -35,13 +35,6 @@ from kane.write.trees import (
     symbol_tokens,
 )
 
-LONG = 40
-"""Expressions with more operations than this, written out, get named intermediates."""
-WORTH = 3
-"""Operations that a shared subexpression needs to be worth a name."""
-DEEP = 25
-"""Nesting beyond which a subexpression gets a name even where it is used once."""
-
 Item = TypeVar("Item")
 
 

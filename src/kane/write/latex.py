@@ -8,23 +8,13 @@ q1 is q_{1}, mu_k is \mu_{k}, u1' is \dot{u}_{1}.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from typing import ClassVar
 
-from kane.expr.node import Expr, Number, as_expr
-from kane.write.layout import layout
-from kane.write.trees import (
-    Call,
-    Minus,
-    Name,
-    NumberTree,
-    Power,
-    Product,
-    Sum,
-    Tree,
-    split_coefficient,
-    write,
-)
+from kane.expr.node import Expr, Number
+from kane.write.notation import ATOM, COMPARISON, POWER, PREFIX, PRODUCT, SUM, Notation, Pieces
+from kane.write.trees import Call, Name, NumberTree, Product, Tree, split_coefficient
 
 
 def to_latex(expr: Expr, *, intermediates: bool | None = None) -> str:
@@ -32,12 +22,7 @@ def to_latex(expr: Expr, *, intermediates: bool | None = None) -> str:
 
     `intermediates` as in `to_text`; their definitions follow after "where". `latex_lines` gives them apart.
     """
-    shown = layout((as_expr(expr),), intermediates)
-    text = write(shown.trees[0], _pieces)
-    if not shown.intermediates:
-        return text
-    where = r",\; ".join(f"{latex_name(name)} = {write(tree, _pieces)}" for name, tree in shown.intermediates)
-    return rf"{text} \quad\text{{where}}\quad {where}"
+    return LATEX.line(expr, intermediates)
 
 
 def latex_lines(named: Mapping[str, Expr], *, intermediates: bool | None = None) -> list[str]:
@@ -45,19 +30,7 @@ def latex_lines(named: Mapping[str, Expr], *, intermediates: bool | None = None)
 
     The keys are names such as "u1'", or LaTeX where they contain a backslash or a brace.
     """
-    shown = layout([as_expr(e) for e in named.values()], intermediates)
-    lines = [*shown.intermediates, *zip(named, shown.trees, strict=True)]
-    return [f"{_left(name)} = {write(tree, _pieces)}" for name, tree in lines]
-
-
-def tree_latex(tree: Tree, *, factor: bool = False) -> str:
-    """LaTeX of a display tree; as a factor in brackets where it is a sum or a comparison."""
-    text = write(tree, _pieces)
-    return rf"\left({text}\right)" if factor and _binding(tree) < _PRODUCT else text
-
-
-def _left(name: str) -> str:
-    return name if "\\" in name or "{" in name else latex_name(name)
+    return LATEX.lines(named, intermediates, lambda key: key if "\\" in key or "{" in key else latex_name(key))
 
 
 # Names -------------------------------------------------------------------------------------------------
@@ -107,7 +80,6 @@ def _subscript(word: str) -> str:
 
 # Trees -------------------------------------------------------------------------------------------------
 
-_COMPARISON, _SUM, _PRODUCT, _PREFIX, _POWER, _ATOM = range(6)
 _FUNCTIONS = {
     "sin": r"\sin",
     "cos": r"\cos",
@@ -125,115 +97,69 @@ _FUNCTIONS = {
     "atan2": r"\operatorname{atan2}",
 }
 _POWERED = {"sin", "cos", "tan", "sinh", "cosh", "tanh"}
+_AROUND = {"sqrt": (r"\sqrt{", "}"), "exp": ("e^{", "}"), "abs": (r"\left|", r"\right|")}
 
 
-def _binding(tree: Tree) -> int:
-    if isinstance(tree, Sum | Minus):
-        return _SUM
-    if isinstance(tree, Product):
-        return _PRODUCT
-    if isinstance(tree, Power):
-        return _POWER
-    if isinstance(tree, Call):
-        if tree.name in ("less", "where"):
-            return _COMPARISON
-        if tree.name in ("exp", "sqrt"):
-            return _POWER if tree.name == "exp" else _ATOM
-        return _ATOM if tree.name == "abs" else _PREFIX
-    if isinstance(tree, NumberTree):
-        return _PRODUCT if isinstance(tree.value, Fraction) or "e" in str(tree.value) else _ATOM
-    return _ATOM
+class _Latex(Notation):
+    brackets = (r"\left(", r"\right)")
+    power, exponent = ("^{", "}"), COMPARISON
+    gap = r"\,"
+    where = (r" \quad\text{where}\quad ", r",\; ")
+    calls: ClassVar = {"less": COMPARISON, "where": COMPARISON, "exp": POWER, "sqrt": ATOM, "abs": ATOM, "": PREFIX}
 
+    def name(self, text: str) -> str:
+        return latex_name(text)
 
-def _within(tree: Tree, least: int) -> Iterator[str | Tree]:
-    if _binding(tree) < least:
-        yield from (r"\left(", tree, r"\right)")
-    else:
-        yield tree
+    def number(self, value: Number) -> str:
+        if isinstance(value, Fraction):
+            return rf"\frac{{{value.numerator}}}{{{value.denominator}}}"
+        mantissa, e, exponent = repr(value).partition("e")
+        if not e:
+            return mantissa
+        return f"10^{{{int(exponent)}}}" if mantissa == "1" else rf"{mantissa} \cdot 10^{{{int(exponent)}}}"
 
+    def binding(self, tree: Tree) -> int:
+        return PRODUCT if isinstance(tree, NumberTree) and "e" in str(tree.value) else super().binding(tree)
 
-def _number(value: Number) -> str:
-    if isinstance(value, Fraction):
-        return rf"\frac{{{value.numerator}}}{{{value.denominator}}}"
-    mantissa, e, exponent = repr(value).partition("e")
-    if not e:
-        return mantissa
-    return f"10^{{{int(exponent)}}}" if mantissa == "1" else rf"{mantissa} \cdot 10^{{{int(exponent)}}}"
-
-
-def _pieces(tree: Tree) -> Iterator[str | Tree]:
-    if isinstance(tree, NumberTree):
-        yield _number(tree.value)
-    elif isinstance(tree, Name):
-        yield latex_name(tree.text)
-    elif isinstance(tree, Minus):
-        yield "-"
-        yield from _within(tree.body, _PRODUCT)
-    elif isinstance(tree, Sum):
-        for i, (minus, term) in enumerate(tree.terms):
-            yield (" - " if minus else " + ") if i else "-" if minus else ""
-            yield from _within(term, _PRODUCT)
-    elif isinstance(tree, Product):
-        yield from _fraction(tree)
-    elif isinstance(tree, Power):
-        yield from _within(tree.base, _ATOM)
-        yield from ("^{", tree.exponent, "}")
-    else:
-        yield from _call(tree, 1)
-
-
-def _call(tree: Call, exponent: int) -> Iterator[str | Tree]:
-    name, args = tree.name, tree.args
-    if name == "less":
-        yield from _within(args[0], _SUM)
-        yield " < "
-        yield from _within(args[1], _SUM)
-    elif name == "where":
-        yield from (r"\begin{cases} ", args[1], r" & \text{if } ", args[0], r" \\ ", args[2])
-        yield r" & \text{otherwise} \end{cases}"
-    elif name == "sqrt":
-        yield from (r"\sqrt{", args[0], "}")
-    elif name == "exp":
-        yield from ("e^{", args[0], "}")
-    elif name == "abs":
-        yield from (r"\left|", args[0], r"\right|")
-    else:
-        power = f"^{{{exponent}}}" if exponent != 1 else ""
-        yield _FUNCTIONS.get(name) or rf"\operatorname{{{name}}}"
-        yield power
-        if len(args) == 1 and isinstance(args[0], Name):
-            yield from (" ", args[0])
-            return
-        yield r"\left("
-        for i, a in enumerate(args):
-            if i:
-                yield ", "
-            yield a
-        yield r"\right)"
-
-
-def _fraction(tree: Product) -> Iterator[str | Tree]:
-    over, under = split_coefficient(tree.coefficient)
-    above = list(_factors(tree.above, "" if over == 1 and tree.above else _number(over)))
-    if tree.below or under != 1:
-        yield from (r"\frac{", *above, "}{")
-        yield from _factors(tree.below, "" if under == 1 else str(under))
-        yield "}"
-    else:
-        yield from above
-
-
-def _factors(factors: Sequence[tuple[Tree, int]], start: str) -> Iterator[str | Tree]:
-    alone = len(factors) == 1 and not start
-    yield start
-    for i, (factor, exponent) in enumerate(factors):
-        if i or start:
-            number = start if not i else ""
-            yield r" \cdot " if number and isinstance(factor, NumberTree) else " "
-        if exponent != 1 and isinstance(factor, Call) and factor.name in _POWERED:
-            yield from _call(factor, exponent)
-        elif exponent != 1:
-            yield from _within(factor, _ATOM)
-            yield f"^{{{exponent}}}"
+    def call(self, tree: Call, exponent: int = 1) -> Pieces:
+        name, args = tree.name, tree.args
+        if name == "where":
+            yield from (r"\begin{cases} ", args[1], r" & \text{if } ", args[0], r" \\ ", args[2])
+            yield r" & \text{otherwise} \end{cases}"
+        elif name in _AROUND:
+            before, after = _AROUND[name]
+            yield from (before, args[0], after)
         else:
-            yield from _within(factor, _SUM if alone else _PREFIX)
+            yield _FUNCTIONS.get(name) or rf"\operatorname{{{name}}}"
+            yield f"^{{{exponent}}}" if exponent != 1 else ""
+            if len(args) == 1 and isinstance(args[0], Name):
+                yield from (" ", args[0])
+                return
+            yield r"\left("
+            for i, a in enumerate(args):
+                yield from (", ", a) if i else (a,)
+            yield r"\right)"
+
+    def product(self, tree: Product) -> Pieces:
+        over, under = split_coefficient(tree.coefficient)
+        above = self._factors(tree.above, "" if over == 1 and tree.above else self.number(over))
+        if tree.below or under != 1:
+            yield from (r"\frac{", *above, "}{", *self._factors(tree.below, "" if under == 1 else str(under)), "}")
+        else:
+            yield from above
+
+    def _factors(self, factors: Sequence[tuple[Tree, int]], start: str) -> Pieces:
+        alone = len(factors) == 1 and not start
+        yield start
+        for i, (factor, exponent) in enumerate(factors):
+            if i or start:
+                yield r" \cdot " if not i and isinstance(factor, NumberTree) else " "
+            if exponent != 1 and isinstance(factor, Call) and factor.name in _POWERED:
+                yield from self.call(factor, exponent)
+            elif exponent != 1:
+                yield from (*self.within(factor, ATOM), f"^{{{exponent}}}")
+            else:
+                yield from self.within(factor, SUM if alone else PREFIX)
+
+
+LATEX = _Latex()

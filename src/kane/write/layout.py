@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias
 
 from kane.expr.node import Expr, Number, constant_value, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN, Op
@@ -31,8 +31,6 @@ WORTH = 3
 """Operations that a shared subexpression needs to be worth a name."""
 DEEP = 25
 """Nesting beyond which a subexpression gets a name even where it is used once."""
-
-Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

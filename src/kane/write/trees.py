@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
@@ -181,22 +181,6 @@ def joined(head: Token | None, parts: Iterable[Tokens]) -> Tokens:
         if len(found) >= _WIDTH:
             break
     return tuple(found[:_WIDTH])
-
-
-# Writing -----------------------------------------------------------------------------------------------
-
-
-def write(tree: Tree, pieces: Callable[[Tree], Iterable[str | Tree]]) -> str:
-    """The text of `tree`, where `pieces` gives what a node consists of."""
-    out: list[str] = []
-    stack: list[str | Tree] = [tree]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, str):
-            out.append(item)
-        else:
-            stack.extend(reversed(list(pieces(item))))
-    return "".join(out)
 
 
 def split_coefficient(value: Number) -> tuple[Number, int]:

@@ -10,7 +10,7 @@ from kane.expr.count import count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.present.notebook.pieces import math, plain
-from kane.write.latex import latex_name, tree_latex
+from kane.write.latex import LATEX, latex_name
 from kane.write.layout import layout
 from kane.write.trees import Tree
 
@@ -50,7 +50,7 @@ def typeset(exprs: Sequence[Expr], body: Callable[[tuple[Tree, ...]], Sequence[s
     if operations > most:
         return Typeset("", operations)
     shown = layout(exprs, True if operations > NAMED else None)
-    where = [f"{latex_name(name)} = {tree_latex(tree)}" for name, tree in shown.intermediates]
+    where = [f"{latex_name(name)} = {LATEX.write(tree)}" for name, tree in shown.intermediates]
     return Typeset(lines([*body(shown.trees), *([r"\text{where}", *where] if where else [])]), operations)
 
 
@@ -64,14 +64,14 @@ def lines(formulas: Sequence[str]) -> str:
 
 def expression(expr: Expr) -> Typeset:
     """One expression."""
-    return typeset((expr,), lambda trees: [tree_latex(trees[0])])
+    return typeset((expr,), lambda trees: [LATEX.write(trees[0])])
 
 
 def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Typeset:
     """Equations left = expression below each other; `left` is LaTeX."""
     return typeset(
         [e for _, e in named],
-        lambda trees: [f"{left} = {tree_latex(t)}" for (left, _), t in zip(named, trees, strict=True)],
+        lambda trees: [f"{left} = {LATEX.write(t)}" for (left, _), t in zip(named, trees, strict=True)],
         most=most,
     )
 
@@ -95,6 +95,6 @@ def brackets(trees: Sequence[Tree], shape: tuple[int, int]) -> str:
     rows, columns = shape
     if not rows or not columns:
         return rf"\left[\;\right]_{{{rows} \times {columns}}}"
-    cells = [tree_latex(t) for t in trees]
+    cells = [LATEX.write(t) for t in trees]
     made = r" \\[3pt] ".join(" & ".join(cells[i * columns : (i + 1) * columns]) for i in range(rows))
     return rf"\begin{{bmatrix}} {made} \end{{bmatrix}}"

@@ -11,8 +11,7 @@ from kane.present.notebook.typeset import Typeset, typeset
 from kane.space.latex import unit_vector_latex
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector
-from kane.write.latex import tree_latex
-from kane.write.trees import Minus, NumberTree, Sum, Tree
+from kane.write.latex import LATEX
 
 
 def vector(v: Vector) -> Typeset:
@@ -38,16 +37,4 @@ def _terms(v: Vector) -> list[tuple[Expr, Basis, str]]:
 
 
 def _linear(factors: Sequence[Expr], units: Sequence[str]) -> Typeset:
-    return typeset(factors, lambda trees: [_joined(trees, units)])
-
-
-def _joined(trees: Sequence[Tree], units: Sequence[str]) -> str:
-    line = ""
-    for tree, unit in zip(trees, units, strict=True):
-        minus, size = (True, tree.body) if isinstance(tree, Minus) else (False, tree)
-        if isinstance(size, Sum) and all(negative for negative, _ in size.terms):
-            minus, size = not minus, size.flipped()
-        one = isinstance(size, NumberTree) and size.value == 1
-        lead = (" - " if minus else " + ") if line else ("-" if minus else "")
-        line += lead + unit if one else rf"{lead}{tree_latex(size, factor=True)}\,{unit}"
-    return line or "0"
+    return typeset(factors, lambda trees: [LATEX.along(trees, units)])
