@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues.
-
-Pseudo-arclength (Keller 1977): with X the unknowns and the value μ, F(X, μ) = 0 is solved together with τ·(ΔX, Δμ) = Δs, τ the
-tangent of the branch, so that a point where the branch turns back is as good as any other.
-"""
+"""`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues."""
 
 from __future__ import annotations
 
@@ -22,13 +18,8 @@ from kane.analysis.trim import Problem, loose, null_space, problem, solve_proble
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.numeric.arclength import CLOSED, Curve, Path
 from kane.numeric.arrays import Array
-from kane.numeric.newton import close
-from kane.numeric.rank import level, singular
-
-_FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
-"""Steps along the branch, where the whole range of the value counts 1."""
-_CLOSED, _SAME = 1e-9, 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,9 +93,11 @@ def continuation(
     wanted = _values(values)
     groups = {"q": q, "u": u, "parameters": parameters, "inputs": inputs}
     made, place = _problem(eom, symbol, wanted[0], groups, moving, independent)
-    start = solve_problem(made, _CLOSED)
-    follower = _follower(made, place, start, float(wanted[-1] - wanted[0]))
-    return _branch(follower, follower.follow(start, wanted, max_points), linearizer(eom, outputs=outputs), independent)
+    start = solve_problem(made, CLOSED)
+    unknowns = _unknowns(made, place, start, float(wanted[-1] - wanted[0]))
+    curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
+    path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
+    return _branch(unknowns, curve, path, linearizer(eom, outputs=outputs), independent)
 
 
 def _values(values: Sequence[float]) -> Array:
@@ -140,140 +133,32 @@ def _problem(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Path:
-    """All points Y of a branch in order, the steps between included; `turning` are places in `marked`, those to be shown."""
+class _Unknowns:
+    """Y, the entries of X at `places` over `scale`: what is solved for and, last, the value that changes, whose range counts 1."""
 
-    points: tuple[Array, ...]
-    marked: tuple[int, ...]
-    turning: tuple[int, ...]
-    message: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Follower:
-    """The branch in Y = (free unknowns, μ over its range); unknowns that nothing depends on stay where they are."""
-
-    made: Problem
-    place: int
-    free: tuple[int, ...]
+    problem: Problem
+    places: tuple[int, ...]
     scale: Array
-    base: Array
+    start: Array
 
     def spread(self, y: Array) -> Array:
         """X of Y."""
-        x = self.base.copy()
-        x[[*self.free, self.place]] = y * self.scale
+        x = self.start.copy()
+        x[list(self.places)] = y * self.scale
         return x
 
-    def reduced(self, x: Array) -> Array:
-        """Y of X."""
-        return np.asarray(x[[*self.free, self.place]] / self.scale)
+    def function(self, y: Array) -> tuple[Array, Array]:
+        """F and ∂F/∂Y."""
+        f, j = self.problem.conditions(self.spread(y))
+        return f, j[:, list(self.places)] * self.scale
 
-    def tangent(self, y: Array, along: Array) -> Array:
-        """The unit tangent of the branch that points along."""
-        _, j = self.made.conditions(self.spread(y))
-        columns = j[:, [*self.free, self.place]] * self.scale
-        found = singular(level(columns)).right[-1]
-        return np.asarray(found if found @ along >= 0 else -found)
-
-    def corrected(self, y: Array, across: Array) -> Array | None:
-        """The point of the branch in the plane through y across a direction."""
-
-        def bordered(trial: Array) -> tuple[Array, Array]:
-            f, j = self.made.conditions(self.spread(trial))
-            columns = j[:, [*self.free, self.place]] * self.scale
-            return np.append(f, across @ (trial - y)), np.vstack([columns, across])
-
-        found = close(bordered, y, range(len(y)), limit=1e-13)
-        return found.x if found.size <= _CLOSED else None
-
-    def middle(self, a: Array, b: Array) -> Array | None:
-        """The point of the branch halfway between two, in the plane across their chord."""
-        chord = b - a
-        return self.corrected((a + b) / 2, chord / np.linalg.norm(chord))
-
-    def follow(self, start: Array, wanted: Array, max_points: int) -> _Path:
-        """The branch from a start X, marked at the wanted values and the turning points."""
-        y = self.reduced(start)
-        up = np.zeros(len(y))
-        up[-1] = np.sign(self.scale[-1]) * np.sign(wanted[-1] - wanted[0])
-        tau = self.tangent(y, up)
-        marks = wanted / self.scale[-1]
-        low, high = sorted((marks[0], marks[-1]))
-        points, marked, turning, step = [y], [0], list[int](), _FIRST
-
-        def path(message: str) -> _Path:
-            # what lies beyond the last mark is not asked for
-            return _Path(tuple(points[: marked[-1] + 1]), tuple(marked), tuple(turning), message)
-
-        for _ in range(max_points):
-            new = self.corrected(y + step * tau, tau)
-            if new is None or np.linalg.norm(new - y) > 3 * step:
-                step /= 2
-                if step < _SMALLEST:
-                    return path(f"the branch could not be followed beyond {self._where(y)}")
-                continue
-            ahead = self.tangent(new, tau)
-            if ahead @ tau < 0.9 and step > 100 * _SMALLEST:
-                step /= 2
-                continue
-            stages = [(y, new)]
-            if tau[-1] * ahead[-1] < 0:
-                fold = self._fold(y, tau, step)
-                stages = [(y, fold), (fold, new)]
-            for k, (a, b) in enumerate(stages):
-                between = self._between(a, b, marks)
-                marked += range(len(points), len(points) + len(between))
-                points += between
-                met = bool(between) and float(np.linalg.norm(between[-1] - b)) < _SAME
-                if k == 0 and len(stages) == 2:
-                    turning.append(len(marked) - met)
-                    marked += [] if met else [len(points)]
-                points += [] if met else [b]
-            y, tau, step = new, ahead, min(1.5 * step, _LARGEST)
-            if not low <= y[-1] <= high:
-                back = (y[-1] < low) == (marks[0] == low)
-                return path("the first value was reached again" if back else "the last value was reached")
-        return path(f"{max_points} steps were taken")
-
-    def _where(self, y: Array) -> str:
-        return f"{self.made.conditions.symbols[self.place].name} = {y[-1] * self.scale[-1]:.6g}"
-
-    def _between(self, a: Array, b: Array, marks: Array) -> list[Array]:
-        """Points at the wanted values between two points."""
-        rows = []
-        ordered = marks if (b[-1] - a[-1]) * (marks[-1] - marks[0]) > 0 else marks[::-1]
-        across = np.zeros(len(a))
-        across[-1] = 1.0
-        for m in ordered:
-            share = (m - a[-1]) / (b[-1] - a[-1])
-            if 1e-12 < share <= 1:
-                guess = a + share * (b - a)
-                guess[-1] = m
-                found = self.corrected(guess, across)
-                if found is not None:
-                    rows.append(found)
-        return rows
-
-    def _fold(self, y: Array, tau: Array, step: float) -> Array:
-        """Where the tangent has no part along μ, by bisection along the branch."""
-        low, high, at = 0.0, step, y
-        for _ in range(60):
-            middle = (low + high) / 2
-            found = self.corrected(y + middle * tau, tau)
-            if found is None:
-                break
-            at = found
-            if self.tangent(found, tau)[-1] * tau[-1] > 0:
-                low = middle
-            else:
-                high = middle
-            if high - low < 1e-12:
-                break
-        return at
+    def where(self, y: Array) -> str:
+        """The value that changes, by name."""
+        return f"{self.problem.conditions.symbols[self.places[-1]].name} = {y[-1] * self.scale[-1]:.6g}"
 
 
-def _follower(made: Problem, place: int, start: Array, span: float) -> _Follower:
+def _unknowns(made: Problem, place: int, start: Array, span: float) -> _Unknowns:
+    """Unknowns that nothing depends on stay where they are."""
     names = loose(made, start, made.free)
     if names:
         raise ValueMissingError(
@@ -285,29 +170,27 @@ def _follower(made: Problem, place: int, start: Array, span: float) -> _Follower
     for row in null_space(made, start):
         part = {i: abs(row[made.free.index(i)]) for i in inert if i not in frozen}
         frozen.update(sorted(part, key=part.__getitem__)[-1:])
-    free = tuple(i for i in made.free if i not in frozen)
-    scale = np.append(np.ones(len(free)), abs(span))
-    return _Follower(made, place, free, scale, start)
+    places = (*(i for i in made.free if i not in frozen), place)
+    return _Unknowns(made, places, np.array([*[1.0] * (len(places) - 1), abs(span)]), start)
 
 
-def _branch(follower: _Follower, path: _Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
-    found = follower.made.conditions
+def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
+    found = unknowns.problem.conditions
     kept = {found.known.names[i] for i in found.still}
-    symbol, scale = found.symbols[follower.place], float(follower.scale[-1])
+    scale = float(unknowns.scale[-1])
 
     def at(y: Array) -> tuple[OperatingPoint, Linear]:
-        point = point_of(found.eom, closed(found.eom, found.known, found.state(follower.spread(y))))
+        point = point_of(found.eom, closed(found.eom, found.known, found.state(unknowns.spread(y))))
         made = lin(**point.arguments, independent=independent, steady=False)
         gone = [n for n in made.coordinates if n not in kept]
         return point, replace(made, cyclic=tuple(gone)).without("cyclic")
 
     every = [at(y) for y in path.points]
-    met = changes(
-        path.points, [linear.eigenvalues for _, linear in every], follower.middle, lambda y: at(y)[1].eigenvalues
-    )
+    spectra = [linear.eigenvalues for _, linear in every]
+    met = changes(path.points, spectra, curve.middle, lambda y: at(y)[1].eigenvalues)
     points, linear = zip(*(every[k] for k in path.marked), strict=True)
     return Branch(
-        symbol,
+        found.symbols[unknowns.places[-1]],
         np.array([path.points[k][-1] * scale for k in path.marked]),
         points,
         linear,
