@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,9 +28,6 @@ from kane.expr.symbols import Symbol, rate
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.rank import INVERSE_RANK, TAKES_PART, balance, singular
-
-if TYPE_CHECKING:
-    from kane.motion.solution import Solution
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,8 +93,8 @@ class Inverse:
         found = named_values("quantities that are given", self.known, given)
         return dict(found)
 
-    def along(self, solution: Solution, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
-        """The unknowns along a motion; what `given` does not hold is taken from the motion itself."""
+    def along(self, solution: Any, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
+        """The unknowns along a motion from `simulate`; what `given` does not hold is taken from the motion itself."""
         own = self._given(given)
         rest = [s for s in self.known if s not in own]
         taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}

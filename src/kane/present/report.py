@@ -18,7 +18,7 @@ from kane.present.along import motion_checks
 from kane.present.assets import asset
 from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check
-from kane.present.receipt import receipt
+from kane.present.costs import costs
 from kane.present.tables import PageTable, Tex, declared_tables
 from kane.units.text import unit_text
 from kane.write.latex import latex_name
@@ -84,7 +84,7 @@ def page(
         title=title or f"Equations of motion: {names}",
         eom=eom,
         summary=_summary(eom),
-        receipt=receipt(eom),
+        receipt=costs(eom),
         declared=declared_tables(eom, solution.parameters if solution is not None else None),
         chapters=chapters(eom),
         long=LONG,

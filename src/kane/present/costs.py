@@ -16,7 +16,7 @@ _SIGNS = {"add": "+", "sub": "−", "mul": "×", "div": "÷", "sqrt": "√", "po
 
 
 @dataclass(frozen=True, slots=True)
-class Receipt:
+class Costs:
     """`lines`: (operation, of parameters alone, with the state, both). `groups`: (results, on their own, added to those above)."""
 
     lines: tuple[tuple[str, int, int, int], ...]
@@ -24,7 +24,7 @@ class Receipt:
     groups: tuple[tuple[str, int, int], ...]
 
 
-def receipt(eom: Equations) -> Receipt:
+def costs(eom: Equations) -> Costs:
     """What one evaluation of the right-hand side and the reactions costs."""
     roots = (*eom.right_hand_side, *eom.reaction_values)
     hoisted = dict(count_operations(_of_parameters(roots)).by_operation)
@@ -35,7 +35,7 @@ def receipt(eom: Equations) -> Receipt:
         if kind in counts
     )
     whole = eom.operations
-    return Receipt(lines, (whole.parameter, whole.state, whole.total), tuple(_groups(eom, roots)))
+    return Costs(lines, (whole.parameter, whole.state, whole.total), tuple(_groups(eom, roots)))
 
 
 def _of_parameters(roots: Iterable[Expr]) -> list[Expr]:
