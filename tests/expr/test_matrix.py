@@ -92,3 +92,16 @@ def test_to_numpy() -> None:
 
 def test_text() -> None:
     assert repr(Matrix([[x, 1], [0, y]])) == "Matrix([[x, 1],\n        [0, y]])"
+
+
+def test_parts_of_a_matrix() -> None:
+    assert identical(A.entries, [e for row in A.rows for e in row])
+    assert identical(Matrix.column(A.entries).T.rows[0], A.entries)
+    assert A.take([1], [2, 0]).shape == (1, 2)
+    assert identical(A.take([1], [2, 0]).entries, (A[1, 2], A[1, 0]))
+    assert identical(A.take(columns=[1]).entries, (A[0, 1], A[1, 1]))
+    assert A.take([]).shape == (0, 3)
+    assert A.take(columns=[]).shape == (2, 0)
+    square = (A @ A.T).mirrored()
+    assert square[0, 1] is square[1, 0]
+    assert square[1, 0] is (A @ A.T)[1, 0]
