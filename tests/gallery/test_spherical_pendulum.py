@@ -38,6 +38,6 @@ def test_small_motions_are_ellipses() -> None:
     eom = kn.derive(spherical_pendulum.system(speeds="velocity"))
     w, a, b = np.sqrt(g / l), 2e-4, 1e-4
     sol = kn.simulate(eom, (0, 2), q=[0.0, a / l], u=[0.0, b * w], rtol=1e-10, atol=1e-14)
-    place = sol[eom.bodies[0].body.mass_center.position(eom.points[0])]
+    place = sol[eom.bodies[0].part.mass_center.position(eom.points[0])]
     np.testing.assert_allclose(place[:, 0], a * np.cos(w * sol.t), atol=1e-6 * a)
     np.testing.assert_allclose(place[:, 1], b * np.sin(w * sol.t), atol=1e-6 * a)

@@ -198,5 +198,5 @@ def test_rows_of_axes_that_are_parallel_are_one_rotation_by_the_sum_of_the_angle
         return kn.derive(kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-9.81 * N.x)]))
 
     general = chain(lambda f: (f.x + 2 * f.y - 2 * f.z) / 3)
-    bases = {b.rotation.total.parts[0][0] for b in general.derived.bodies}
+    bases = {b.rotation.motion.total.parts[0][0] for b in general.derived.bodies}
     assert len({basis.orientation.base for basis in bases}) == 1

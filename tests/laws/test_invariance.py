@@ -39,9 +39,9 @@ def motion(eom: kn.Equations) -> dict[str, list[Any]]:
         "q''": [eom.time_derivative(r) for r in eom.rates],
         "energies and power": [eom.kinetic_energy, eom.potential_energy, eom.power],
     }
-    for b in eom.system.bodies:
+    for b in (part for body in eom.system.bodies for part in body.parts()):
         found[f"acceleration of {b.name}"] = list(eom.point_accelerations[b.mass_center].components(N))
-        if isinstance(b, kn.RigidBody):
+        if b.frame is not None:
             found[f"angular velocity of {b.name}"] = list(eom.angular_velocities[b.frame].components(N))
             found[f"angular acceleration of {b.name}"] = list(eom.angular_accelerations[b.frame].components(N))
     if eom.reactions:

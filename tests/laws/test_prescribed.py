@@ -106,7 +106,7 @@ def test_power_of_a_shaken_pivot(direction: str, speeds: str) -> None:
     axis = "xy".index(direction)
     force = p["m"] * (center[axis] + shake_a + (p["g"] if direction == "y" else 0.0))
     np.testing.assert_allclose(power, force * shake_v - p["c"] * qd**2, rtol=1e-11, atol=1e-11)
-    found = driven.evaluate(*eom.point_accelerations[eom.bodies[0].body.mass_center].components(N))
+    found = driven.evaluate(*eom.point_accelerations[eom.bodies[0].part.mass_center].components(N))
     np.testing.assert_allclose(found[axis], center[axis] + shake_a, rtol=1e-11, atol=1e-11)
 
 

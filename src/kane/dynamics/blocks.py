@@ -81,11 +81,11 @@ def mass_rows(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Seque
         moved = _numbered(b.center, symbols, vectors)
         for i, j in _pairs(moved, n):
             masses = shifts.setdefault((i, j), {}).setdefault(moved[i], {})
-            masses[moved[j]] = add(masses.get(moved[j], ZERO), b.body.mass)
-        if b.rotation is None or b.inertia is None:
+            masses[moved[j]] = add(masses.get(moved[j], ZERO), b.part.mass)
+        if b.rotation is None:
             continue
-        turned = _numbered(b.rotation, symbols, vectors)
-        momenta = {j: b.inertia.times(w) for j, w in turned.items() if j < n}
+        turned = _numbered(b.rotation.motion, symbols, vectors)
+        momenta = {j: b.rotation.inertia.times(w) for j, w in turned.items() if j < n}
         for i, j in _pairs(turned, n):
             group, w = turns.setdefault((i, j), {}), turned[i]
             group[w] = (group[w] + momenta[j]).gathered() if w in group else momenta[j]

@@ -1,61 +1,70 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The bodies of a system with their motions."""
+"""The parts of bodies with their motions."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from kane.dynamics.inertia_frames import ConstantInertia, constant_inertia
 from kane.kinematics.aligned import Aligned
-from kane.kinematics.motion import Kinematics, Motion, acceleration_form
-from kane.model.bodies import Body, RigidBody
-from kane.model.system import System
+from kane.kinematics.motion import Kinematics, Motion
+from kane.model.bodies import Body, Part
+from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Moving:
-    """A body with the motion of its mass centre and, if rigid, its rotation and inertia."""
+class Turning(NamedTuple):
+    """The rotation of a part's frame, and its central inertia."""
+
+    frame: Frame
+    motion: Motion
+    inertia: ConstantInertia
+
+    def torque(self, alpha: Vector) -> Vector:
+        """I·α + ω × I·ω."""
+        w = self.motion.total.express(self.inertia.frame)
+        return self.inertia.times(alpha) + w.cross(self.inertia.times(w))
+
+
+class Moving(NamedTuple):
+    """A part of a body with the motion of its mass centre and, if it is extended, its rotation."""
 
     body: Body
+    part: Part
     center: Motion
-    rotation: Motion | None
-    inertia: ConstantInertia | None
-
-    def inertia_torque_bias(self) -> Vector:
-        """I·α_b + ω × I·ω."""
-        if self.rotation is None or self.inertia is None:
-            return Vector()
-        return self._inertia_torque(self.rotation, self.inertia, self.rotation.bias)
-
-    def inertia_torque(self) -> Vector:
-        """I·α + ω × I·ω, in u̇; zero for a particle."""
-        if self.rotation is None or self.inertia is None:
-            return Vector()
-        return self._inertia_torque(self.rotation, self.inertia, acceleration_form(self.rotation))
-
-    @staticmethod
-    def _inertia_torque(rotation: Motion, inertia: ConstantInertia, alpha: Vector) -> Vector:
-        w = rotation.total.express(inertia.frame)
-        return inertia.times(alpha) + w.cross(inertia.times(w))
+    rotation: Turning | None
 
 
-def homes(system: System, aligned: Aligned) -> tuple[dict[Basis, Basis], dict[Body, ConstantInertia]]:
-    """For each rigid body its constant inertia; for its frame, the frame along which ω is best written."""
-    inertias: dict[Body, ConstantInertia] = {b: constant_inertia(b, aligned) for b in system.rigid_bodies}
-    best = {b.frame: inertias[b].frame for b in system.rigid_bodies}
-    return {frame: home for frame, home in best.items() if home is not aligned.rates(frame)[0]}, inertias
+Inertias = list[tuple[Body, Part, ConstantInertia | None]]
 
 
-def moving_bodies(system: System, kinematics: Kinematics, inertias: dict[Body, ConstantInertia]) -> tuple[Moving, ...]:
-    """Every body with its motion."""
+def inertias_of(bodies: Iterable[Body], aligned: Aligned) -> Inertias:
+    """Each part of each body, and its inertia along the frame in which it is constant and short."""
+    return [
+        (b, p, constant_inertia(p.name, p.frame, p.inertia, aligned) if p.frame and p.inertia else None)
+        for b in bodies
+        for p in b.parts()
+    ]
+
+
+def homes(inertias: Inertias, aligned: Aligned) -> dict[Basis, Basis]:
+    """For the frames of some parts, the frame along which ω is best written."""
+    best = {p.frame: inertia.frame for _, p, inertia in inertias if p.frame is not None and inertia is not None}
+    return {frame: home for frame, home in best.items() if home is not aligned.rates(frame)[0]}
+
+
+def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ...]:
+    """Each part of each body with its motion."""
     return tuple(
         Moving(
             b,
-            kinematics.point(b.mass_center),
-            kinematics.frame(b.frame) if isinstance(b, RigidBody) else None,
-            inertias.get(b),
+            p,
+            kinematics.point(p.mass_center),
+            Turning(p.frame, kinematics.frame(p.frame), inertia)
+            if p.frame is not None and inertia is not None
+            else None,
         )
-        for b in system.bodies
+        for b, p, inertia in inertias
     )

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from kane.dynamics.auxiliary import Pairs, auxiliary_speeds
 from kane.dynamics.blocks import Blocks, blocks, mass_rows
-from kane.dynamics.bodies import Moving, homes, moving_bodies
+from kane.dynamics.bodies import Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.loads import loads_in_speeds
@@ -128,8 +128,10 @@ class Derived:
     @read
     def inertia_terms(self) -> Mapping[Body, tuple[Term, ...]]:
         """The inertia force and torque of each body, in u̇."""
-        moving = {b.body: b for b in self.bodies}
-        return LazyMapping(moving, lambda body: inertia_terms(moving[body]))
+        return LazyMapping(
+            self.system.bodies,
+            lambda body: tuple(term for b in self.bodies if b.body is body for term in inertia_terms(b)),
+        )
 
     Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
         lambda d: d._by_speed(d.active_terms), "What each load contributes to each generalized active force."
@@ -212,9 +214,9 @@ def derived(system: System) -> Derived:
 def _motions(
     system: System, speeds: Speeds, auxiliary: Iterable[AuxiliarySpeed], aligned: Aligned
 ) -> tuple[Kinematics, tuple[Moving, ...]]:
-    home, inertias = homes(system, aligned)
-    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), home, aligned)
-    return kinematics, moving_bodies(system, kinematics, inertias)
+    inertias = inertias_of(system.bodies, aligned)
+    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned)
+    return kinematics, moving_parts(inertias, kinematics)
 
 
 def _as_declared(d: Derived) -> Derived:

@@ -14,10 +14,10 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter
 from kane.kinematics.aligned import Aligned
-from kane.model.bodies import RigidBody
 from kane.numeric.sample import draw
+from kane.space.frame import Frame
 from kane.space.rotation import Basis, Cosines, Triple, dot3
-from kane.space.vector import Vector
+from kane.space.vector import Dyadic, Vector
 
 _SEEDS = (20043, 20068)
 
@@ -36,24 +36,24 @@ class ConstantInertia:
         return Vector(((self.frame, (a, b, c)),))
 
 
-def constant_inertia(body: RigidBody, aligned: Aligned) -> ConstantInertia:
+def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned) -> ConstantInertia:
     """The inertia along the frame highest up the tree in which its measure numbers are those of the body's own frame."""
-    frames = body.inertia.frames()
-    home = frames[0] if len(frames) == 1 else body.frame
-    matrix = body.inertia.components(home)
-    if home is not body.frame and not is_constant_in_time(x for row in matrix.rows for x in row):
-        home = body.frame
-        matrix = body.inertia.components(home)
+    frames = inertia.frames()
+    home = frames[0] if len(frames) == 1 else frame
+    matrix = inertia.components(home)
+    if home is not frame and not is_constant_in_time(x for row in matrix.rows for x in row):
+        home = frame
+        matrix = inertia.components(home)
     moving = [str(s) for s in free_symbols(x for row in matrix.rows for x in row) if not is_constant_in_time([s])]
     if moving and _turns_with(matrix):
         raise ModelError(
-            f"Expected the inertia of {body.name} constant in its frame {body.frame.name}, got measure numbers that depend on "
-            f"{', '.join(moving)}. Write the dyadic along the axes of {body.frame.name}."
+            f"Expected the inertia of {name} constant in its frame {frame.name}, got measure numbers that depend on "
+            f"{', '.join(moving)}. Write the dyadic along the axes of {frame.name}."
         )
-    if home is not body.frame and _turns_with(body.inertia.components(body.frame)):
+    if home is not frame and _turns_with(inertia.components(frame)):
         raise ModelError(
-            f"Expected the inertia of {body.name} constant in its frame {body.frame.name}, got one that is constant in "
-            f"{home.name}, in which {body.frame.name} turns. Write the dyadic along the axes of {body.frame.name}."
+            f"Expected the inertia of {name} constant in its frame {frame.name}, got one that is constant in "
+            f"{home.name}, in which {frame.name} turns. Write the dyadic along the axes of {frame.name}."
         )
     a, b, c = matrix.rows
     rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))

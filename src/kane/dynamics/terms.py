@@ -18,7 +18,6 @@ from kane.dynamics.bodies import Moving
 from kane.expr.build import add
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form
-from kane.model.bodies import RigidBody
 from kane.model.loads import Load
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -43,12 +42,12 @@ def active_terms(load: Load, kinematics: Kinematics) -> tuple[Term, ...]:
 
 
 def inertia_terms(moving: Moving) -> tuple[Term, ...]:
-    """−m a at the mass centre and −(I·α + ω × I·ω) on the frame of one body, in u̇."""
-    body, rotation = moving.body, moving.rotation
-    shift = Term(body.mass_center, acceleration_form(moving.center) * -body.mass, moving.center)
-    if rotation is None or not isinstance(body, RigidBody):
+    """−m a at the mass centre and −(I·α + ω × I·ω) on the frame of one part of a body, in u̇."""
+    _, part, center, rotation = moving
+    shift = Term(part.mass_center, acceleration_form(center) * -part.mass, center)
+    if rotation is None:
         return (shift,)
-    return shift, Term(body.frame, -moving.inertia_torque(), rotation)
+    return shift, Term(rotation.frame, -rotation.torque(acceleration_form(rotation.motion)), rotation.motion)
 
 
 def bias_terms(loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector) -> list[Term]:
@@ -59,14 +58,14 @@ def bias_terms(loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector) ->
         by_place[term.place] = term if before is None else term._replace(vector=before.vector + term.vector)
     forces: list[Term] = []
     torques: list[Term] = []
-    for b in reversed(bodies):
-        own = (fall - b.center.bias).gathered() * b.body.mass
-        load = by_place.pop(b.body.mass_center, None)
-        forces.append(Term(b.body.mass_center, (own if load is None else own + load.vector).gathered(), b.center))
-        if b.rotation is not None and isinstance(b.body, RigidBody):
-            load = by_place.pop(b.body.frame, None)
+    for _, part, center, rotation in reversed(bodies):
+        own = (fall - center.bias).gathered() * part.mass
+        load = by_place.pop(part.mass_center, None)
+        forces.append(Term(part.mass_center, (own if load is None else own + load.vector).gathered(), center))
+        if rotation is not None:
+            load = by_place.pop(rotation.frame, None)
             torque = Vector() if load is None else load.vector
-            torques.append(Term(b.body.frame, torque - b.inertia_torque_bias(), b.rotation))
+            torques.append(Term(rotation.frame, torque - rotation.torque(rotation.motion.bias), rotation.motion))
     forces += [term for place, term in by_place.items() if isinstance(place, Point)]
     torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
     return [*forces, *torques]

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies: what has mass."""
+"""Bodies: what has mass, as parts that each have a mass centre and, where they are extended, a frame and an inertia."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from kane.errors import ModelError
 from kane.expr.node import Expr, as_expr
@@ -13,6 +14,33 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic
 from kane.write.excerpt import excerpt
+
+
+class Part(NamedTuple):
+    """What moves as one in the body `name`: a mass at a mass centre, and the frame of a central inertia dyadic, if it has any."""
+
+    name: str
+    mass: Expr
+    mass_center: Point
+    frame: Frame | None = None
+    inertia: Dyadic | None = None
+
+
+@runtime_checkable
+class Body(Protocol):
+    """What has mass: a name, and parts."""
+
+    @property
+    def name(self) -> str:
+        """By which results are read."""
+
+    def parts(self) -> tuple[Part, ...]:
+        """What has mass, motion and inertia."""
+
+
+def parts_of(bodies: Iterable[Body]) -> Iterator[Part]:
+    """The parts of all bodies."""
+    return (part for body in bodies for part in body.parts())
 
 
 def _check_center(name: str, point: Any) -> None:
@@ -45,6 +73,10 @@ class Particle:
         """The particle's own place."""
         return self.point
 
+    def parts(self) -> tuple[Part, ...]:
+        """The particle itself."""
+        return (Part(self.name, self.mass, self.point),)
+
     def __repr__(self) -> str:
         return f"Particle({self.name!r}, at {self.point.name})"
 
@@ -76,8 +108,9 @@ class RigidBody:
         for slot, value in values:
             object.__setattr__(self, slot, value)
 
+    def parts(self) -> tuple[Part, ...]:
+        """The body itself."""
+        return (Part(self.name, self.mass, self.mass_center, self.frame, self.inertia),)
+
     def __repr__(self) -> str:
         return f"RigidBody({self.name!r}, frame {self.frame.name}, mass centre {self.mass_center.name})"
-
-
-Body = Particle | RigidBody

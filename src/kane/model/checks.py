@@ -9,7 +9,7 @@ from typing import Any
 from kane.errors import ModelError, ReactionError
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
-from kane.model.bodies import Body, Particle, RigidBody
+from kane.model.bodies import Body
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters
@@ -27,7 +27,7 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
     if not bodies:
         raise ModelError("Expected at least one body, got none: nothing has mass.")
     for b in bodies:
-        if not isinstance(b, Particle | RigidBody):
+        if not isinstance(b, Body):
             raise ModelError(
                 f"Expected bodies from kn.RigidBody or kn.Particle, got {b!r:.60}. A point or frame has no mass: make a body of it."
             )

@@ -13,7 +13,7 @@ from typing import Any
 from kane.errors import ModelError
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import Expr, as_expr
-from kane.model.bodies import Particle, RigidBody
+from kane.model.bodies import Body
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -61,16 +61,18 @@ def _vector(what: str, vector: Any) -> Vector:
 
 
 def _point_instead(given: Any) -> str:
-    if isinstance(given, RigidBody | Particle):
-        return f"Name the point of the body it acts on, such as its mass centre: kn.Force({given.mass_center.name}, …)."
+    if isinstance(given, Body):
+        place = given.parts()[0].mass_center.name
+        return f"Name the point of the body it acts on, such as its mass centre: kn.Force({place}, …)."
     if isinstance(given, Frame):
         return "Name a point of the body, such as its mass centre; what turns a frame is a kn.Torque."
     return "Make one with at(…), or with fixed_in(…) for a particle of a body."
 
 
 def _frame_instead(given: Any) -> str:
-    if isinstance(given, RigidBody):
-        return f"Name the body's frame: kn.Torque({given.frame.name}, …)."
+    for part in given.parts() if isinstance(given, Body) else ():
+        if part.frame is not None:
+            return f"Name the body's frame: kn.Torque({part.frame.name}, …)."
     if isinstance(given, Point):
         return "What pulls at a point is a kn.Force; a torque needs the frame of a rigid body."
     return "Name the frame of a rigid body."

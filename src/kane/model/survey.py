@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from kane.errors import ModelError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
-from kane.model.bodies import Body, RigidBody
+from kane.model.bodies import Body, parts_of
 from kane.model.constraints import Constraint
 from kane.model.loads import Gravity, Load
 from kane.model.reactions import cut_of
@@ -25,67 +25,58 @@ def places(
     constraints: tuple[Constraint, ...] = (),
 ) -> tuple[tuple[Frame, ...], tuple[Point, ...]]:
     """Every frame and point that a body, load or reaction needs, parents first."""
-    frames: dict[Frame, None] = {}
-    points: dict[Point, None] = {}
+    needed = dict.fromkeys(
+        x for place in _needed(bodies, (*loads, *constraints), symbols) for x in _line(place, inertial)
+    )
+    points = tuple(x for x in needed if isinstance(x, Point))
+    roots = [p.name for p in points if p.parent is None]
+    if len(roots) > 1:
+        raise ModelError(
+            f"Expected points reached from one fixed point, got {', '.join(sorted(roots))}. Reach one from the other."
+        )
+    return tuple(x for x in needed if isinstance(x, Frame)), points
 
-    def meet_frame(frame: Frame) -> None:
-        line: list[Frame] = []
-        at: Frame | None = frame
-        while at is not None:
-            line.append(at)
-            at = at.parent
-        if line[-1] is not inertial:
-            raise ModelError(
-                f"Expected frames that descend from {inertial.name}, got {frame.name}, whose root is {line[-1].name}. Make every "
-                f"frame of this system from {inertial.name} with rotate(…)."
-            )
-        frames.update(dict.fromkeys(reversed(line)))
 
-    def meet_point(point: Point) -> None:
-        line = point.ancestry()
+def _needed(
+    bodies: Iterable[Body], acting: Iterable[Load | Constraint], symbols: Iterable[Symbol]
+) -> Iterator[Frame | Point]:
+    """Where bodies are, where loads, constraints and reactions act, and what their vectors are written along."""
+    for part in parts_of(bodies):
+        if part.frame is not None:
+            yield part.frame
+        yield part.mass_center
+    pairs: list[tuple[Frame | Point, Vector]] = []
+    for load in acting:
+        pairs += [*load.forces, *load.torques]
+    pairs += [(cut.at, cut.along) for cut in map(cut_of, symbols) if cut is not None]
+    for place, v in pairs:
+        yield place
+        yield from frames_of(v)
+
+
+def _line(place: Frame | Point, inertial: Frame) -> Iterator[Frame | Point]:
+    """A frame or point after all that it is born from."""
+    if isinstance(place, Point):
+        line = place.ancestry()
         if line[-1].frame is not inertial:
             raise ModelError(
-                f"Expected points reached from one fixed in {inertial.name}, got {point.name}, whose root {line[-1].name} is fixed in "
+                f"Expected points reached from one fixed in {inertial.name}, got {place.name}, whose root {line[-1].name} is fixed in "
                 f"{line[-1].frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
             )
         for p in reversed(line):
-            for frame in frames_of(p.offset):
-                meet_frame(frame)
-            if p.body is not None:
-                meet_frame(p.body)
-            points[p] = None
-
-    def meet_parts(v: Vector) -> None:
-        for f in frames_of(v):
-            meet_frame(f)
-
-    for b in bodies:
-        if isinstance(b, RigidBody):
-            meet_frame(b.frame)
-        meet_point(b.mass_center)
-    acting: tuple[Load | Constraint, ...] = (*loads, *constraints)
-    for load in acting:
-        for point, v in load.forces:
-            meet_point(point)
-            meet_parts(v)
-        for frame, v in load.torques:
-            meet_frame(frame)
-            meet_parts(v)
-    for s in symbols:
-        cut = cut_of(s)
-        if cut is not None:
-            place = cut.at
-            if isinstance(place, Frame):
-                meet_frame(place)
-            else:
-                meet_point(place)
-            meet_parts(cut.along)
-    if len({p.root() for p in points}) > 1:
-        roots = sorted({p.root().name for p in points})
+            for frame in (*frames_of(p.offset), *([p.body] if p.body is not None else [])):
+                yield from _line(frame, inertial)
+            yield p
+        return
+    bases = [place]
+    while bases[-1].parent is not None:
+        bases.append(bases[-1].parent)
+    if bases[-1] is not inertial:
         raise ModelError(
-            f"Expected points reached from one fixed point, got {', '.join(roots)}. Reach one from the other."
+            f"Expected frames that descend from {inertial.name}, got {place.name}, whose root is {bases[-1].name}. Make every "
+            f"frame of this system from {inertial.name} with rotate(…)."
         )
-    return tuple(frames), tuple(points)
+    yield from reversed(bases)
 
 
 def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[Expr]:
@@ -105,12 +96,10 @@ def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[E
 
 def contents(bodies: tuple[Body, ...], loads: tuple[Load, ...], gravities: tuple[Gravity, ...]) -> Iterator[Expr]:
     """The scalars that masses, inertias and loads are made of."""
-    for b in bodies:
-        yield b.mass
-        if isinstance(b, RigidBody):
-            for left, right in b.inertia.dyads:
-                yield from left.scalars()
-                yield from right.scalars()
+    for part in parts_of(bodies):
+        yield part.mass
+        for dyad in part.inertia.dyads if part.inertia is not None else ():
+            yield from (x for v in dyad for x in v.scalars())
     for load in loads:
         for _, v in (*load.forces, *load.torques):
             yield from v.scalars()

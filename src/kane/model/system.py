@@ -14,7 +14,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed
-from kane.model.bodies import Body, RigidBody
+from kane.model.bodies import Body, Part, RigidBody, parts_of
 from kane.model.checks import (
     check_bodies,
     check_constraints,
@@ -183,11 +183,11 @@ class System(Declarations):
 
     def __getitem__(self, name: str) -> Joint | Body | Frame | Point | Load | Constraint:
         """The joint, body, frame, point, load or constraint of that name, looked up in this order."""
-        for group in (self.joints, self.bodies, self.frames, self.points, self.all_loads(), self.constraints):
-            for item in group:
-                if item.name == name:
-                    return item
-        known = [x.name for x in (*self.joints, *self.bodies, *self.frames, *self.points)]
+        first: list[Joint | Body | Frame | Point] = [*self.joints, *self.bodies, *self.frames, *self.points]
+        for item in (*first, *self.all_loads(), *self.constraints):
+            if item.name == name:
+                return item
+        known = [x.name for x in first]
         raise ModelError(
             f"Expected the name of a joint, body, frame, point or load ({', '.join(known)}), got {name!r}."
         )
@@ -207,18 +207,18 @@ def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:
     """Gravity as forces on the mass centres; without a potential where it is not constant in the inertial frame."""
     forces, potential = [], ZERO
     steady = is_constant_in_time(gravity.acceleration.scalars())
-    for b in bodies:
-        forces.append((b.mass_center, gravity.acceleration * b.mass))
-        root = b.mass_center.root()
+    for part in parts_of(bodies):
+        forces.append((part.mass_center, gravity.acceleration * part.mass))
+        root = part.mass_center.root()
         steady = steady and is_constant_in_time(gravity.acceleration.components(root.frame))
-        height = gravity.acceleration.dot(b.mass_center.position(root))
-        potential = sub(potential, mul(b.mass, height))
+        height = gravity.acceleration.dot(part.mass_center.position(root))
+        potential = sub(potential, mul(part.mass, height))
     return Load(gravity.name, forces=tuple(forces), potential=potential if steady else None)
 
 
-def total_mass(bodies: Iterable[Body]) -> Expr:
+def total_mass(parts: Iterable[Part]) -> Expr:
     """Σ m."""
     mass = ZERO
-    for b in bodies:
-        mass = add(mass, b.mass)
+    for part in parts:
+        mass = add(mass, part.mass)
     return mass

@@ -15,7 +15,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
-from kane.model.bodies import RigidBody
+from kane.model.bodies import parts_of
 from kane.model.declarations import Declarations
 from kane.model.reactions import cut_of
 from kane.space.point import Point
@@ -120,10 +120,10 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
         o = f.orientation
         if o is not None:
             yield f"the orientation of {f.name}", ONE, _orientation(o.angle, o.parameters, o.cosines)
-    for b in system.bodies:
-        yield f"the mass of {b.name}", MASS, (b.mass,)
-        if isinstance(b, RigidBody):
-            yield f"the inertia of {b.name}", INERTIA, _measures(b.inertia)
+    for part in parts_of(system.bodies):
+        yield f"the mass of {part.name}", MASS, (part.mass,)
+        if part.inertia is not None:
+            yield f"the inertia of {part.name}", INERTIA, _measures(part.inertia)
     for load in system.loads:
         for point, v in load.forces:
             yield f"the force of {load.name!r} on {point.name}", FORCE, v.scalars()

@@ -12,18 +12,19 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
+from kane.model.bodies import parts_of
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
     """No mass below zero with the parameters' values."""
-    for body in eom.system.bodies:
-        if all(s in constants for s in free_symbols([body.mass])):
-            value = float(evaluate(body.mass, constants))
+    for part in parts_of(eom.system.bodies):
+        if all(s in constants for s in free_symbols([part.mass])):
+            value = float(evaluate(part.mass, constants))
             if value < 0:
                 raise SimulationError(
-                    f"Expected a mass ≥ 0 for {body.name}, got {body.mass!s:.60} = {value:g} at the values of the parameters. "
+                    f"Expected a mass ≥ 0 for {part.name}, got {part.mass!s:.60} = {value:g} at the values of the parameters. "
                     "Correct them."
                 )
 

@@ -11,7 +11,7 @@ from itertools import zip_longest
 from typing import Any
 
 from kane.expr.symbols import AuxiliarySpeed, Symbol
-from kane.model.bodies import Body, RigidBody
+from kane.model.bodies import Part, parts_of
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of, cut_of
 from kane.model.system import System
@@ -21,19 +21,18 @@ Row = Mapping[str, Any]
 
 
 def _bodies(system: System) -> Iterable[Row]:
-    return map(_body, system.bodies)
+    return map(_part, parts_of(system.bodies))
 
 
-def _body(body: Body) -> Row:
-    """The cell of the central inertia is the body: along which frame it is read depends on the body's own."""
-    rigid = isinstance(body, RigidBody)
+def _part(part: Part) -> Row:
+    """The cell of the central inertia is the part: along which frame it is read depends on the part's own."""
     return {
-        "body": body.name,
-        "kind": "rigid body" if rigid else "particle",
-        "mass": body.mass,
-        "mass centre": body.mass_center,
-        "frame": body.frame if isinstance(body, RigidBody) else "particle",
-        "central inertia": body if rigid else "",
+        "body": part.name,
+        "kind": "particle" if part.frame is None else "rigid body",
+        "mass": part.mass,
+        "mass centre": part.mass_center,
+        "frame": part.frame or "particle",
+        "central inertia": "" if part.inertia is None else part,
     }
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kane.model.bodies import parts_of
 from kane.model.reactions import cut_of
 from kane.motion.solution import Solution
 from kane.present.svg import FAINT, INK, SERIES, legend, panels, to_svg
@@ -101,7 +102,7 @@ def balance(solution: Solution) -> Plot:
 def paths(solution: Solution) -> Plot | None:
     """Paths of all mass centres, and of the points of reactions, in the inertial plane of largest motion."""
     system = solution.equations.system
-    points: dict[Point, bool] = {b.mass_center: True for b in system.bodies}
+    points: dict[Point, bool] = {part.mass_center: True for part in parts_of(system.bodies)}
     for r in system.reactions:
         cut = cut_of(r)
         if cut is not None and isinstance(cut.at, Point):

@@ -9,7 +9,7 @@ from typing import Any
 
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO, Expr
-from kane.model.bodies import RigidBody
+from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.loads import Load
 from kane.present.declared import DECLARED, Row, holds, reactions
@@ -114,10 +114,12 @@ def _acting(load: Load | Constraint) -> Tex:
     return Tex(r",\; ".join(places[:_FEW]) + (r",\; \dots" if len(places) > _FEW else ""))
 
 
-def _inertia(body: RigidBody) -> Tex:
-    used = body.inertia.frames()
-    frame = used[0] if len(used) == 1 else body.frame
-    rows = body.inertia.components(frame).rows
+def _inertia(part: Part) -> Tex:
+    assert part.frame is not None
+    assert part.inertia is not None
+    used = part.inertia.frames()
+    frame = used[0] if len(used) == 1 else part.frame
+    rows = part.inertia.components(frame).rows
     axes = [unit_vector_latex(frame, a) for a in "xyz"]
     if all(x is ZERO for i, row in enumerate(rows) for k, x in enumerate(row) if i != k):
         terms = [rf"{_factor(to_latex(rows[i][i]))}\,{a}{a}" for i, a in enumerate(axes) if rows[i][i] is not ZERO]

@@ -17,7 +17,7 @@ import numpy as np
 from kane.dynamics.derived import Derived
 from kane.dynamics.terms import Term, met, sum_of
 from kane.errors import SpeedsError
-from kane.expr.build import mul
+from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.symbols import Reaction
 from kane.kinematics.sample import Sample
@@ -83,18 +83,16 @@ def mass_contributions(derived: Derived, r: Expr, s: Expr) -> tuple[MassContribu
     """See Equations.mass_contributions."""
     _check(derived, r)
     _check(derived, s)
-    found = []
-    for b in derived.bodies:
-        translation, rotation = ZERO, ZERO
-        if r in b.center.partials and s in b.center.partials:
-            translation = mul(b.body.mass, b.center.partials[r].dot(b.center.partials[s]))
-        if b.rotation is not None and b.inertia is not None:
-            turns = b.rotation.partials
-            if r in turns and s in turns:
-                rotation = turns[r].dot(b.inertia.times(turns[s]))
-        if not _vanish([translation, rotation], derived):
-            found.append(MassContribution(b.body, translation, rotation))
-    return tuple(found)
+    shares = dict.fromkeys(derived.system.bodies, (ZERO, ZERO))
+    for body, part, center, rotation in derived.bodies:
+        translated, rotated = shares[body]
+        if r in center.partials and s in center.partials:
+            translated = add(translated, mul(part.mass, center.partials[r].dot(center.partials[s])))
+        turns = {} if rotation is None else rotation.motion.partials
+        if rotation is not None and r in turns and s in turns:
+            rotated = add(rotated, turns[r].dot(rotation.inertia.times(turns[s])))
+        shares[body] = translated, rotated
+    return tuple(MassContribution(b, *share) for b, share in shares.items() if not _vanish(share, derived))
 
 
 def _check(derived: Derived, speed: Expr) -> None:

@@ -24,10 +24,10 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
     """½ Σ m v·v + ω·I·ω."""
     twice = ZERO
     for b in bodies:
-        twice = add(twice, mul(b.body.mass, b.center.total.dot(b.center.total)))
-        if b.rotation is not None and b.inertia is not None:
-            w = b.rotation.total.express(b.inertia.frame)
-            twice = add(twice, w.dot(b.inertia.times(w)))
+        twice = add(twice, mul(b.part.mass, b.center.total.dot(b.center.total)))
+        if b.rotation is not None:
+            w = b.rotation.motion.total.express(b.rotation.inertia.frame)
+            twice = add(twice, w.dot(b.rotation.inertia.times(w)))
     return twice / 2
 
 
@@ -55,9 +55,10 @@ def power(solved: Solved) -> Expr:
                 total = add(total, motion.total.dot(vector))
             total = add(total, neg(motion.rest.dot(vector)))
     for b in derived.bodies:
-        total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.body.mass))
-        if b.rotation is not None and b.inertia is not None and not b.rotation.rest.is_zero:
-            total = add(total, b.rotation.rest.dot(b.inertia_torque()))
+        total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.part.mass))
+        if b.rotation is not None and not b.rotation.motion.rest.is_zero:
+            torque = b.rotation.torque(acceleration_form(b.rotation.motion))
+            total = add(total, b.rotation.motion.rest.dot(torque))
     rests = derived.constraints.b
     if any(b_k is not ZERO for b_k in rests):
         for b_k, force in zip(rests, solved.multipliers.values(), strict=True):
@@ -73,15 +74,15 @@ def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:
     """Σ m r / Σ m from `origin`."""
     moment = Vector()
     for b in bodies:
-        moment = moment + b.body.mass_center.position(origin) * b.body.mass
-    return moment / total_mass(b.body for b in bodies)
+        moment = moment + b.part.mass_center.position(origin) * b.part.mass
+    return moment / total_mass(b.part for b in bodies)
 
 
 def linear_momentum(bodies: Sequence[Moving]) -> Vector:
     """Σ m v."""
     total = Vector()
     for b in bodies:
-        total = total + b.center.total * b.body.mass
+        total = total + b.center.total * b.part.mass
     return total
 
 
@@ -89,7 +90,7 @@ def angular_momentum(bodies: Sequence[Moving], about: Point) -> Vector:
     """Σ I·ω + r × m v about a point fixed in the inertial frame."""
     total = Vector()
     for b in bodies:
-        total = total + b.body.mass_center.position(about).cross(b.center.total * b.body.mass)
-        if b.rotation is not None and b.inertia is not None:
-            total = total + b.inertia.times(b.rotation.total)
+        total = total + b.part.mass_center.position(about).cross(b.center.total * b.part.mass)
+        if b.rotation is not None:
+            total = total + b.rotation.inertia.times(b.rotation.motion.total)
     return total

@@ -28,7 +28,7 @@ from kane.expr.evaluate import evaluate
 from kane.expr.matrix import Matrix
 from kane.kinematics.constraints import unplaced
 from kane.kinematics.motion import acceleration_form
-from kane.model.bodies import RigidBody
+from kane.model.bodies import parts_of
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
 from kane.model.system import System
@@ -153,7 +153,7 @@ def _far_side(derived: Derived, place: Joint | Point | Frame) -> _Side:
 
 
 def _holds(side: _Side, b: Moving) -> bool:
-    return side.has_point(b.body.mass_center) or (isinstance(b.body, RigidBody) and side.has_frame(b.body.frame))
+    return side.has_point(b.part.mass_center) or (b.rotation is not None and side.has_frame(b.rotation.frame))
 
 
 def _check_cut(place: Point | Frame) -> None:
@@ -191,18 +191,23 @@ def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
 
 
 def _check_body_frames(system: System, side: _Side) -> None:
-    for body in system.rigid_bodies:
-        if side.has_point(body.mass_center) != side.has_frame(body.frame):
-            by = "its point, but not its frame" if side.has_point(body.mass_center) else "its frame, but not its point"
+    for name, center, frame in _extended(system):
+        if side.has_point(center) != side.has_frame(frame):
+            by = "its point, but not its frame" if side.has_point(center) else "its frame, but not its point"
             raise ReactionError(
-                f"Expected each body on one side of the joint {side.name!r}, got {body.name}, which is reached through {by}. Build "
+                f"Expected each body on one side of the joint {side.name!r}, got {name}, which is reached through {by}. Build "
                 "its mass centre on joint.point and its frame on joint.frame."
             )
 
 
+def _extended(system: System) -> list[tuple[str, Point, Frame]]:
+    """Name, mass centre and frame of the parts that have a frame."""
+    return [(p.name, p.mass_center, p.frame) for p in parts_of(system.bodies) if p.frame is not None]
+
+
 def _owned(system: System, point: Point, reached: Callable[[Point], bool]) -> Callable[[Basis], bool]:
     """Frames beyond a point: each belongs to the nearest body up its line of parents."""
-    sides = {b.frame: reached(b.mass_center) for b in system.rigid_bodies}
+    sides = {frame: reached(center) for _, center, frame in _extended(system)}
     between = {f for frame, far in sides.items() if far for f in _line(frame)}
 
     def far(frame: Basis) -> bool:
@@ -230,8 +235,9 @@ def _balance(solved: Solved, side: _Side) -> JointReaction:
 
     _check_placed(side.name, derived.system.constraints)
     _check_determinate(solved, side.name, share)
-    moved = [(b.body.mass_center, acceleration_form(b.center) * b.body.mass) for b in derived.bodies]
-    turned = [(b.body.frame, b.inertia_torque()) for b in derived.bodies if isinstance(b.body, RigidBody)]
+    moved = [(b.part.mass_center, acceleration_form(b.center) * b.part.mass) for b in derived.bodies]
+    rotations = [b.rotation for b in derived.bodies if b.rotation is not None]
+    turned = [(r.frame, r.torque(acceleration_form(r.motion))) for r in rotations]
     force, torque = _gathered(side, moved, turned)
     given = [_gathered(side, load.forces, load.torques) for load in derived.loads]
     held = [(f * λ, t * λ) for c, λ in solved.multipliers.items() for f, t in [share(c)]]

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from kane.expr.node import Expr
-from kane.model.bodies import RigidBody
+from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.events import Event
 from kane.model.loads import Load
@@ -85,7 +85,7 @@ _WRITERS: dict[Any, Callable[[Any], str]] = {
     str: escaped,
     Expr: lambda e: expression(e).cell,
     Vector: lambda v: vector(v).cell,
-    RigidBody: lambda body: dyadic(body.inertia).cell,
+    Part: lambda part: dyadic(part.inertia).cell,
     Point | Frame: lambda place: math(place_latex(place.name)),
     Load | Constraint: _acting,
     Event: _where,
