@@ -184,10 +184,12 @@ class System(Declarations):
     def __getitem__(self, name: str) -> Joint | Body | Frame | Point | Load | Constraint:
         """The joint, body, frame, point, load or constraint of that name, looked up in this order."""
         first: list[Joint | Body | Frame | Point] = [*self.joints, *self.bodies, *self.frames, *self.points]
-        for item in (*first, *self.all_loads(), *self.constraints):
+        known = [x.name for x in first]
+        if name in known:
+            return first[known.index(name)]
+        for item in (*self.all_loads(), *self.constraints):
             if item.name == name:
                 return item
-        known = [x.name for x in first]
         raise ModelError(
             f"Expected the name of a joint, body, frame, point or load ({', '.join(known)}), got {name!r}."
         )
