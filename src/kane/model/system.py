@@ -187,7 +187,8 @@ class System(Declarations):
         known = [x.name for x in first]
         if name in known:
             return first[known.index(name)]
-        for item in (*self.all_loads(), *self.constraints):
+        others: list[Load | Constraint] = [*self.all_loads(), *self.constraints]
+        for item in others:
             if item.name == name:
                 return item
         raise ModelError(
