@@ -16,7 +16,7 @@ from kane.expr.evaluate import compile_reference
 from kane.expr.node import intern_node
 from kane.expr.ops import OPS
 from kane.program.build import Wanted, build_program
-from kane.program.machine import Settings
+from kane.program.native.machine import Settings
 from tests.program.emitted import from_c, from_numpy
 from tests.program.programs import ports
 

@@ -10,8 +10,8 @@ import pytest
 import kane as kn
 from kane.errors import ArgumentError, ProgramError, ValueMissingError
 from kane.program.build import Wanted, build_program
-from kane.program.machine import Settings
 from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.machine import Settings
 from kane.program.program import Port
 from kane.program.receipt import receipt
 from kane.program.reference import values

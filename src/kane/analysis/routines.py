@@ -14,7 +14,7 @@ from kane.equations.routines import ports
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.program.build import Wanted, build_program
-from kane.program.machine import Settings
+from kane.program.native.machine import Settings
 
 T = TypeVar("T")
 

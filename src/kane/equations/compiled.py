@@ -16,9 +16,9 @@ from kane.dynamics.solved import Solved
 from kane.equations.handle import Handle
 from kane.equations.routines import ROUTINES, Output, ports, program, resolved
 from kane.errors import ArgumentError
-from kane.program.machine import Settings
 from kane.program.native import arguments
 from kane.program.native.compiled_routine import NotFinite
+from kane.program.native.machine import Settings
 from kane.program.program import Program
 from kane.program.receipt import Receipt, receipt
 

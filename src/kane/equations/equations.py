@@ -37,8 +37,8 @@ from kane.kinematics.speeds import Speeds
 from kane.model.events import Event
 from kane.model.system import System
 from kane.model.units import unit_in
-from kane.program.machine import Settings
 from kane.program.native.compiled_routine import NotFinite
+from kane.program.native.machine import Settings
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

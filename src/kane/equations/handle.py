@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import show
-from kane.program.machine import Settings
 from kane.program.native.compiled_routine import ALL, CompiledRoutine, NotFinite, new_block
+from kane.program.native.machine import Settings
 from kane.program.program import Program
 
 Array = npt.NDArray[np.float64]

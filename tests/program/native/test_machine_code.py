@@ -16,8 +16,8 @@ from kane.equations.handle import Handle
 from kane.errors import KaneWarning, ProgramError
 from kane.gallery.pendulums import chain
 from kane.program.emit.llvm import Options, emit_llvm
-from kane.program.machine import Settings
 from kane.program.native import machine_code, store
+from kane.program.native.machine import Settings
 from kane.program.native.machine_code import Library, Target, compile_text, object_code, target
 from tests.program.child import child
 

@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from kane.errors import ArgumentError, KaneWarning, NotFiniteError
 from kane.program.emit.llvm_entries import block
-from kane.program.machine import Settings, build_library
 from kane.program.native import arguments
 from kane.program.native.callers import outside
+from kane.program.native.machine import Settings, build_library
 from kane.program.native.machine_code import Library
 from kane.program.program import Program, Routine
 from kane.program.reference import explain
