@@ -8,13 +8,14 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from kane.analysis.assemble import Assembled, Guess, assemble, guess
+from kane.analysis.assemble import Assembled, assemble
 from kane.analysis.continuation import Branch, continuation
 from kane.analysis.inverse import Inverse, inverse
 from kane.analysis.linear import Linear, Mode, SecondOrder
 from kane.analysis.linearize import Linearizer, linearize, linearizer
 from kane.analysis.point import OperatingPoint
 from kane.analysis.stability import Crossing
+from kane.analysis.state import Guess, guess
 from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
 from kane.analysis.trim import equilibrium, trim
 from kane.dynamics.readings.joint_reactions import JointReaction

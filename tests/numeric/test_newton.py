@@ -44,10 +44,6 @@ def test_the_first_start_that_closes_is_taken():
 
 
 def test_changes_go_on_while_they_help():
-    def halved(x, now):
-        return x / 2
-
-    x, now = improved(np.array([1.0]), np.array([1.0]), np.asarray, np.asarray, halved, 0.1, 10)
-    assert x == now == 0.0625
-    x, _ = improved(np.array([1.0]), np.array([1.0]), np.asarray, np.asarray, lambda x, now: 2 * x, 0.1, 10)
-    assert x == 1
+    assert improved(1.0, abs, lambda x: x / 2, 0.1, 10) == 0.0625
+    assert improved(1.0, abs, lambda x: x / 2, 0.1, 2) == 0.25
+    assert improved(1.0, abs, lambda x: 2 * x, 0.1, 10) == 1

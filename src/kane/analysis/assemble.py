@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import GIVEN, misses
+from kane.analysis.state import GIVEN, Entries, entries, misses
 from kane.dynamics.constraints.closure import Closure, closure, residual_function
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
-from kane.expr.symbols import Coordinate, Speed, Symbol, time
+from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number, named_values
+from kane.numeric.named import named_values
 from kane.numeric.newton import CLOSED, Closed, Residual, close, closest, starts
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import STATE_RANK, singular
@@ -26,18 +26,6 @@ from kane.numeric.rank import STATE_RANK, singular
 _TRIES, _SEED = 24, 20048
 _ROUNDING = 1e-7
 """Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
-
-
-@dataclass(frozen=True, slots=True)
-class Guess:
-    """A value near which one is solved for."""
-
-    value: float
-
-
-def guess(value: float) -> Guess:
-    """A start value that assembly may move: `q={q1: 1.2, q2: kn.guess(-1)}`. It also says which branch of the closure is meant."""
-    return Guess(finite_number("guess", "assembly", value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +73,7 @@ def assemble(
     """
     constants: dict[Expr, Any] = {**parameter_values(eom.system, parameters), time: float(t)}
     constants.update(named_values("inputs", eom.inputs, inputs))
-    configuration = _configuration(eom, _entries("coordinates", eom.coordinates, q), constants)
+    configuration = _configuration(eom, entries("coordinates", eom.coordinates, q), constants)
     at: dict[Expr, Any] = {**constants, **dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))}
     if u is not None and rates is not None:
         raise SimulationError("Expected either u= or rates= to assemble with, got both.")
@@ -97,41 +85,13 @@ def assemble(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Entries:
-    """Start values in order, and which of them are guessed or left out."""
-
-    values: Array
-    guessed: tuple[int, ...]
-    missing: tuple[int, ...]
-
-    @property
-    def free(self) -> tuple[int, ...]:
-        """What may move."""
-        return tuple(sorted((*self.guessed, *self.missing)))
-
-
-def _entries(what: str, symbols: Sequence[Symbol], given: Any) -> Entries:
-    found = named_values(what, symbols, given)
-    values = np.zeros(len(symbols))
-    guessed, missing = [], []
-    for i, s in enumerate(symbols):
-        value = found.get(s)
-        if isinstance(value, Guess):
-            guessed.append(i)
-            value = value.value
-        if s in found:
-            values[i] = finite_number("start value", s.name, value)
-        else:
-            missing.append(i)
-    return Entries(values, tuple(guessed), tuple(missing))
-
-
 def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]) -> Closed:
     known = closure(eom.system)
     names = [q.name for q in eom.coordinates]
     if not known.f:
-        _refuse_missing("coordinates", [names[i] for i in start.missing])
+        if start.missing:
+            missing = ", ".join(names[i] for i in start.missing)
+            raise ValueMissingError(f"Expected a start value for all coordinates, got none for {missing}.")
         return Closed(start.values, np.zeros(0), 0)
     function = residual_function(eom.system, known, constants)
     if not start.free:
@@ -190,18 +150,13 @@ def _undetermined(block: Array, start: Entries, names: Sequence[str]) -> tuple[l
     return [names[i] for i, x in zip(start.free, loose, strict=True) if x and i in start.missing], len(directions)
 
 
-def _refuse_missing(what: str, names: Sequence[str]) -> None:
-    if names:
-        raise ValueMissingError(f"Expected a start value for all {what}, got none for {', '.join(names)}.")
-
-
 def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
     if rates is not None:
-        return _entries("rates, by coordinate,", eom.coordinates, rates)
+        return entries("rates, by coordinate,", eom.coordinates, rates)
     if u is None:
         n = len(eom.speeds)
         return Entries(np.zeros(n), tuple(range(n)), ())
-    return _entries("speeds", eom.speeds, u)
+    return entries("speeds", eom.speeds, u)
 
 
 def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
-from kane.analysis.assemble import Guess, assemble
+from kane.analysis.assemble import assemble
 from kane.analysis.local import Values, slopes_at, values_at
-from kane.analysis.state import State, misses, start_state
+from kane.analysis.state import State, entries, misses, start_state
 from kane.analysis.tangents import spread
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.dynamics.readings.values import parameter_values
@@ -93,19 +92,14 @@ def state_at(
     r = np.array([finite_number("value", s.name, given.get(s, 0.0)) for s in eom.inputs])
     if u is None and not eom.constraints.constraints:
         u = np.zeros(len(eom.speeds))
-    if eom.constraints.constraints and not (_complete(q, eom.coordinates) and _complete(u, eom.speeds)):
+    if eom.constraints.constraints and (
+        entries("coordinates", eom.coordinates, q).free or entries("speeds", eom.speeds, u).free
+    ):
         found = assemble(
             eom, q=q, u=u, parameters=parameters, inputs=dict(zip(eom.inputs, r.tolist(), strict=True)), t=t
         )
         q, u = found.q, found.u
     return closed(eom, known, State(float(t), start_state(eom, q, u), p, r))
-
-
-def _complete(given: Any, symbols: tuple[Symbol, ...]) -> bool:
-    if given is None:
-        return False
-    values = list(given.values()) if isinstance(given, Mapping) else list(given)
-    return len(values) == len(symbols) and not any(isinstance(v, Guess) for v in values)
 
 
 def closed(eom: Equations, known: Perturbations, state: State) -> State:
@@ -115,20 +109,15 @@ def closed(eom: Equations, known: Perturbations, state: State) -> State:
     nq, n = len(eom.coordinates), len(eom.speeds)
     zero = np.zeros(values.right.shape)
 
-    def closer(x: Array, now: Values) -> Array:
+    def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
+        x, now = at
         g = slopes_at(eom, replace(state, x=x), zero).configuration[:, :nq]
         t = spread(known, x[:nq])
-        return np.append(x[:nq] - t @ least_squares(g @ t, now.configuration), x[nq:])
+        x = np.append(x[:nq] - t @ least_squares(g @ t, now.configuration), x[nq:])
+        return x, values_at(eom, replace(state, x=x))
 
-    x, values = improved(
-        of_unit_length(state.x, known.sets),
-        values,
-        attrgetter("configuration"),
-        lambda x: values_at(eom, replace(state, x=x)),
-        closer,
-        _CLOSED,
-        _ROUNDS,
-    )
+    start = of_unit_length(state.x, known.sets), values
+    x, values = improved(start, lambda at: np.abs(at[1].configuration).max(initial=0), closer, _CLOSED, _ROUNDS)
     _check("speeds", [c.name for c in eom.system.constraints], values.motion)
     if len(values.motion):
         x = np.append(x[:nq], x[nq:] - least_squares(values.constraints(n), values.motion))

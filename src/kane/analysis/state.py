@@ -30,6 +30,49 @@ class State:
     r: Array
 
 
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A value near which one is solved for."""
+
+    value: float
+
+
+def guess(value: float) -> Guess:
+    """A start value that assembly may move: `q={q1: 1.2, q2: kn.guess(-1)}`. It also says which branch of the closure is meant."""
+    return Guess(finite_number("guess", "assembly", value))
+
+
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """Start values in order, and which of them are guessed or left out."""
+
+    values: Array
+    guessed: tuple[int, ...]
+    missing: tuple[int, ...]
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """What may move."""
+        return tuple(sorted((*self.guessed, *self.missing)))
+
+
+def entries(what: str, symbols: Sequence[Symbol], given: Any, label: str = "start value") -> Entries:
+    """Values by symbol or name, in the order of the symbols; `what` and `label` name them in messages."""
+    found = named_values(what, symbols, given)
+    values = np.zeros(len(symbols))
+    guessed, missing = [], []
+    for i, s in enumerate(symbols):
+        value = found.get(s)
+        if isinstance(value, Guess):
+            guessed.append(i)
+            value = value.value
+        if s in found:
+            values[i] = finite_number(label, s.name, value)
+        else:
+            missing.append(i)
+    return Entries(values, tuple(guessed), tuple(missing))
+
+
 def start_state(eom: Equations, q: Any, u: Any) -> Array:
     """(q, u), each value given; Euler parameters must be of unit length.
 

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.assemble import Guess
 from kane.analysis.conditions import Conditions, conditions
 from kane.analysis.linearize import choice_of
 from kane.analysis.point import OperatingPoint, closed, point_of
+from kane.analysis.state import entries
 from kane.dynamics.readings.unsolved import perturbations
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number, named_values
+from kane.numeric.named import named_values
 from kane.numeric.newton import closest, starts
 from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
 
@@ -57,31 +57,24 @@ def problem(
 ) -> Problem:
     """What is to be solved, from what is given, guessed and left out."""
     known = perturbations(eom.derived)
-    values: list[float] = []
-    free: list[int] = []
-    missing: list[int] = []
+    defaults = {p: p.default for p in eom.parameters if p.default is not None}
     groups: list[tuple[str, tuple[Symbol, ...], Any]] = [
         ("coordinates", eom.coordinates, q),
         ("speeds", eom.speeds, u),
         ("inputs", eom.inputs, inputs),
-        ("parameters", eom.parameters, parameters),
+        ("parameters", eom.parameters, defaults | named_values("parameters", eom.parameters, parameters)),
     ]
-    for what, symbols, given in groups:
-        found = named_values(what, symbols, given)
-        for s in symbols:
-            value = found.get(s, s.default if what == "parameters" else None)
-            if value is None:
-                if what in ("inputs", "parameters"):
-                    raise ValueMissingError(
-                        f"Expected a value for every one of the {what}, got none for {s.name}: give a number to keep, or "
-                        "kn.guess(value) to have it solved for."
-                    )
-                missing.append(len(values))
-            if value is None or isinstance(value, Guess):
-                free.append(len(values))
-            start = value.value if isinstance(value, Guess) else 0.0 if value is None else value
-            values.append(finite_number("value", s.name, start))
-    x = np.array(values)
+    parts = [entries(what, symbols, given, "value") for what, symbols, given in groups]
+    for (what, symbols, _), part in zip(groups[2:], parts[2:], strict=True):
+        if part.missing:
+            raise ValueMissingError(
+                f"Expected a value for every one of the {what}, got none for {symbols[part.missing[0]].name}: give a number to keep, "
+                "or kn.guess(value) to have it solved for."
+            )
+    x = np.concatenate([part.values for part in parts])
+    first = np.cumsum([0, *(len(part.values) for part in parts)]).tolist()
+    free = [k + i for k, part in zip(first, parts, strict=False) for i in part.free]
+    missing = [k + i for k, part in zip(first, parts, strict=False) for i in part.missing]
     for places in known.sets:
         e = x[list(places)]
         if not e.any():

@@ -13,7 +13,7 @@ from kane.errors import ReactionError
 from kane.motion.projection import Numbers
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility, sizes
-from kane.numeric.rank import MOTION_RANK, balanced, combinations
+from kane.numeric.rank import MOTION_RANK, balanced, combinations, sure_rows
 
 _BETTER = 4.0
 """By how much the quality of other dependent speeds must be better for a change."""
@@ -47,7 +47,7 @@ def determined(first: Equations, present: Equations, numbers: Numbers, reach: Ar
     """
     assert present.embedding is not None
     partition = present.embedding.partition
-    rank = combinations(numbers.a, reach).rank
+    rank = len(sure_rows(numbers.a, reach))
     reach = np.maximum(reach, sizes(numbers.a, mobility(numbers.m, reach)))
     if rank >= len(partition.rows) and quality(numbers.a, partition, reach) >= _SHORT:
         return present
@@ -65,7 +65,7 @@ def side(a: Array, partition: Partition, reach: Array) -> float:
 
 def share_of_rank(a: Array, rank: int, reach: Array) -> float:
     """The singular value of A (m × n) that makes its rank, over the largest; NaN where A is zero."""
-    values = combinations(a, reach).values
+    values = combinations(a, reach)[1]
     with np.errstate(invalid="ignore"):
         return float(values[rank - 1] / values[0])
 

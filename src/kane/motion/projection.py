@@ -12,7 +12,6 @@ with pseudo-inverses, so that redundant constraints do no harm. Euler parameters
 from __future__ import annotations
 
 from dataclasses import dataclass
-from operator import attrgetter
 
 import numpy as np
 
@@ -72,20 +71,18 @@ class Manifold:
         """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had."""
         nq, c = self.coordinates, self.configuration
         x = of_unit_length(x, self.euler)
+        now = self.numbers(t, x, p, r)
+        if not now.finite:
+            return x, now
+        reach = np.maximum(reach, np.abs(now.a))
 
-        def read(x: Array) -> Numbers:
-            return self.numbers(t, x, p, r)
-
-        first = read(x)
-        if not first.finite:
-            return x, first
-        reach = np.maximum(reach, np.abs(first.a))
-
-        def closer(x: Array, now: Numbers) -> Array:
+        def closer(at: tuple[Array, Numbers]) -> tuple[Array, Numbers]:
+            x, now = at
             shift = now.w @ least_change(now.m, now.a[:c], -now.f, reach[:c])
-            return of_unit_length(np.append(x[:nq] + shift, x[nq:]), self.euler)
+            x = of_unit_length(np.append(x[:nq] + shift, x[nq:]), self.euler)
+            return x, self.numbers(t, x, p, r)
 
-        x, now = improved(x, first, attrgetter("f"), read, closer, _CLOSED, _ROUNDS)
+        x, now = improved((x, now), lambda at: np.abs(at[1].f).max(initial=0), closer, _CLOSED, _ROUNDS)
         if len(now.b):
             x = np.append(x[:nq], x[nq:] + least_change(now.m, now.a, -(now.a @ x[nq:] + now.b), reach))
         return x, now

@@ -153,20 +153,19 @@ class Solution:
         places: dict[Equations, list[int]] = {}
         for k, eom in enumerate(self.samples or (self.equations,) * len(self)):
             places.setdefault(eom, []).append(k)
-        parts = [(at, self._values_along(eom, exprs(eom), at)) for eom, at in places.items()]
+        parts = [(at, self._along(eom, exprs(eom), self.t[at], self.states[at])) for eom, at in places.items()]
         found = [np.empty(len(self)) for _ in parts[0][1]]
         for at, values in parts:
             for whole, part in zip(found, values, strict=True):
                 whole[at] = part
         return found
 
-    def _values_along(self, eom: Equations, exprs: Any, part: list[int]) -> list[Array]:
-        times = self.t[part]
-        inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
-        values = evaluate_along(
-            eom.solved, exprs, list(self.q[part].T), list(self.u[part].T), self.parameters, inputs, times
-        )
-        return [np.broadcast_to(v, times.shape) for v in values]
+    def _along(self, eom: Equations, exprs: Any, t: Array, states: Array) -> list[Array]:
+        """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds))."""
+        q, u = np.split(states.T, [len(eom.coordinates)])
+        inputs = {s: np.asarray([f(time) for time in t], dtype=float) for s, f in self.inputs.items()}
+        values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t)
+        return [np.broadcast_to(v, t.shape) for v in values]
 
     @cached_property
     def constraint_residuals(self) -> Mapping[Constraint, Array]:
@@ -198,13 +197,8 @@ class Solution:
         width = self.states.shape[1]
         shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
         x = (self.states[at] + shifts[:, None, :]).reshape(-1, width)
-        times = np.tile(self.t[at], len(shifts))
-        inputs = {s: np.asarray([f(t) for t in times], dtype=float) for s, f in self.inputs.items()}
-        eom, nq = self.equations, len(self.equations.coordinates)
-        energy = evaluate_along(
-            eom.solved, eom.energy, list(x[:, :nq].T), list(x[:, nq:].T), self.parameters, inputs, times
-        )
-        table = np.broadcast_to(energy, times.shape).reshape(len(shifts), -1)
+        (energy,) = self._along(self.equations, [self.equations.energy], np.tile(self.t[at], len(shifts)), x)
+        table = energy.reshape(len(shifts), -1)
         up, down = np.split(np.abs(table[1:] - table[0]), 2)
         return float(np.maximum(up, down).sum(axis=0).max(initial=0))
 

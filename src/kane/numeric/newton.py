@@ -89,32 +89,13 @@ def starts(x: Array, free: Sequence[int], seed: int, spreads: Iterable[float]) -
         yield other
 
 
-def improved(
-    x: Array,
-    now: T,
-    residual: Callable[[T], Array],
-    read: Callable[[Array], T],
-    change: Callable[[Array, T], Array],
-    limit: float,
-    rounds: int,
-) -> tuple[Array, T]:
-    """x moved on while that lets the largest residual fall, down to `limit`, and what is read there.
-
-    Parameters
-    ----------
-    x, now : the start, and what `read` says there
-    residual : what should vanish (m), of what was read
-    change : the next x
-    limit, rounds : where to stop, and after how many changes
-    """
-    size = np.abs(residual(now)).max(initial=0)
+def improved(at: T, size: Callable[[T], float], change: Callable[[T], T], limit: float, rounds: int) -> T:
+    """`at` changed again and again while that makes its size fall, down to `limit`, at most `rounds` times."""
     for _ in range(rounds):
-        if not size > limit:
+        if not size(at) > limit:
             break
-        trial = change(x, now)
-        new = read(trial)
-        left = np.abs(residual(new)).max(initial=0)
-        if not left < size:
+        trial = change(at)
+        if not size(trial) < size(at):
             break
-        x, now, size = trial, new, left
-    return x, now
+        at = trial
+    return at

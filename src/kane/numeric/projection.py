@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.numeric.rank import ROUNDING, combinations
+from kane.numeric.rank import ROUNDING, sure_rows
 
 _LIGHT = 1e-6
 """Inertia given to a coordinate without mass, over what the constraints reflect onto it: others take that share of its changes."""
@@ -30,14 +30,14 @@ def least_squares(a: Array, right: Array, share: float = 1e-10) -> Array:
 def least_change(m: Array, a: Array, right: Array, reach: Array | float = 0.0) -> Array:
     """The δ (n) of least δᵀM δ with A δ = right, in the least-squares sense where the rows of A are dependent."""
     scale = metric(m, np.maximum(reach, np.abs(a)))
-    sure = combinations(a, reach).sure
+    sure = sure_rows(a, reach)
     return np.asarray(scale @ least_squares(sure @ a @ scale, sure @ right, _EXACT))
 
 
 def least_constraint(m: Array, a: Array, f: Array, right: Array, reach: Array | float = 0.0) -> Array:
     """The x (n) of least ½ xᵀM x − fᵀx with A x = right, Gauss's principle: M x + Aᵀλ = f, M being definite where A leaves x free."""
     size = np.sqrt(reflected(_diagonal(m), np.maximum(reach, np.abs(a))))
-    sure = combinations(a, reach).sure
+    sure = sure_rows(a, reach)
     rows = sure @ a / size
     tall = np.linalg.norm(rows, axis=1, keepdims=True)
     rows, wanted = rows / tall, sure @ right / tall[:, 0]

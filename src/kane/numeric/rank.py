@@ -143,29 +143,17 @@ def within(a: Array, column: Array) -> bool:
     return singular(balanced(wide)).rank(DERIVE_RANK) == singular(balanced(plain)).rank(DERIVE_RANK)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Combinations:
-    """`rows` (k × m) combine those of A into independent ones, `values` (k) are the singular values of A without units."""
-
-    rows: Array
-    values: Array
-
-    @property
-    def sure(self) -> Array:
-        """The combinations (rank × m) that count in a motion."""
-        return self.rows[: self.rank]
-
-    @property
-    def rank(self) -> int:
-        """How many of them do."""
-        return int((self.values > MOTION_RANK * self.values[0]).sum())
-
-
-def combinations(a: Array, reach: Array | float = 0.0) -> Combinations:
-    """Combinations of the rows of A (m × n), divided by the sizes that its rows and columns have had.
+def combinations(a: Array, reach: Array | float = 0.0) -> tuple[Array, Array]:
+    """Independent combinations of the rows of A (k × m), and its singular values (k), A divided by the sizes its rows and columns had.
 
     So units do not matter, and a row that vanishes now is not mistaken for one in small units.
     """
     scaled = balance(a, reach, order=(1, 0))
     found = singular(scaled.matrix)
-    return Combinations((found.left / scaled.rows).T[: len(found.values)], found.values)
+    return (found.left / scaled.rows).T[: len(found.values)], found.values
+
+
+def sure_rows(a: Array, reach: Array | float = 0.0) -> Array:
+    """The combinations of the rows of A that count in a motion (rank × m)."""
+    rows, values = combinations(a, reach)
+    return np.asarray(rows[values > MOTION_RANK * values[0]])
