@@ -111,9 +111,9 @@ def _pairs(partials: Iterable[int], n: int) -> list[Place]:
     return [(i, j) for i in partials for j in partials if j < n and (i <= j or i >= n)]
 
 
-def _carried(masses: Mapping[Vector, Expr], known: dict[tuple[Any, ...], Vector]) -> Vector:
+def _carried(masses: Mapping[Vector, Expr], vectors: dict[tuple[Any, ...], Vector]) -> Vector:
     """Σ m v_s of one group; the same group met again is the same vector."""
     key = tuple(masses.items())
-    if key not in known:
-        known[key] = sum((v * mass for v, mass in masses.items()), start=Vector()).gathered()
-    return known[key]
+    if key not in vectors:
+        vectors[key] = sum((v * mass for v, mass in masses.items()), start=Vector()).gathered()
+    return vectors[key]

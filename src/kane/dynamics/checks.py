@@ -30,10 +30,10 @@ _SEED = 20042
 
 def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
     """Every speed must move some mass."""
-    still = [u for u, row in zip(speeds, mass, strict=True) if all(x is ZERO for x in row)]
-    if still:
+    massless = [u for u, row in zip(speeds, mass, strict=True) if all(x is ZERO for x in row)]
+    if massless:
         raise ModelError(
-            f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {_defined(system, still)}. "
+            f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {_defined(system, massless)}. "
             "Give the massless part a mass or inertia (a rod has none about its axis), or leave out its coordinate."
         )
     free = _null_vector(mass)

@@ -47,8 +47,8 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
     contacts: dict[Expr, str] = {}
     for load in loads:
         below = postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars())
-        found = [n.args[1] for n in below if n.op is DIV and n.args[1].op is SQRT]
-        speeds = [e for e in found if any(isinstance(s, Speed) for s in free_symbols([e]))]
+        lengths = [n.args[1] for n in below if n.op is DIV and n.args[1].op is SQRT]
+        speeds = [e for e in lengths if any(isinstance(s, Speed) for s in free_symbols([e]))]
         for speed in speeds:
             slips.setdefault(speed, load.name)
         if speeds:

@@ -23,14 +23,14 @@ class Matrix:
     shape: tuple[int, int]
 
     def __init__(self, rows: Iterable[Iterable[Any]], shape: tuple[int, int] | None = None) -> None:
-        made = tuple(tuple([x if isinstance(x, Expr) else as_expr(x) for x in row]) for row in rows)
-        if shape is not None and not made:
-            made = ((),) * shape[0]  # no columns
-        widths = {len(row) for row in made}
+        entries = tuple(tuple([x if isinstance(x, Expr) else as_expr(x) for x in row]) for row in rows)
+        if shape is not None and not entries:
+            entries = ((),) * shape[0]  # no columns
+        widths = {len(row) for row in entries}
         if len(widths) > 1:
             raise ExpressionError(f"Expected rows of one length, got lengths {sorted(widths)}.")
-        object.__setattr__(self, "rows", made)
-        object.__setattr__(self, "shape", shape or (len(made), widths.pop() if widths else 0))
+        object.__setattr__(self, "rows", entries)
+        object.__setattr__(self, "shape", shape or (len(entries), widths.pop() if widths else 0))
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"A Matrix is frozen: {name!r} cannot be set.")

@@ -49,17 +49,17 @@ def closure(system: System) -> Closure:
     )
 
 
-def residual_function(system: System, known: Closure, values: Mapping[Expr, Any]) -> Residual:
+def residual_function(system: System, conditions: Closure, values: Mapping[Expr, Any]) -> Residual:
     """f and ∂f/∂q as a function of the coordinates, all other symbols at `values`, on the reference evaluator."""
     rest = list(values)
-    roots = [*known.f, *(x for row in known.gradient.rows for x in row)]
+    roots = [*conditions.f, *(x for row in conditions.gradient.rows for x in row)]
     run = compile_reference(roots, [*system.coordinates, *rest])
     numbers = list(values.values())
-    count, width = len(known.f), len(system.coordinates)
+    count, width = len(conditions.f), len(system.coordinates)
 
     def function(q: Array) -> tuple[Array, Array]:
-        found = np.array(run([*q, *numbers]), dtype=float)
-        return found[:count], found[count:].reshape(count, width)
+        f_and_gradient = np.array(run([*q, *numbers]), dtype=float)
+        return f_and_gradient[:count], f_and_gradient[count:].reshape(count, width)
 
     return function
 
@@ -90,43 +90,43 @@ def sample_configuration(system: System, roots: Sequence[Expr], seed: int = _SEE
 
 def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled:
     """As `sample_configuration`, with what is left of the constraints."""
-    known = closure(system)
-    values = values_of((*free_symbols([*roots, *known.f]), *system.coordinates), seed)
-    if not known.f:
+    conditions = closure(system)
+    values = values_of((*free_symbols([*roots, *conditions.f]), *system.coordinates), seed)
+    if not conditions.f:
         return Sampled(values, (), ())
     moving = set(system.coordinates)
     start = np.array([values[q] for q in system.coordinates])
-    times = [values[time] * share for share in _TIMES] if time in set(free_symbols(known.f)) else []
+    times = [values[time] * share for share in _TIMES] if time in set(free_symbols(conditions.f)) else []
     missed: tuple[tuple[str, float], ...] = ()
     for at in [{time: t} for t in times] or [{}]:
-        function = residual_function(system, known, {s: v for s, v in (values | at).items() if s not in moving})
+        function = residual_function(system, conditions, {s: v for s, v in (values | at).items() if s not in moving})
         every = range(len(start))
         best = closest(function, starts(start, every, seed, [1.0] * (TRIES - 1)), every)
-        left = _missed(known, function, best)
+        left = _missed(conditions, function, best)
         if not left:
             values.update(at)
             values.update(zip(system.coordinates, best.x.tolist(), strict=True))
-            return Sampled(values, (), _drawn(known))
+            return Sampled(values, (), _drawn(conditions))
         missed = missed or left
-    return Sampled(values, missed, _drawn(known), tuple(times))
+    return Sampled(values, missed, _drawn(conditions), tuple(times))
 
 
-def _missed(known: Closure, function: Residual, found: Closed) -> tuple[tuple[str, float], ...]:
+def _missed(conditions: Closure, function: Residual, best: Closed) -> tuple[tuple[str, float], ...]:
     """Constraints that are further off than steps that go on closing would leave them."""
-    _, gradient = function(found.x)
-    reach = np.abs(gradient) @ np.maximum(np.abs(found.x), 1.0)
+    _, gradient = function(best.x)
+    reach = np.abs(gradient) @ np.maximum(np.abs(best.x), 1.0)
     left = [
         (name, float(r))
-        for name, r, size in zip(known.names, found.residual, reach, strict=True)
+        for name, r, size in zip(conditions.names, best.residual, reach, strict=True)
         if not abs(r) <= OFF * max(size, 1e-3)
     ]
     return tuple(sorted(left, key=lambda pair: -abs(pair[1])))
 
 
-def _drawn(known: Closure) -> tuple[str, ...]:
+def _drawn(conditions: Closure) -> tuple[str, ...]:
     return tuple(
         s.name
-        for s in free_symbols(known.f)
+        for s in free_symbols(conditions.f)
         if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None
     )
 

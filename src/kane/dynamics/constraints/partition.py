@@ -31,8 +31,8 @@ class Partition:
 
     def independent(self, count: int) -> tuple[int, ...]:
         """The other speeds of `count`."""
-        given = set(self.dependent)
-        return tuple(i for i in range(count) if i not in given)
+        dependent = set(self.dependent)
+        return tuple(i for i in range(count) if i not in dependent)
 
     def first(self, count: int) -> Partition:
         """The first `count` pivots; the other rows follow from theirs."""

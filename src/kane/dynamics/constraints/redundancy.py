@@ -35,22 +35,22 @@ _STEADY = (Coordinate, Time)
 
 def _check_affine(system: System) -> None:
     """Constraints with one and the same gradient everywhere contradict each other everywhere, or nowhere."""
-    known = closure(system)
+    conditions = closure(system)
     plain = [
         k
-        for k, (f, row) in enumerate(zip(known.f, known.gradient.rows, strict=True))
+        for k, (f, row) in enumerate(zip(conditions.f, conditions.gradient.rows, strict=True))
         if all(constant_value(g) is not None for g in row) and all(isinstance(s, _STEADY) for s in free_symbols([f]))
     ]
     if len(plain) < 2:
         return
-    values = values_of(free_symbols(known.f[k] for k in plain), _SEED)
-    g = np.array(evaluate([x for k in plain for x in known.gradient.rows[k]], values), dtype=float).reshape(
+    values = values_of(free_symbols(conditions.f[k] for k in plain), _SEED)
+    g = np.array(evaluate([x for k in plain for x in conditions.gradient.rows[k]], values), dtype=float).reshape(
         len(plain), -1
     )
-    f = np.array(evaluate([known.f[k] for k in plain], values), dtype=float)
+    f = np.array(evaluate([conditions.f[k] for k in plain], values), dtype=float)
     size = np.abs(g).max(axis=1)  # numbers as they were written: however small, none is rounding's
     against = _against(g / size[:, None], f / size)
-    names = [known.names[k] for k, x in zip(plain, against, strict=True) if x]
+    names = [conditions.names[k] for k, x in zip(plain, against, strict=True) if x]
     if names:
         raise ModelError(
             f"Expected configuration constraints that can hold together, got {', '.join(map(repr, names))}, which contradict each "
@@ -58,7 +58,7 @@ def _check_affine(system: System) -> None:
         )
 
 
-def check_determinate(system: System, rows: ConstraintRows, a: Array, released: Array, found: Sampled) -> None:
+def check_determinate(system: System, rows: ConstraintRows, a: Array, released: Array, sample: Sampled) -> None:
     """Rows that depend on each other are named; what they leave undetermined, at a cut or a multiplier, is no reaction.
 
     That no configuration was found is said too, unless it may be for values that are not known here. `a` and `released` are A and A_a
@@ -71,22 +71,22 @@ def check_determinate(system: System, rows: ConstraintRows, a: Array, released: 
     ReactionError
         if a reaction is not determined
     """
-    if found.missed:
+    if sample.missed:
         _check_affine(system)
-    loose = [c for c, x in zip(rows.constraints, indeterminate(a), strict=True) if x]
-    contrary = [] if found.missed else _contrary(rows, a, found.values)
+    dependent = [c for c, x in zip(rows.constraints, indeterminate(a), strict=True) if x]
+    contrary = [] if sample.missed else _contrary(rows, a, sample.values)
     if any(contrary):
         told = _contradiction(system, [c for c, x in zip(rows.constraints, contrary, strict=True) if x], rows)
     else:
-        if loose:
-            _check_asked(system, loose, a, released)
-        told = _not_closed(system, loose, found) if found.missed else _redundancy(loose, rows, a)
+        if dependent:
+            _check_asked(system, dependent, a, released)
+        told = _not_closed(system, dependent, sample) if sample.missed else _redundancy(dependent, rows, a)
     if told:
         warnings.warn(told, KaneWarning, stacklevel=4)
 
 
-def _redundancy(loose: Sequence[Constraint], rows: ConstraintRows, a: Array) -> str:
-    if not loose:
+def _redundancy(dependent: Sequence[Constraint], rows: ConstraintRows, a: Array) -> str:
+    if not dependent:
         return ""
     speeds = a.shape[1]
     free = speeds - (len(a) - len(dependencies(a)))
@@ -97,10 +97,10 @@ def _redundancy(loose: Sequence[Constraint], rows: ConstraintRows, a: Array) -> 
         else f"The constraints leave none of {speeds} speeds free: nothing can move{driven}, and the forces that hold the parts are "
         "not determined one by one."
     )
-    return f"The {_named(loose)}{': at least one of them' if len(loose) > 1 else ': it'} is redundant. {rest}"
+    return f"The {_named(dependent)}{': at least one of them' if len(dependent) > 1 else ': it'} is redundant. {rest}"
 
 
-def _check_asked(system: System, loose: Sequence[Constraint], a: Array, released: Array) -> None:
+def _check_asked(system: System, dependent: Sequence[Constraint], a: Array, released: Array) -> None:
     asked = [
         f"{r} ({c.name})" if (c := constraint_of(r)) is not None else str(r)
         for r, column in zip(system.reactions, released.T, strict=True)
@@ -108,47 +108,47 @@ def _check_asked(system: System, loose: Sequence[Constraint], a: Array, released
     ]
     if asked:
         raise ReactionError(
-            f"Expected reactions that the motion determines, got {', '.join(asked)}: the {_named(loose)}, so that the forces that "
+            f"Expected reactions that the motion determines, got {', '.join(asked)}: the {_named(dependent)}, so that the forces that "
             "hold the parts are not determined one by one. Leave out redundant constraints, or model what gives way."
         )
 
 
-def _not_closed(system: System, loose: Sequence[Constraint], found: Sampled) -> str:
+def _not_closed(system: System, dependent: Sequence[Constraint], sample: Sampled) -> str:
     """No configuration was found: of rows that depend on each other nothing more is known, nor where lengths were drawn at random."""
-    if found.drawn and not loose:
+    if sample.drawn and not dependent:
         return ""
-    (worst, left), *more = found.missed
+    (worst, left), *more = sample.missed
     parameters = any(isinstance(s, Parameter) for s in free_symbols(c.expr for c in system.holonomic))
-    given = [f"random values of {', '.join(found.drawn)}"] if found.drawn else []
-    when = ", ".join(f"{t:.3g}" for t in found.times)
-    given += ["parameters at their defaults"] if parameters and not found.drawn else []
+    assumed = [f"random values of {', '.join(sample.drawn)}"] if sample.drawn else []
+    when = ", ".join(f"{t:.3g}" for t in sample.times)
+    assumed += ["parameters at their defaults"] if parameters and not sample.drawn else []
     return (
         f"Expected configuration constraints that some configuration satisfies, got none from {TRIES} starts"
         f"{f' at each of t = {when}' if when else ''}"
-        f"{f' with {given[0]}' if given else ''}: {worst!r} resists most, by {left:.3g}"
+        f"{f' with {assumed[0]}' if assumed else ''}: {worst!r} resists most, by {left:.3g}"
         f"{', then ' + ', '.join(repr(name) for name, _ in more[:3]) if more else ''}. "
-        f"{f'The {_named(loose)} at a random configuration too. ' if loose else ''}"
+        f"{f'The {_named(dependent)} at a random configuration too. ' if dependent else ''}"
         "They may contradict each other, or the parts not reach: correct the lengths, or leave out what is too much. "
         "kn.assemble(eom, q=…, parameters=…) says whether other values or starts do."
     )
 
 
-def _named(loose: Sequence[Constraint]) -> str:
-    names = ", ".join(repr(c.name) for c in loose)
-    return f"constraints {names} depend on each other" if len(loose) > 1 else f"constraint {names} holds by itself"
+def _named(dependent: Sequence[Constraint]) -> str:
+    names = ", ".join(repr(c.name) for c in dependent)
+    return f"constraints {names} depend on each other" if len(dependent) > 1 else f"constraint {names} holds by itself"
 
 
 def _contradiction(system: System, constraints: Sequence[Constraint], rows: ConstraintRows) -> str:
     """An error where they contradict each other whatever the values of parameters and inputs, and at another configuration too."""
     held = [k for k, c in enumerate(rows.constraints) if c in set(constraints)]
     symbols = free_symbols(x for k in held for x in (*rows.a.rows[k], rows.b[k]))
-    given = [s.name for s in symbols if isinstance(s, Parameter) or input_of(s) is not None]
+    chosen = [s.name for s in symbols if isinstance(s, Parameter) or input_of(s) is not None]
     names = ", ".join(repr(c.name) for c in constraints)
     wrong = f"constraints that speeds can satisfy together, got {names}, which hold the same combination of speeds at different values"
     other = sampled(system, rows.a.entries, _SEED)
-    if not given and not other.missed and any(_contrary(rows, matrix_at(rows.a, other.values), other.values)):
+    if not chosen and not other.missed and any(_contrary(rows, matrix_at(rows.a, other.values), other.values)):
         raise ModelError(f"Expected {wrong}. Leave one of them out, or correct it.")
-    values = f"{', '.join(given)} (defaults, where there are any)" if given else "coordinates"
+    values = f"{', '.join(chosen)} (defaults, where there are any)" if chosen else "coordinates"
     return (
         f"Expected {wrong} with the values of {values} that they were compared at. Give values at which they agree, leave one of the "
         "constraints out, or correct it."
@@ -164,8 +164,8 @@ def _against(a: Array, right: Array) -> list[bool]:
     """Which rows of A take part in some x with xᵀ A = 0 for which xᵀ right is not zero."""
     size = row_sizes(a)
     scaled = right / size
-    loose = dependencies(a)
-    terms = loose * scaled
-    reach = np.abs(loose * np.maximum(np.abs(scaled), 1.0)).max(axis=1, initial=0)
-    broken = loose[np.abs(terms.sum(axis=1)) > _AGREE * reach]
+    combinations = dependencies(a)
+    terms = combinations * scaled
+    reach = np.abs(combinations * np.maximum(np.abs(scaled), 1.0)).max(axis=1, initial=0)
+    broken = combinations[np.abs(terms.sum(axis=1)) > _AGREE * reach]
     return [bool(x) for x in np.abs(broken).max(axis=0, initial=0) > TAKES_PART]

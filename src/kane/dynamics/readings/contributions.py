@@ -97,8 +97,8 @@ def mass_contributions(derived: Derived, r: Expr, s: Expr) -> tuple[MassContribu
 
 def _check(derived: Derived, speed: Expr) -> None:
     if speed not in set(derived.all_speeds):
-        known = ", ".join(map(str, derived.all_speeds))
-        raise SpeedsError(f"Expected one of the speeds of the system ({known}), got {speed!r:.60}.")
+        names = ", ".join(map(str, derived.all_speeds))
+        raise SpeedsError(f"Expected one of the speeds of the system ({names}), got {speed!r:.60}.")
 
 
 def _of_pair(derived: Derived, speed: Expr, reaction: Reaction) -> Contribution:
@@ -122,11 +122,11 @@ def _contributing(
     kept: list[Contribution] = []
     idle: list[Source] = []
     for source, terms in table.items():
-        found = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met(terms, speed)]
-        if _vanish([sum_of(c.term for c in found)], derived):
+        products = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met(terms, speed)]
+        if _vanish([sum_of(c.term for c in products)], derived):
             idle.append(source)
         else:
-            kept += [c for c in found if not _vanish([c.term], derived)]
+            kept += [c for c in products if not _vanish([c.term], derived)]
     return tuple(kept), tuple(idle)
 
 

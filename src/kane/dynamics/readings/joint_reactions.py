@@ -74,11 +74,11 @@ class _Side:
 def reaction(solved: Solved, place: Place, frame: Frame | None = None) -> JointReaction:
     """The reaction in q, u, t, parameters and inputs; along `frame`, by default the inertial one. See Equations.reaction."""
     target = solved.derived.system.inertial if frame is None else frame
-    found = unsolved(solved, place)
-    force = None if found.force is None else found.force.components(target)
-    numbers = without_unknowns(solved, [*(force or ()), *found.torque.components(target)])
+    unknown = unsolved(solved, place)
+    force = None if unknown.force is None else unknown.force.components(target)
+    numbers = without_unknowns(solved, [*(force or ()), *unknown.torque.components(target)])
     vectors = [Vector(((target, (a, b, c)),)) for a, b, c in zip(*[iter(numbers)] * 3, strict=True)]
-    return JointReaction(found.name, None if force is None else vectors[0], vectors[-1], found.point)
+    return JointReaction(unknown.name, None if force is None else vectors[0], vectors[-1], unknown.point)
 
 
 def unsolved(solved: Solved, place: Place) -> JointReaction:
@@ -119,9 +119,9 @@ def _by_name(system: System, name: str) -> Joint | Point | Frame | tuple[Constra
     for item in places:
         if item.name == name:
             return item
-    known = [x.name for x in system.joints] + [c.name for c in system.constraints] + [x.name for x in places]
+    names = [x.name for x in system.joints] + [c.name for c in system.constraints] + [x.name for x in places]
     raise ReactionError(
-        f"Expected the name of a joint (listed in System(joints=…)), constraint, point or frame ({', '.join(known)}), got {name!r}."
+        f"Expected the name of a joint (listed in System(joints=…)), constraint, point or frame ({', '.join(names)}), got {name!r}."
     )
 
 
@@ -173,10 +173,10 @@ def _through_frame(frame: Frame) -> Callable[[Basis], bool]:
 
 
 def _line(frame: Basis) -> list[Basis]:
-    found = [frame]
-    while found[-1].parent is not None:
-        found.append(found[-1].parent)
-    return found
+    line = [frame]
+    while line[-1].parent is not None:
+        line.append(line[-1].parent)
+    return line
 
 
 def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
@@ -239,9 +239,9 @@ def _balance(solved: Solved, side: _Side) -> JointReaction:
     rotations = [b.rotation for b in derived.bodies if b.rotation is not None]
     turned = [(r.frame, r.torque(acceleration_form(r.motion))) for r in rotations]
     force, torque = _gathered(side, moved, turned)
-    given = [_gathered(side, load.forces, load.torques) for load in derived.loads]
-    held = [(f * λ, t * λ) for c, λ in solved.multipliers.items() for f, t in [share(c)]]
-    for f, t in (*given, *held):
+    loads = [_gathered(side, load.forces, load.torques) for load in derived.loads]
+    multiplied = [(f * λ, t * λ) for c, λ in solved.multipliers.items() for f, t in [share(c)]]
+    for f, t in (*loads, *multiplied):
         force, torque = force - f, torque - t
     return JointReaction(side.name, None if side.point is None else force, torque, side.point)
 
@@ -301,9 +301,9 @@ def _common_name(names: Sequence[str]) -> str:
 def _check_one_place(name: str, places: Mapping[Point, Constraint] | Mapping[Frame, Constraint]) -> None:
     """A closure acts on one point and one frame; what acts on several is no reaction at a place."""
     if len(places) > 1:
-        found = ", ".join(f"{c.name!r} on {x.name}" for x, c in places.items())
+        several = ", ".join(f"{c.name!r} on {x.name}" for x, c in places.items())
         raise ReactionError(
-            f"Expected the constraints of one closure, which act on one point and one frame, got {found} for {name!r}. Ask for each "
+            f"Expected the constraints of one closure, which act on one point and one frame, got {several} for {name!r}. Ask for each "
             "of them."
         )
 
@@ -328,13 +328,15 @@ def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     values = sample_configuration(system, [*rows.a.entries, *shares.entries])
     numbers = np.asarray(evaluate(shares, values), dtype=float)
     a = matrix_at(rows.a, values)
-    loose = (dependencies(a) / row_sizes(a)).T
-    changed = np.abs(loose.T @ numbers).max(axis=1, initial=0) > 1e-7 * np.abs(loose).max(axis=0, initial=0) * np.abs(
-        numbers
-    ).max(initial=0)
+    combinations = (dependencies(a) / row_sizes(a)).T
+    changed = np.abs(combinations.T @ numbers).max(axis=1, initial=0) > 1e-7 * np.abs(combinations).max(
+        axis=0, initial=0
+    ) * np.abs(numbers).max(initial=0)
     if not changed.any():
         return
-    blamed = [c.name for c, x in zip(constraints, np.abs(loose[:, changed]).max(axis=1), strict=True) if x > 1e-7]
+    blamed = [
+        c.name for c, x in zip(constraints, np.abs(combinations[:, changed]).max(axis=1), strict=True) if x > 1e-7
+    ]
     raise ReactionError(
         f"Expected a reaction that the motion determines, got {name!r}: it feels the constraints {', '.join(map(repr, blamed))}. "
         "They depend on each other, so that the forces that hold them are not determined one by one. Leave out redundant ones, or "

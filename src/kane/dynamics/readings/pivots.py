@@ -41,8 +41,8 @@ def check_pivots(
     """
     kept = list(numbers)
     below = _denominators(roots)
-    found = [p for p in solved.dependent_pivots if below.intersection(p.divisors)] if below else []
-    for p, where in zip(found, _vanishing([p.value for p in found], solved, values), strict=True):
+    divided = [p for p in solved.dependent_pivots if below.intersection(p.divisors)] if below else []
+    for p, where in zip(divided, _vanishing([p.value for p in divided], solved, values), strict=True):
         if not where.any():
             continue
         place = tuple(int(i) for i in np.argwhere(where)[0])
@@ -57,11 +57,11 @@ def _denominators(roots: Sequence[Expr]) -> set[Expr]:
     return {node.args[1] for node in postorder(roots) if node.op is DIV}
 
 
-def _vanishing(found: Sequence[Expr], solved: Solved, values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
-    if not found:
+def _vanishing(pivots: Sequence[Expr], solved: Solved, values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
+    if not pivots:
         return []
     drawn = {q: draw(_SEED, q) for q in solved.derived.system.coordinates}
-    here, usual = evaluate(found, values), evaluate(found, {**values, **drawn})
+    here, usual = evaluate(pivots, values), evaluate(pivots, {**values, **drawn})
     with np.errstate(invalid="ignore"):
         return [np.asarray(np.abs(x) <= _GONE * np.abs(y)) for x, y in zip(here, usual, strict=True)]
 
@@ -70,14 +70,16 @@ def _tell(
     solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], place: tuple[int, ...], count: int
 ) -> None:
     here = {s: np.broadcast_to(v, shape)[place] for s, v in values.items()}
-    given = f"{p.speed.name}, which they give divided by {p.value!s:.80} = {float(evaluate(p.value, here)) + 0.0:.3g}"
+    undetermined = (
+        f"{p.speed.name}, which they give divided by {p.value!s:.80} = {float(evaluate(p.value, here)) + 0.0:.3g}"
+    )
     if not place:
         raise SingularError(
-            f"Expected dependent speeds that the constraints give at this state, got {given}. {_cure(solved, here)}"
+            f"Expected dependent speeds that the constraints give at this state, got {undetermined}. {_cure(solved, here)}"
         )
     index = place[0] if len(place) == 1 else place
     warnings.warn(
-        f"Expected dependent speeds that the constraints give at every state, got {given} at index {index}"
+        f"Expected dependent speeds that the constraints give at every state, got {undetermined} at index {index}"
         f"{f' and {count - 1} more' if count > 1 else ''}: the values there are NaN. {_cure(solved, here)}",
         KaneWarning,
         stacklevel=5,

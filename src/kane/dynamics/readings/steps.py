@@ -89,7 +89,7 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
         _equations(solved),
     )
     rows = enumerate(zip(_TITLES, _TEXTS, results, strict=True), start=1)
-    return tuple(Step(n, title, other.get(n, text), found) for n, (title, text, found) in rows)
+    return tuple(Step(n, title, other.get(n, text), values) for n, (title, text, values) in rows)
 
 
 def shown_speeds(derived: Derived) -> tuple[Symbol, ...]:

@@ -79,12 +79,12 @@ def speeds_from_rates(
 ) -> dict[Speed, Any]:
     """See Equations.speeds_from_rates."""
     system = derived.system
-    given = named_values("rates, by coordinate,", system.coordinates, rates)
-    missing = [c.name for c in system.coordinates if c not in given]
+    by_coordinate = named_values("rates, by coordinate,", system.coordinates, rates)
+    missing = [c.name for c in system.coordinates if c not in by_coordinate]
     if missing:
         raise ValueMissingError(f"Expected a rate for every coordinate, got none for {', '.join(missing)}.")
     values: dict[Expr, Any] = {time: t}
-    values.update({rate(c): v for c, v in given.items() if isinstance(c, Coordinate)})
+    values.update({rate(c): v for c, v in by_coordinate.items() if isinstance(c, Coordinate)})
     values.update(named_values("coordinates", system.coordinates, q))
     values.update(named_values("parameters", system.parameters, parameters))
     q_dot = [rate(c) for c in system.coordinates]

@@ -40,8 +40,10 @@ def classical(derived: Derived, partition: Partition | None) -> Solved:
     e = embedding(derived.constraints, partition)
     inner = _reduced(e, blocks)
     check_mass(system, [speeds[i] for i in e.independent], inner.mass)
-    found = block_solution(inner)
-    return Solved("classical", derived, e, *found._replace(accelerations=_all_accelerations(e, found.accelerations)))
+    solution = block_solution(inner)
+    return Solved(
+        "classical", derived, e, *solution._replace(accelerations=_all_accelerations(e, solution.accelerations))
+    )
 
 
 def _reduced(e: Embedding, blocks: Blocks) -> Blocks:
@@ -74,6 +76,6 @@ def _reduced(e: Embedding, blocks: Blocks) -> Blocks:
 def _all_accelerations(e: Embedding, u_dot: Sequence[Expr]) -> tuple[Expr, ...]:
     """u̇ = B u̇_I + c."""
     values = dict(zip(e.independent, u_dot, strict=True))
-    given = e.a_n @ Matrix.column(u_dot) + Matrix.column(e.c)
-    values.update(zip(e.partition.dependent, given.entries, strict=True))
+    dependent = e.a_n @ Matrix.column(u_dot) + Matrix.column(e.c)
+    values.update(zip(e.partition.dependent, dependent.entries, strict=True))
     return tuple(values[i] for i in range(len(values)))

@@ -29,8 +29,8 @@ def solved(derived: Derived, partition: Partition | None, route: str = "classica
         if a speed moves no mass
     """
     try:
-        found = ROUTES[route](derived, partition)
+        solution = ROUTES[route](derived, partition)
     except SingularError as error:
         raise ReactionError(f"Expected reactions that can be told apart: {error}") from error
-    check_reactions_independent(derived.reactions, found.reaction_matrix)
-    return found
+    check_reactions_independent(derived.reactions, solution.reaction_matrix)
+    return solution
