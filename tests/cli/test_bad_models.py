@@ -158,7 +158,7 @@ COVERED: dict[str, tuple[str, ...]] = {
     "too few speeds": ("speeds_too_few",),
     "too many speeds": ("speeds_too_many", "kinematics/test_speeds.py::test_too_many_speeds"),
     "dependent speed definitions": ("speeds_dependent", "kinematics/test_speeds.py::test_structurally_dependent_definitions"),
-    "Y singular only at the given start": ("singular_start", "motion/test_singular.py::test_a_pivot_that_rounding_leaves_over"),
+    "Y singular only at the given start": ("singular_start", "motion/test_singular_rates.py::test_a_pivot_that_rounding_leaves_over"),
     "a coordinate that nothing uses": ("coordinate_unused", "body_not_listed"),
     "a force on a point of another system": ("force_of_another_system", "model/test_system.py::test_errors"),
     "two symbols of one name in a System": ("two_symbols_of_one_name", "two_bodies_of_one_name"),
@@ -189,7 +189,7 @@ COVERED: dict[str, tuple[str, ...]] = {
     "reversed time span": ("span_reversed", "motion/test_start.py::test_span_and_tolerance"),
     "a motion that reaches a singularity of W": (
         "singular_motion", "motion/test_run.py::test_euler_angles_through_gimbal_lock",
-        "motion/test_singular.py::test_a_motion_that_breaks_off_names_the_pivot"),
+        "motion/test_singular_rates.py::test_a_motion_that_breaks_off_names_the_pivot"),
     "a model file without system()": ("no_system", "no_return"),
     "a Python error inside a model file": ("python_error", "too_few_names"),
     # what students do most often

@@ -6,7 +6,7 @@ import re
 from tests.docs.snippets import ROOT
 
 DYNAMICS = ROOT / "src" / "kane" / "dynamics"
-TOOLS = {"lazy_mapping"}
+TOOLS = {"lazy"}
 
 
 def test_each_module_of_the_dynamics_layer_has_its_page():

@@ -9,9 +9,12 @@ import pytest
 
 import kane as kn
 from kane.errors import ArgumentError, ProgramError, ValueMissingError
+from kane.expr.ops import ADD, COS, SIN
 from kane.program.build import Wanted, build_program
+from kane.program.draft import Draft, Goal
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.machine import Settings
+from kane.program.passes.tiers import assembled
 from kane.program.program import Port
 from kane.program.receipt import receipt
 from kane.program.reference import values
@@ -173,3 +176,22 @@ class TestCalls:
 def test_ports_that_cannot_be(ports, message):
     with pytest.raises(ProgramError, match=message):
         build_program("wrong", ports, [])
+
+
+GOALS = (Goal("all", (5,), tuple("abcde"), (1, 2, 3, 4, 5)),)
+
+
+def test_sines_that_stand_twice(tmp_path):
+    """A Program may compute one sine twice, though expressions never do."""
+    (a1, _), subject = A, "a sine"
+    draft = Draft(
+        "model", subject, (Port("a", (a1,)),), (), (SIN, COS, SIN, SIN, ADD), ((0,), (0,), (0,), (1,), (1, 3)), GOALS
+    )
+    program = assembled(draft)
+    rows = np.array([[0.3], [0.9], [-2.0]])
+    wanted = np.array([[np.sin(x), np.cos(x), np.sin(x), np.sin(np.sin(x)), 2 * np.sin(x)] for (x,) in rows])
+    for results in (
+        from_c(program, tmp_path, False)("all", rows),
+        CompiledRoutine(program, "all", Settings(contract=False, cache=False))(rows),
+    ):
+        np.testing.assert_allclose(results, wanted, rtol=1e-15)

@@ -157,7 +157,7 @@ class _Walk:
         self.angles: dict[int, dict[Op, int]] = {}
         for i in piece.instructions if style.lanes else ():
             if program.op(i) in (SIN, COS):
-                self.angles.setdefault(program.arguments(i)[0], {})[program.op(i)] = i
+                self.angles.setdefault(program.arguments(i)[0], {}).setdefault(program.op(i), i)
 
     def read(self, *values: int) -> None:
         """Read values that are not ready, but for operands."""
@@ -176,7 +176,9 @@ class _Walk:
         if i in self.ready:
             return
         op, arguments = self.program.op(i), self.program.arguments(i)
-        if arguments[0] in self.angles and op in (SIN, COS):
+        if self.style.lanes and op in (SIN, COS):
+            if arguments[0] not in self.angles:  # a second sine of one angle
+                self.angles[arguments[0]] = {op: i}
             for angles in self._packs(arguments[0]):
                 self.read(*angles)
                 values = tuple(self.angles.pop(a) for a in angles)
