@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.expr.node import as_expr
+from kane.model.inertia import Inertia
 
 Array = Any
 Mass = tuple[Array, Array]  # points (n, 3) and their masses, of total 1
@@ -186,3 +188,36 @@ def test_measure_numbers_are_not_products() -> None:
     points, mass = np.array([[1.0, 2, 3], [-1, -2, -3]]), np.full(2, 0.5)
     found = kn.inertia(F, M * 13, M * 10, M * 5, Ixy=-2 * M, Iyz=-6 * M, Izx=-3 * M)
     np.testing.assert_allclose(matrix(found, F), integral(points, mass), rtol=1e-15)
+
+
+SIZE = kn.parameter("size", 0.4, "m")
+
+
+@pytest.mark.parametrize(
+    ("solid", "kind", "sizes", "axis"),
+    [
+        (lambda f: kn.rod(f, M, SIZE, f.x), "rod", {"length": SIZE}, "x"),
+        (lambda f: kn.thin_disk(f, M, SIZE, f.z), "thin disk", {"radius": SIZE}, "z"),
+        (
+            lambda f: kn.solid_cylinder(f, M, SIZE, 2, f.y),
+            "solid cylinder",
+            {"radius": SIZE, "height": as_expr(2)},
+            "y",
+        ),
+        (lambda f: kn.solid_sphere(f, M, SIZE), "solid sphere", {"radius": SIZE}, None),
+        (lambda f: kn.box(f, M, 1, SIZE, 3), "box", {"a": as_expr(1), "b": SIZE, "c": as_expr(3)}, None),
+    ],
+)
+def test_the_inertia_of_a_solid_remembers_its_shape(solid, kind, sizes, axis):
+    frame = kn.Frame("F")
+    inertia = solid(frame)
+    assert isinstance(inertia, Inertia)
+    shape = inertia.shape
+    assert (shape.kind, shape.frame) == (kind, frame)
+    assert shape.sizes.keys() == sizes.keys()
+    assert all(shape.sizes[name] is size for name, size in sizes.items())
+    assert shape.axis is (None if axis is None else getattr(frame, axis))
+    plain = kn.Dyadic(inertia.dyads)
+    assert str(inertia) == str(plain)
+    for made in (inertia + inertia, inertia * 2, -inertia, inertia / 2, inertia - plain, inertia.express(frame)):
+        assert type(made) is kn.Dyadic

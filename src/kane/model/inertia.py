@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from kane.errors import ModelError
-from kane.expr.node import ONE, ZERO, as_expr, constant, constant_value
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic, Vector
 
@@ -34,62 +35,99 @@ def _axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
     return unit * as_expr(across) + axis.outer(axis) * ((as_expr(about) - as_expr(across)) / square)
 
 
-def _ratio(top: int, bottom: int) -> Any:
+class Shape(NamedTuple):
+    """What a solid looks like: a kind, its dimensions (m), the axis of a body of revolution, and the frame that it is fixed in."""
+
+    kind: str
+    sizes: Mapping[str, Expr]
+    axis: Vector | None
+    frame: Frame
+
+
+class Inertia(Dyadic):
+    """The inertia of a solid, which remembers its shape; sums and products of it are plain dyadics."""
+
+    __slots__ = ("shape",)
+    shape: Shape
+
+    def __init__(self, dyadic: Dyadic, shape: Shape) -> None:
+        super().__init__(dyadic.dyads)
+        object.__setattr__(self, "shape", shape)
+
+    def __reduce__(self) -> tuple[Callable[..., Inertia], tuple[Any, ...]]:
+        return Inertia, (Dyadic(self.dyads), self.shape)
+
+
+def _ratio(top: int, bottom: int) -> Expr:
     return constant(top) / constant(bottom)
+
+
+_REVOLVED: dict[str, Callable[..., tuple[Any, Any]]] = {
+    "thin disk": lambda m, r: (m * r * r / 2, m * r * r / 4),
+    "ring": lambda m, r: (m * r * r, m * r * r / 2),
+    "rod": lambda m, l: (0, m * l * l / 12),
+    "solid sphere": lambda m, r: (_ratio(2, 5) * m * r * r,) * 2,
+    "spherical shell": lambda m, r: (_ratio(2, 3) * m * r * r,) * 2,
+    "solid cylinder": lambda m, r, h: (m * r * r / 2, m * (3 * r * r + h * h) / 12),
+    "cylindrical shell": lambda m, r, h: (m * r * r, m * (6 * r * r + h * h) / 12),
+    "solid cone": lambda m, r, h: (_ratio(3, 10) * m * r * r, _ratio(3, 80) * m * (4 * r * r + h * h)),
+}
+"""Moments about and across the axis of bodies of revolution, from the mass and the dimensions."""
+
+
+def _revolved(kind: str, frame: Frame, mass: Any, axis: Vector | None, **sizes: Any) -> Inertia:
+    """A body of revolution; a sphere has no axis."""
+    dimensions = {name: as_expr(size) for name, size in sizes.items()}
+    about, across = _REVOLVED[kind](as_expr(mass), *dimensions.values())
+    dyadic = inertia(frame, about, about, about) if axis is None else _axial(frame, about, across, axis)
+    return Inertia(dyadic, Shape(kind, dimensions, axis, frame))
 
 
 def thin_disk(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Dyadic:
     """Thin uniform disk: m R²/2 about its axis, m R²/4 across."""
-    square = as_expr(mass) * radius * radius
-    return _axial(frame, square / 2, square / 4, axis)
+    return _revolved("thin disk", frame, mass, axis, radius=radius)
 
 
 def ring(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Dyadic:
     """Thin uniform ring: m R² about its axis, m R²/2 across."""
-    square = as_expr(mass) * radius * radius
-    return _axial(frame, square, square / 2, axis)
+    return _revolved("ring", frame, mass, axis, radius=radius)
 
 
 def rod(frame: Frame, mass: Any, length: Any, axis: Vector) -> Dyadic:
     """Thin uniform rod: 0 about its axis, m L²/12 across."""
-    return _axial(frame, 0, as_expr(mass) * length * length / 12, axis)
+    return _revolved("rod", frame, mass, axis, length=length)
 
 
 def solid_sphere(frame: Frame, mass: Any, radius: Any) -> Dyadic:
     """Uniform sphere: 2 m R²/5."""
-    value = _ratio(2, 5) * as_expr(mass) * radius * radius
-    return inertia(frame, value, value, value)
+    return _revolved("solid sphere", frame, mass, None, radius=radius)
 
 
 def spherical_shell(frame: Frame, mass: Any, radius: Any) -> Dyadic:
     """Thin uniform spherical shell: 2 m R²/3."""
-    value = _ratio(2, 3) * as_expr(mass) * radius * radius
-    return inertia(frame, value, value, value)
+    return _revolved("spherical shell", frame, mass, None, radius=radius)
 
 
 def solid_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector) -> Dyadic:
     """Uniform cylinder: m R²/2 about its axis, m (3 R² + h²)/12 across."""
-    m, r, h = as_expr(mass), as_expr(radius), as_expr(height)
-    return _axial(frame, m * r * r / 2, m * (3 * r * r + h * h) / 12, axis)
+    return _revolved("solid cylinder", frame, mass, axis, radius=radius, height=height)
 
 
 def cylindrical_shell(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector) -> Dyadic:
     """Thin open cylinder: m R² about its axis, m (6 R² + h²)/12 across."""
-    m, r, h = as_expr(mass), as_expr(radius), as_expr(height)
-    return _axial(frame, m * r * r, m * (6 * r * r + h * h) / 12, axis)
+    return _revolved("cylindrical shell", frame, mass, axis, radius=radius, height=height)
 
 
 def solid_cone(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector) -> Dyadic:
     """Uniform cone about its mass centre (h/4 above the base): 3 m R²/10 about its axis, 3 m (4 R² + h²)/80 across."""
-    m, r, h = as_expr(mass), as_expr(radius), as_expr(height)
-    return _axial(frame, _ratio(3, 10) * m * r * r, _ratio(3, 80) * m * (4 * r * r + h * h), axis)
+    return _revolved("solid cone", frame, mass, axis, radius=radius, height=height)
 
 
 def box(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Dyadic:
     """Uniform box with edges a, b, c along x, y, z: m (b² + c²)/12, …."""
-    m = as_expr(mass) / 12
-    a2, b2, c2 = (as_expr(x) * x for x in (a, b, c))
-    return inertia(frame, m * (b2 + c2), m * (c2 + a2), m * (a2 + b2))
+    m, edges = as_expr(mass) / 12, {name: as_expr(x) for name, x in zip("abc", (a, b, c), strict=True)}
+    a2, b2, c2 = (x * x for x in edges.values())
+    return Inertia(inertia(frame, m * (b2 + c2), m * (c2 + a2), m * (a2 + b2)), Shape("box", edges, None, frame))
 
 
 def parallel_axis(central: Dyadic, mass: Any, offset: Vector) -> Dyadic:
