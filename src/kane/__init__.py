@@ -115,22 +115,32 @@ from kane.model.inertia import (
     spherical_shell,
     thin_disk,
 )
-from kane.model.joints.ball import ball, close_ball
+from kane.model.joints.ball import ball
+from kane.model.joints.closing import (
+    close_ball,
+    close_cylindrical,
+    close_pin,
+    close_planar,
+    close_screw,
+    close_slider,
+    close_universal,
+    close_weld,
+)
 from kane.model.joints.contact import Contact
-from kane.model.joints.cylindrical import close_cylindrical, cylindrical
+from kane.model.joints.cylindrical import cylindrical
 from kane.model.joints.free import free
 from kane.model.joints.gears import gear_pair
 from kane.model.joints.joint import Joint
-from kane.model.joints.pin import close_pin, pin
-from kane.model.joints.planar import close_planar, planar
+from kane.model.joints.pin import pin
+from kane.model.joints.planar import planar
 from kane.model.joints.rack import rack_and_pinion
 from kane.model.joints.rolling_disk import disk_on_plane
 from kane.model.joints.rolling_sphere import sphere_on_plane
 from kane.model.joints.rolling_torus import torus_on_plane
-from kane.model.joints.screw import close_screw, screw
-from kane.model.joints.slider import close_slider, slider
-from kane.model.joints.universal import close_universal, universal
-from kane.model.joints.weld import close_weld, weld
+from kane.model.joints.screw import screw
+from kane.model.joints.slider import slider
+from kane.model.joints.universal import universal
+from kane.model.joints.weld import weld
 from kane.model.loads import (
     Force,
     Gravity,

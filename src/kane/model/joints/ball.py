@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from kane.model.constraints import Constraint
-from kane.model.joints.closing import checked, together
-from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, check_place, coordinates_of, made, reach
+from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, seat
 from kane.model.joints.orientation import STEMS, Orientation, check_orientation, oriented_child, spins
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -28,18 +26,9 @@ def ball(
     `orientation` is "euler parameters" (e0, e1, e2, e3; the scalar one first) or "angles", body-fixed ones in the given `sequence`,
     whose rates are singular at some configuration while u and u̇ are not. Other arguments as for `kn.pin`.
     """
-    check_place(name, at, parent)
+    s = seat("ball", name, at, parent, child, coordinates, speeds)
     check_orientation(name, orientation)
-    q = coordinates_of(name, coordinates, STEMS[orientation])
-    frame = oriented_child(parent, child or name, q, orientation, sequence)
+    q = s.symbols(**STEMS[orientation])
+    frame = oriented_child(parent, s.child, q, orientation, sequence)
     free = [Twist(e, Vector()) for e in (frame.x, frame.y, frame.z)]
-    stems = ("u_x", "u_y", "u_z")
-    return made(
-        name, "ball", (at, parent), (reach(name, at), frame), q, speeds, spins(parent, frame), [], free, stems, given=coordinates
-    )  # fmt: skip
-
-
-def close_ball(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> tuple[Constraint, ...]:
-    """A loop closed by a ball joint, three configuration constraints: `point` stays at `at`."""
-    checked(name, at, parent, point, frame)
-    return together(name, at, point)
+    return s.joint(q, frame, free=free, stems=("u_x", "u_y", "u_z"), definitions=spins(parent, frame))

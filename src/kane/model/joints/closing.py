@@ -1,58 +1,185 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What loop closures are made of.
+"""Loop closures: what each joint demands of a point and a frame that exist.
 
-`kn.close_pin(name, at, parent, point, frame, axis=…)` demands of a point and frame that exist what `kn.pin(name, at, parent,
-axis=…)` makes them be, and so for each joint. The constraints of a closure are named after it: "G x", "G y", …; their
-multipliers are the forces and torques on the side of `point` and `frame`, and `eom.reaction("G")` is all of them together.
+`kn.close_pin(name, at, parent, point, frame, axis=…)` demands what `kn.pin(name, at, parent, axis=…)` makes. The
+constraints of a closure are named after it: "G x", "G y", …; their multipliers are the forces and torques on the side of `point`
+and `frame`, and `eom.reaction("G")` is all of them together.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from kane.errors import ModelError
+from kane.expr.build import cos, sin
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.model.constraints import Constraint, coincident, perpendicular
-from kane.model.joints.joint import across, check_place
+from kane.model.joints.joint import across, check_place, fixed, mirrored, perpendicular_axes
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
+Constraints = tuple[Constraint, ...]
 
-def checked(name: str, at: Any, parent: Any, point: Any, frame: Any) -> None:
-    """Both sides of a closure are points and frames."""
+
+class Closing(NamedTuple):
+    """Both sides of a closure, its axes, fixed in the parent, and the pitch of a screw."""
+
+    name: str
+    at: Point
+    parent: Frame
+    point: Point
+    frame: Frame
+    axes: tuple[Vector, ...] = ()
+    pitch: Expr = ONE
+
+
+def _together(c: Closing) -> Constraints:
+    """The points coincide; forces along the inertial axes."""
+    n = c.at.root().frame
+    return coincident(c.point, c.at, (n.x, n.y, n.z), name=c.name)
+
+
+def _on_axis(c: Closing) -> Constraints:
+    """The point stays on the line through `at`; forces along axes of the parent."""
+    pairs = enumerate(across(c.axes[0], c.parent), 1)
+    return tuple(x for k, e in pairs for x in coincident(c.point, c.at, e, name=f"{c.name} across{k}"))
+
+
+def _in_plane(c: Closing) -> Constraints:
+    """The point stays in the plane through `at`."""
+    return coincident(c.point, c.at, c.axes[0], name=f"{c.name} normal")
+
+
+def _aligned(c: Closing) -> Constraints:
+    """The axis has the same direction in both frames."""
+    turned = mirrored(c.axes[0], c.parent, c.frame)
+    pairs = enumerate(across(c.axes[0], c.parent), 1)
+    return tuple(perpendicular(turned, e, name=f"{c.name} tilt{k}") for k, e in pairs)
+
+
+def _oriented(c: Closing) -> Constraints:
+    """Both frames have one orientation; it also vanishes where axes are opposite, half a turn away."""
+    a, b = c.parent, c.frame
+    pairs = ((b.y, a.z), (b.z, a.x), (b.x, a.y))
+    return tuple(perpendicular(v, w, name=f"{c.name} turn{k}") for k, (v, w) in enumerate(pairs, 1))
+
+
+def _cross(c: Closing) -> Constraints:
+    """The second axis, which turns with the frame, stays perpendicular to the first."""
+    first, second = c.axes
+    return (perpendicular(mirrored(second, c.parent, c.frame), first, name=f"{c.name} cross"),)
+
+
+def _thread(c: Closing) -> Constraints:
+    """b₁·e₂ = 0 of the frame's first vector across the axis and the parent's second one, turned by the advance over the pitch."""
+    (a,) = c.axes
+    p1, p2 = across(a, c.parent)
+    b1 = mirrored(p1, c.parent, c.frame)
+    r = c.point.position(c.at)
+    turn = r.dot(a) / c.pitch
+    e1, e2 = p1 * cos(turn) + p2 * sin(turn), p2 * cos(turn) - p1 * sin(turn)
+    torque, push = b1.cross(e2), a * (-b1.dot(e1) / c.pitch)
+    forces = ((c.point, push), (c.at, -push))
+    torques = ((c.frame, torque), (c.parent, -torque - r.cross(push)))
+    return (Constraint(f"{c.name} thread", "configuration", b1.dot(e2), forces, torques, "N*m"),)
+
+
+_CLOSURES: dict[str, tuple[Callable[[Closing], Constraints], ...]] = {
+    "pin": (_together, _aligned),
+    "slider": (_on_axis, _oriented),
+    "cylindrical": (_on_axis, _aligned),
+    "screw": (_on_axis, _aligned, _thread),
+    "universal": (_together, _cross),
+    "ball": (_together,),
+    "planar": (_in_plane, _aligned),
+    "weld": (_together, _oriented),
+}
+"""What closes a loop by each kind of joint."""
+
+
+def _closed(
+    kind: str,
+    name: str,
+    at: Point,
+    parent: Frame,
+    point: Point,
+    frame: Frame,
+    *axes: Any,
+    what: str = "axis",
+    pitch: Expr = ONE,
+) -> Constraints:
     check_place(name, at, parent)
     check_place(name, point, frame)
     if parent is frame:
         raise ModelError(f"Expected two different frames to close a loop by {name!r}, got {parent.name} twice.")
-
-
-def mirrored(v: Vector, frame: Frame, other: Frame) -> Vector:
-    """The vector with the same measure numbers in the other frame."""
-    return Vector(((other, v.components(frame)),))
-
-
-def together(name: str, at: Point, point: Point) -> tuple[Constraint, ...]:
-    """Two points coincide; forces along the inertial axes."""
-    n = at.root().frame
-    return coincident(point, at, (n.x, n.y, n.z), name=name)
-
-
-def on_axis(name: str, axis: Vector, at: Point, parent: Frame, point: Point) -> tuple[Constraint, ...]:
-    """`point` stays on the line through `at`; forces along axes of the parent."""
+    lines = tuple(fixed(a, parent, f"{what} of {name!r}") for a in axes)
     return tuple(
-        c
-        for k, e in enumerate(across(axis, parent), 1)
-        for c in coincident(point, at, e, name=f"{name} across{k}")
+        x for piece in _CLOSURES[kind] for x in piece(Closing(name, at, parent, point, frame, lines, pitch))
     )  # fmt: skip
 
 
-def aligned(name: str, axis: Vector, parent: Frame, frame: Frame) -> tuple[Constraint, ...]:
-    """The axis has the same direction in both frames."""
-    turned = mirrored(axis, parent, frame)
-    return tuple(perpendicular(turned, e, name=f"{name} tilt{k}") for k, e in enumerate(across(axis, parent), 1))
+def close_pin(
+    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector
+) -> tuple[Constraint, ...]:
+    """A loop closed by a pin, five configuration constraints: `point` stays at `at`, `axis` the same vector in both frames.
+
+    Three forces along the inertial axes and two torques about axes of `parent` across the axis, on the side of `point` and `frame`.
+    """
+    return _closed("pin", name, at, parent, point, frame, axis)
 
 
-def oriented(name: str, parent: Frame, frame: Frame) -> tuple[Constraint, ...]:
-    """Both frames have one orientation; it also vanishes where axes are opposite, half a turn away."""
-    pairs = ((frame.y, parent.z), (frame.z, parent.x), (frame.x, parent.y))
-    return tuple(perpendicular(b, a, name=f"{name} turn{k}") for k, (b, a) in enumerate(pairs, 1))
+def close_slider(
+    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector
+) -> tuple[Constraint, ...]:
+    """A loop closed by a slider, five configuration constraints: `point` on the line, `frame` oriented as `parent`."""
+    return _closed("slider", name, at, parent, point, frame, axis)
+
+
+def close_cylindrical(
+    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector
+) -> tuple[Constraint, ...]:
+    """A loop closed by a cylindrical joint, four configuration constraints: `point` on the line, `axis` the same in both frames."""
+    return _closed("cylindrical", name, at, parent, point, frame, axis)
+
+
+def close_screw(
+    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector, pitch: Any
+) -> tuple[Constraint, ...]:
+    """A loop closed by a screw, five configuration constraints: as a cylindrical joint, and the thread.
+
+    With s the advance, e₂ the second of the parent's vectors across the axis turned by s/pitch, and b₁ the frame's first one, the
+    thread is b₁·e₂ = 0: it holds for any number of turns. Its multiplier is the torque about the axis that the thread exerts.
+    """
+    h = as_expr(pitch)
+    if h is ZERO:
+        raise ModelError(f"Expected a pitch that is not zero for the screw {name!r}: use kn.close_pin.")
+    return _closed("screw", name, at, parent, point, frame, axis, pitch=h)
+
+
+def close_universal(
+    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axes: tuple[Vector, Vector]
+) -> tuple[Constraint, ...]:
+    """A loop closed by a universal joint, four configuration constraints: `point` stays at `at`, the axes stay perpendicular.
+
+    `axes` are given in the parent; the second is the vector with the same measure numbers in `frame`.
+    """
+    return _closed("universal", name, at, parent, point, frame, *perpendicular_axes(name, axes, parent))
+
+
+def close_ball(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> tuple[Constraint, ...]:
+    """A loop closed by a ball joint, three configuration constraints: `point` stays at `at`."""
+    return _closed("ball", name, at, parent, point, frame)
+
+
+def close_planar(
+    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, normal: Vector
+) -> tuple[Constraint, ...]:
+    """A loop closed by a planar joint, three configuration constraints: `point` in the plane, `normal` the same in both frames."""
+    return _closed("planar", name, at, parent, point, frame, normal, what="normal")
+
+
+def close_weld(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> tuple[Constraint, ...]:
+    """A loop closed by a weld, six configuration constraints: `point` at `at`, `frame` oriented as `parent`."""
+    return _closed("weld", name, at, parent, point, frame)

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from kane.model.constraints import Constraint
-from kane.model.joints.closing import aligned, checked, on_axis
-from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, check_place, coordinates_of, fixed, made, reach
+from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, seat
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -22,20 +20,8 @@ def cylindrical(
     speeds: SpeedNames = None,
 ) -> Joint:
     """A child that turns by q about `axis` and slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
-    check_place(name, at, parent)
-    a = fixed(axis, parent, f"axis of {name!r}")
-    q, s = coordinates_of(name, coordinates, {"q": "rad", "s": "m"})
-    reached = (reach(name, at, a * s), parent.rotate(child or name, q, a))
+    seated = seat("cylindrical", name, at, parent, child, coordinates, speeds)
+    a = seated.axis(axis)
+    q, s = seated.symbols(q="rad", s="m")
     free = [Twist(a, Vector()), Twist(Vector(), a)]
-    return made(
-        name, "cylindrical", (at, parent), reached, [q, s], speeds, [q.dt, s.dt], [a], free, ("u_q", "u_s"), given=coordinates
-    )  # fmt: skip
-
-
-def close_cylindrical(
-    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector
-) -> tuple[Constraint, ...]:
-    """A loop closed by a cylindrical joint, four configuration constraints: `point` on the line, `axis` the same in both frames."""
-    checked(name, at, parent, point, frame)
-    a = fixed(axis, parent, f"axis of {name!r}")
-    return (*on_axis(name, a, at, parent, point), *aligned(name, a, parent, frame))
+    return seated.joint([q, s], seated.turned(q, a), a * s, axes=[a], free=free, stems=("u_q", "u_s"))

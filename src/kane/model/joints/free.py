@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Literal
 
 from kane.errors import ModelError
-from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, check_place, coordinates_of, made, reach
+from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, seat
 from kane.model.joints.orientation import STEMS, Orientation, check_orientation, oriented_child, spins
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -30,20 +30,18 @@ def free(
     Speeds are the measure numbers of its ω in the parent along its own axes, then those of the velocity of its joint point in the
     parent along the axes of the child or of the parent, as `velocity` says. Other arguments as for `kn.pin`.
     """
-    check_place(name, at, parent)
+    s = seat("free", name, at, parent, child, coordinates, speeds)
     check_orientation(name, orientation)
     if velocity not in ("child", "parent"):
         raise ModelError(f"Expected velocity='child' or 'parent' for {name!r}, got {velocity!r}.")
-    q = coordinates_of(name, coordinates, {"x": "m", "y": "m", "z": "m"} | STEMS[orientation])
+    q = s.symbols(x="m", y="m", z="m", **STEMS[orientation])
     x, y, z = q[:3]
-    point = reach(name, at, parent.x * x + parent.y * y + parent.z * z)
-    frame = oriented_child(parent, child or name, q[3:], orientation, sequence)
+    offset = parent.x * x + parent.y * y + parent.z * z
+    frame = oriented_child(parent, s.child, q[3:], orientation, sequence)
     along = frame if velocity == "child" else parent
-    v = point.position(at).dt(parent)
+    v = offset.dt(parent)
     definitions = [*spins(parent, frame), *(v.dot(e) for e in (along.x, along.y, along.z))]
-    loose = [Twist(e, Vector()) for e in (frame.x, frame.y, frame.z)]
-    loose += [Twist(Vector(), e) for e in (along.x, along.y, along.z)]
+    free = [Twist(e, Vector()) for e in (frame.x, frame.y, frame.z)]
+    free += [Twist(Vector(), e) for e in (along.x, along.y, along.z)]
     stems = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")
-    return made(
-        name, "free", (at, parent), (point, frame), q, speeds, definitions, [], loose, stems, given=coordinates
-    )  # fmt: skip
+    return s.joint(q, frame, offset, free=free, stems=stems, definitions=definitions)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from kane.errors import ModelError, UnitError
 from kane.expr.evaluate import free_symbols
 from kane.expr.kinds import is_constant_in_time
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.model.directions import check_unit
 from kane.numeric.sample import sample
@@ -86,36 +86,81 @@ class Joint:
         return f"Joint({self.name!r}: {self.kind}, {self.parent.name} to {self.frame.name}; coordinates {moves})"
 
 
-def made(
-    name: str,
-    kind: str,
-    place: tuple[Point, Frame],
-    reached: tuple[Point, Frame],
-    coordinates: Sequence[Coordinate],
-    speeds: SpeedNames,
-    definitions: Sequence[Expr],
-    axes: Sequence[Vector],
-    free: Sequence[Twist],
-    stems: Sequence[str] = ("u",),
-    *,
-    given: Names = None,
-) -> Joint:
-    """The record; speeds by name, symbol, or with definitions of one's own. `given` is what the coordinates were named by."""
-    if isinstance(speeds, Mapping):
-        own = {u: as_expr(e) for u, e in speeds.items()}
-        named: Sequence[Symbol] = ()
-    else:
-        units = [_rate_unit(e) for e in definitions]
-        symbols = _symbols(Speed, "speeds", name, speeds, stems, units)
-        own = dict(zip(symbols, definitions, strict=True))
-        named = _chosen(symbols, speeds)
-    if len(own) != len(definitions) or not all(isinstance(u, Speed) for u in own):
-        raise ModelError(
-            f"Expected {len(definitions)} definitions of speeds, by Speed, for the {kind} joint {name!r}, got {len(own)}: "
-            f"{', '.join(map(str, own)) or 'none'}."
+class Seat(NamedTuple):
+    """Where a joint sits, and how its child, coordinates and speeds are called."""
+
+    kind: str
+    name: str
+    at: Point
+    parent: Frame
+    child: str
+    coordinates: Names
+    speeds: SpeedNames
+
+    def axis(self, axis: Any, what: str = "axis") -> Vector:
+        """A unit vector fixed in the parent, along its axes."""
+        return fixed(axis, self.parent, f"{what} of {self.name!r}")
+
+    def symbols(self, **units: str) -> tuple[Coordinate, ...]:
+        """The coordinates: as given, by name, or these stems and the joint's name; with their units."""
+        names = tuple(units)
+        found: tuple[Coordinate, ...] = _symbols(
+            Coordinate, "coordinates", self.name, self.coordinates, names, tuple(units.values())
         )
-    unasked = frozenset((*_chosen(coordinates, given), *named))
-    return Joint(name, kind, *place, *reached, tuple(coordinates), own, tuple(axes), tuple(free), unasked)
+        return found
+
+    def turned(self, angle: Any, axis: Vector) -> Frame:
+        """The child frame, turned about an axis of the parent."""
+        return self.parent.rotate(self.child, angle, axis)
+
+    def joint(
+        self,
+        coordinates: Sequence[Coordinate],
+        frame: Frame,
+        offset: Vector | int = 0,
+        *,
+        axes: Sequence[Vector] = (),
+        free: Sequence[Twist] = (),
+        stems: Sequence[str] = ("u",),
+        definitions: Sequence[Expr] | None = None,
+    ) -> Joint:
+        """The record; speeds by name, symbol, or with definitions of one's own, by default the rates.
+
+        The child's point is a point of its own even where it coincides, so that the joint can be cut there.
+        """
+        definitions = [q.dt for q in coordinates] if definitions is None else definitions
+        if isinstance(self.speeds, Mapping):
+            own = {u: as_expr(e) for u, e in self.speeds.items()}
+            named: Sequence[Symbol] = ()
+        else:
+            units = [_rate_unit(e) for e in definitions]
+            symbols = _symbols(Speed, "speeds", self.name, self.speeds, stems, units)
+            own = dict(zip(symbols, definitions, strict=True))
+            named = _chosen(symbols, self.speeds)
+        if len(own) != len(definitions) or not all(isinstance(u, Speed) for u in own):
+            raise ModelError(
+                f"Expected {len(definitions)} definitions of speeds, by Speed, for the {self.kind} joint {self.name!r}, got "
+                f"{len(own)}: {', '.join(map(str, own)) or 'none'}."
+            )
+        point = self.at.at(f"{self.name} point", offset)
+        unasked = frozenset((*_chosen(coordinates, self.coordinates), *named))
+        return Joint(
+            self.name, self.kind, self.at, self.parent, point, frame, tuple(coordinates), own, tuple(axes), tuple(free), unasked
+        )  # fmt: skip
+
+
+def seat(
+    kind: str,
+    name: str,
+    at: Point,
+    parent: Frame,
+    child: str = "",
+    coordinates: Names = None,
+    speeds: SpeedNames = None,
+) -> Seat:
+    """A checked seat; the child is named after the joint unless it has a name."""
+    check_place(name, at, parent)
+    return Seat(kind, name, at, parent, child or name, coordinates, speeds)
 
 
 def check_place(name: Any, at: Any, parent: Any) -> None:
@@ -135,11 +180,6 @@ def fixed(axis: Any, frame: Frame, what: str) -> Vector:
     if not is_constant_in_time(v.scalars()):
         raise ModelError(f"Expected the {what} fixed in {frame.name}, got {axis}, which turns in it.")
     return v
-
-
-def coordinates_of(name: str, given: Names, stems: Mapping[str, str]) -> tuple[Coordinate, ...]:
-    """The joint's coordinates: as given, by name, or named after the joint; `stems` gives their units."""
-    return _symbols(Coordinate, "coordinates", name, given, tuple(stems), tuple(stems.values()))
 
 
 def _rate_unit(definition: Expr) -> str:
@@ -180,16 +220,6 @@ def _symbols(
     )
 
 
-def reach(name: str, at: Point, offset: Vector | int = 0) -> Point:
-    """The child's joint point: a point of its own even where it coincides, so that the joint can be cut there."""
-    return at.at(f"{name} point", offset)
-
-
-def still(parent: Frame, child: str) -> Frame:
-    """A child frame that does not turn in its parent."""
-    return parent.rotate(child, 0, parent.x)
-
-
 def across(axis: Vector, frame: Frame) -> tuple[Vector, Vector]:
     """Two unit vectors fixed in `frame` that make a right-handed set with `axis`, fixed there too: e₁ × e₂ = axis."""
     basis = (frame.x, frame.y, frame.z)
@@ -211,3 +241,19 @@ def is_along(v: Vector, w: Vector) -> bool:
 def numbers(exprs: Sequence[Expr]) -> list[float]:
     """Values at a random configuration, parameters at their defaults."""
     return sample(exprs, 20061)
+
+
+def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vector]:
+    """Two perpendicular unit vectors, fixed in `frame`."""
+    if not isinstance(axes, tuple | list) or len(axes) != 2:
+        raise ModelError(f"Expected axes=two perpendicular unit vectors for {name!r}, got {axes!r:.60}.")
+    first, second = (fixed(a, frame, f"axis of {name!r}") for a in axes)
+    product = first.dot(second)
+    if product is not ZERO and abs(numbers([product])[0]) > 1e-9:
+        raise ModelError(f"Expected perpendicular axes for the universal joint {name!r}, got {first} and {second}.")
+    return first, second
+
+
+def mirrored(v: Vector, frame: Frame, other: Frame) -> Vector:
+    """The vector with the same measure numbers in the other frame."""
+    return Vector(((other, v.components(frame)),))
