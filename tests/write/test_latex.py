@@ -9,8 +9,9 @@ from hypothesis import given
 from kane.expr.node import Expr, as_expr, pi
 from kane.expr.operators import rational
 from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds
-from kane.write.latex import latex_lines, latex_name, to_latex
+from kane.write.latex import latex_name, to_latex
 from tests.expr.expressions import Program, programs
+from tests.write.lines import latex_lines
 
 q1, q2 = coordinates("q1:3")
 u1, u2 = speeds("u1:3")

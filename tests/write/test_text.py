@@ -14,9 +14,10 @@ from kane.expr.node import Expr, as_expr, intern_node, pi, postorder
 from kane.expr.operators import rational
 from kane.expr.ops import ADD, MUL, OPS
 from kane.expr.symbols import coordinates, input, parameter, parameters, speeds, time
-from kane.write.text import text_lines, to_text
+from kane.write.text import to_text
 from kane.write.trees import natural
 from tests.expr.expressions import DEEP, LEAVES, Program, programs, random_program
+from tests.write.lines import text_lines
 
 q1, q2, q10 = coordinates("q1, q2, q10")
 u1, u2 = speeds("u1:3")
@@ -254,7 +255,7 @@ MODEL = """
 import sys
 from kane.expr.symbols import *
 from kane.expr.node import digest
-from kane.write.text import text_lines
+from tests.write.lines import text_lines
 from kane.expr.diff import jacobian, time_derivative
 for i in range(int(sys.argv[1])):
     parameter(f"w{i}") * coordinate(f"v{i}") + i

@@ -28,7 +28,6 @@ from kane.expr.node import (
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
 from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2
 
-_MINUS_ONE = constant(-1)
 _MAX_EXPANDED_POWER = 16
 
 

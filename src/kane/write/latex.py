@@ -8,7 +8,7 @@ q1 is q_{1}, mu_k is \mu_{k}, u1' is \dot{u}_{1}.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import ClassVar
 
@@ -20,17 +20,9 @@ from kane.write.trees import Call, Name, NumberTree, Product, Tree, split_coeffi
 def to_latex(expr: Expr, *, intermediates: bool | None = None) -> str:
     """`expr` as LaTeX, without the dollar signs.
 
-    `intermediates` as in `to_text`; their definitions follow after "where". `latex_lines` gives them apart.
+    `intermediates` as in `to_text`; their definitions follow after "where".
     """
     return LATEX.line(expr, intermediates)
-
-
-def latex_lines(named: Mapping[str, Expr], *, intermediates: bool | None = None) -> list[str]:
-    """Equations "Z_{1} = …" for what the expressions share, then an equation for each.
-
-    The keys are names such as "u1'", or LaTeX where they contain a backslash or a brace.
-    """
-    return LATEX.lines(named, intermediates, lambda key: key if "\\" in key or "{" in key else latex_name(key))
 
 
 # Names -------------------------------------------------------------------------------------------------

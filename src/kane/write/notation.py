@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import ClassVar, TypeAlias
 
@@ -107,13 +107,6 @@ class Notation(ABC):
         definitions = [f"{self.name(name)} = {self.write(tree)}" for name, tree in shown.intermediates]
         head, comma = self.where
         return self.write(shown.trees[0]) + (head + comma.join(definitions) if definitions else "")
-
-    def lines(self, named: Mapping[str, Expr], intermediates: bool | None, left: Callable[[str], str]) -> list[str]:
-        """Equations for what the expressions share, then one for each, with `left` of its key on the left."""
-        shown = layout([as_expr(e) for e in named.values()], intermediates)
-        between = [(self.name(name), tree) for name, tree in shown.intermediates]
-        equations = (*between, *zip(map(left, named), shown.trees, strict=True))
-        return [f"{name} = {self.write(tree)}" for name, tree in equations]
 
     def along(self, trees: Sequence[Tree], units: Sequence[str]) -> str:
         """The sum of measure numbers, each along its unit vector; "0" where there are none."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 from kane import show
@@ -24,11 +24,6 @@ def to_text(expr: Expr, *, intermediates: bool | None = None) -> str:
         whenever something is shared; False: never, however long it gets.
     """
     return TEXT.line(expr, intermediates)
-
-
-def text_lines(named: Mapping[str, Expr], *, intermediates: bool | None = None) -> list[str]:
-    """Lines "Z1 = …" for what the expressions share, then a line "name = …" for each."""
-    return TEXT.lines(named, intermediates, str)
 
 
 class _Text(Notation):
