@@ -12,7 +12,7 @@ from rich.text import Text
 import kane as kn
 from kane.gallery import rolling_disk
 from kane.gallery.rolling_disk_check import checks
-from kane.present.checks import Check
+from kane.present.checks import Check, energy_check
 from kane.present.report import report
 from kane.present.text import step_text
 from kane.present.wrap import wrapped
@@ -47,10 +47,7 @@ def run(out: Path, console: Console | None = None) -> bool:
     sol = kn.simulate(eom, (0, 5), q=START, u=SPEEDS, parameters={disk.mu: FRICTION})
     _prose(screen, f"From {sol.t[0]:g} s: {sol.message}.")
     _line(screen, f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations")
-    energy = sol.energy_check
-    found.append(
-        Check("energy less the work of friction, along the motion", energy.relative, ENERGY_LIMIT, str(energy))
-    )
+    found.append(energy_check(sol, of="friction", limit=ENERGY_LIMIT))
     _check(screen, found[-1])
 
     written = report(

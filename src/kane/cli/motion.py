@@ -13,9 +13,7 @@ from kane.cli.models import KINDS, Model
 from kane.cli.options import assignments
 from kane.cli.screen import working
 from kane.errors import ModelError, ValueMissingError, alike
-from kane.present.checks import Check
 
-ENERGY_LIMIT = 1e-6
 _OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input"), strict=True))
 _WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input"), strict=True))
 
@@ -111,9 +109,3 @@ def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> 
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
     with working("Simulating"), own_code(model.path, "START"):
         return kn.simulate(eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs)
-
-
-def energy_check(solution: kn.Solution) -> Check:
-    """Whether the energy changed by the work done, and by nothing else."""
-    found = solution.energy_check
-    return Check("energy less the work of the loads, along the motion", found.relative, ENERGY_LIMIT, str(found))

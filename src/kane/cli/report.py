@@ -10,8 +10,9 @@ import typer
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import model
-from kane.cli.motion import energy_check, motion, start
+from kane.cli.motion import motion, start
 from kane.cli.options import End, Inputs, Name, Out, Parameters, Q, U
+from kane.present.checks import energy_check
 
 
 def report(

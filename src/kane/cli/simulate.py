@@ -15,9 +15,10 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.faults import Misuse
 from kane.cli.models import model
-from kane.cli.motion import energy_check, motion, start
+from kane.cli.motion import motion, start
 from kane.cli.options import AsJson, End, Inputs, Name, Parameters, Q, U
 from kane.dynamics.events import SINGULAR
+from kane.present.checks import energy_check
 
 ENDINGS = (".png", ".svg", ".pdf")
 

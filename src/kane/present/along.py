@@ -13,26 +13,28 @@ import numpy.typing as npt
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
 from kane.motion.solution import EnergyCheck, Solution
-from kane.present.checks import Check
+from kane.present.checks import Check, energy_check
 
 Array = npt.NDArray[np.float64]
 _SAMPLES = 101
 """At most as many instants are looked at."""
 _EXACT = 1e-9
-_ENERGY = 1e-6
 _CONDITION = 1e10
 
 
 def motion_checks(solution: Solution, known: Sequence[Check] = ()) -> tuple[Check, ...]:
     """The checks of a motion; that of the energy is left out where `known` has it already."""
-    energy = solution.energy_check
-    found = [Check("energy less the work of the loads, along the motion", energy.relative, _ENERGY, str(energy))]
-    if any(c.detail == str(energy) for c in known):
-        found = []
+    energy = energy_check(solution)
+    found = [] if any(c.detail == energy.detail for c in known) else [energy]
     few = _thinned(solution, np.arange(len(solution)))
     # where the constraints lose rank, reactions have no value
     told = _thinned(solution, np.flatnonzero(~solution.lost))
-    found += [_power(few, energy), *([_residual(told)] if len(told) else []), _mass(few), _kinematical(few)]
+    found += [
+        _power(few, solution.energy_check),
+        *([_residual(told)] if len(told) else []),
+        _mass(few),
+        _kinematical(few),
+    ]
     if len(solution.equations.b):
         found.append(_constraints(solution))
     if len(solution.equations.reactions) > 1 and len(told):

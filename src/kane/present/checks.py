@@ -5,6 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from kane.motion.solution import Solution
+
+ENERGY_LIMIT = 1e-6
+
 
 @dataclass(frozen=True, slots=True)
 class Check:
@@ -25,3 +29,9 @@ class Check:
 
     def __str__(self) -> str:
         return f"{'pass' if self.passed else 'FAIL'}  {self.name}: {self.figure:.1e} (limit {self.limit:.0e})"
+
+
+def energy_check(solution: Solution, *, of: str = "the loads", limit: float = ENERGY_LIMIT) -> Check:
+    """Whether the energy changed by the work done, and by nothing else."""
+    found = solution.energy_check
+    return Check(f"energy less the work of {of}, along the motion", found.relative, limit, str(found))

@@ -280,21 +280,15 @@ def _check_orthogonal(columns: Cosines) -> None:
     symbols = free_symbols(x for column in columns for x in column)
     if any(isinstance(s, Parameter) and s.default is None for s in symbols):
         return
-    c = [sample(column, _SEED) for column in columns]
+    c = np.array([sample(column, _SEED) for column in columns])
     if not np.all(np.isfinite(c)):
         return
-    for i in range(3):
-        for j in range(i, 3):
-            product = sum(a * b for a, b in zip(c[i], c[j], strict=True))
-            if abs(product - (i == j)) > 1e-9:
-                raise SpaceError(
-                    f"Expected orthogonal unit columns of direction cosines, got column {i + 1} · column {j + 1} = "
-                    f"{product:.6g}."
-                )
-    d = (
-        c[0][0] * (c[1][1] * c[2][2] - c[1][2] * c[2][1])
-        + c[0][1] * (c[1][2] * c[2][0] - c[1][0] * c[2][2])
-        + c[0][2] * (c[1][0] * c[2][1] - c[1][1] * c[2][0])
-    )
-    if d < 0:
+    products = c @ c.T
+    off = np.argwhere(np.triu(np.abs(products - np.eye(3)) > _AGREE))
+    if off.size:
+        i, j = off[0]
+        raise SpaceError(
+            f"Expected orthogonal unit columns of direction cosines, got column {i + 1} · column {j + 1} = {products[i, j]:.6g}."
+        )
+    if np.linalg.det(c) < 0:
         raise SpaceError("Expected a right-handed set of direction cosines, got determinant −1: swap two columns.")
