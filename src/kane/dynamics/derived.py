@@ -8,24 +8,14 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeVar
 
-from kane.dynamics.auxiliary import Pairs, auxiliary_speeds
+from kane.dynamics import terms
 from kane.dynamics.blocks import Blocks, blocks, mass_rows
 from kane.dynamics.bodies import Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.lazy import LazyMapping, read
-from kane.dynamics.loads import loads_in_speeds
-from kane.dynamics.terms import (
-    Term,
-    active_terms,
-    bias_terms,
-    generalized,
-    generalized_by_motion,
-    inertia_terms,
-    sum_of,
-)
 from kane.expr.build import add
 from kane.expr.matrix import Matrix
-from kane.expr.node import Expr
+from kane.expr.node import ONE, Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
@@ -35,6 +25,7 @@ from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import Speeds
 from kane.model.bodies import Body
 from kane.model.loads import Load
+from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.model.system import System, gravity_load
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -43,6 +34,7 @@ from kane.space.vector import Vector
 K = TypeVar("K")
 V = TypeVar("V")
 Exprs = tuple[Expr, ...]
+Pairs = dict[tuple[Expr, Expr], Expr]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,26 +103,26 @@ class Derived:
     # Steps 5 and 6: generalized forces -----------------------------------------------------------------------------------
 
     declared_loads = read[tuple[Load, ...]](
-        lambda d: loads_in_speeds(d.system.loads, d.kinematical), "The loads but for gravity, in speeds."
+        lambda d: terms.loads_in_speeds(d.system.loads, d.kinematical), "The loads but for gravity, in speeds."
     )
 
     @read
     def loads(self) -> tuple[Load, ...]:
         """The loads in speeds, gravity written out as one force a body."""
         weights = [gravity_load(g, self.system.bodies) for g in self.system.gravities]
-        return (*loads_in_speeds(weights, self.kinematical), *self.declared_loads)
+        return (*terms.loads_in_speeds(weights, self.kinematical), *self.declared_loads)
 
     @read
-    def active_terms(self) -> Mapping[Load, tuple[Term, ...]]:
+    def active_terms(self) -> Mapping[Load, tuple[terms.Term, ...]]:
         """The forces and torques of each load."""
-        return LazyMapping(self.loads, lambda load: active_terms(load, self.kinematics))
+        return LazyMapping(self.loads, lambda load: terms.active_terms(load, self.kinematics))
 
     @read
-    def inertia_terms(self) -> Mapping[Body, tuple[Term, ...]]:
+    def inertia_terms(self) -> Mapping[Body, tuple[terms.Term, ...]]:
         """The inertia force and torque of each body, in u̇."""
         return LazyMapping(
             self.system.bodies,
-            lambda body: tuple(term for b in self.bodies if b.body is body for term in inertia_terms(b)),
+            lambda body: tuple(term for b in self.bodies if b.body is body for term in terms.inertia_terms(b)),
         )
 
     Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
@@ -140,14 +132,14 @@ class Derived:
         lambda d: d._by_speed(d.inertia_terms), "What each body contributes to each generalized inertia force."
     )
 
-    def _by_speed(self, table: Mapping[K, tuple[Term, ...]]) -> Mapping[tuple[Expr, K], Expr]:
-        return LazyMapping(product(self.all_speeds, table), lambda key: generalized(table[key[1]], key[0]))
+    def _by_speed(self, table: Mapping[K, tuple[terms.Term, ...]]) -> Mapping[tuple[Expr, K], Expr]:
+        return LazyMapping(product(self.all_speeds, table), lambda key: terms.generalized(table[key[1]], key[0]))
 
     @read
     def Fr(self) -> Exprs:
         """Generalized active forces F_r; the auxiliary ones hold the reactions they bring into evidence."""
         evident = (
-            sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs) for s in self.all_speeds
+            terms.sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs) for s in self.all_speeds
         )
         return tuple(map(add, self._sums(self.Fr_contributions, self.loads), evident))
 
@@ -157,7 +149,7 @@ class Derived:
         return self._sums(self.Fr_star_contributions, self.system.bodies)
 
     def _sums(self, shares: Mapping[tuple[Expr, K], Expr], sources: Sequence[K]) -> Exprs:
-        return tuple(sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
+        return tuple(terms.sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
 
     # Step 7: dynamical equations -----------------------------------------------------------------------------------------
 
@@ -165,10 +157,10 @@ class Derived:
     def blocks(self) -> Blocks:
         """M, f and G by speeds and auxiliary speeds."""
         mass = mass_rows(self.bodies, self.speeds, self.auxiliary_speeds)
-        loads = [term for load in self.declared_loads for term in active_terms(load, self.kinematics)]
+        loads = [term for load in self.declared_loads for term in terms.active_terms(load, self.kinematics)]
         fall = sum((g.acceleration for g in self.system.gravities), start=Vector())
-        terms = bias_terms(loads, self.bodies, fall)
-        right = [generalized_by_motion(terms, s) for s in self.all_speeds]
+        biased = terms.bias_terms(loads, self.bodies, fall)
+        right = [terms.generalized_by_motion(biased, s) for s in self.all_speeds]
         return blocks(mass, right, self.auxiliary_speeds, self.reactions, self.pairs)
 
     mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
@@ -203,12 +195,33 @@ def derived(system: System) -> Derived:
         if a constraint is not affine in the rates or holds nothing
     """
     speeds = generalized_speeds(system)
-    auxiliary, pairs = auxiliary_speeds(system)
+    auxiliary, pairs = _auxiliary_speeds(system)
     kinematics, bodies = _motions(system, speeds, auxiliary, aligned_bases(system.frames))
     check_reaction_places(system, kinematics)
     rows = constraint_rows(system, kinematics, auxiliary)
     check_released(system, rows)
     return Derived(system, auxiliary, pairs, speeds, kinematics, bodies, rows)
+
+
+def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs]:
+    """Auxiliary speeds, one a reaction, and what the action–reaction pairs put into their equations: n_a·n_b at one cut."""
+    explicit = iter(system.auxiliary_speeds)
+    speeds: list[AuxiliarySpeed] = []
+    for r in system.reactions:
+        place = cut_of(r) or constraint_of(r)
+        if place is None:
+            speeds.append(next(explicit))
+        else:
+            speeds.append(AuxiliarySpeed.declare(f"u_{r.name}", None, "", f"auxiliary speed of {r.name}", place))
+    pairs: Pairs = {}
+    for a in speeds:
+        for r in system.reactions:
+            here, there = cut_of(a), cut_of(r)
+            if constraint_of(a) is not None and constraint_of(a) is constraint_of(r):
+                pairs[a, r] = ONE
+            if isinstance(here, Cut) and isinstance(there, Cut) and here.at is there.at:
+                pairs[a, r] = here.along.dot(there.along)
+    return tuple(speeds), pairs
 
 
 def _motions(

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from kane.dynamics.constraints.first_partition import first_partition
+from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import derived
 from kane.dynamics.events import watched_events

@@ -15,15 +15,8 @@ from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.lazy import read
+from kane.dynamics.readings import energy
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
-from kane.dynamics.readings.energy import (
-    angular_momentum,
-    kinetic_energy,
-    linear_momentum,
-    mass_center,
-    potential_energy,
-    power,
-)
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
@@ -159,28 +152,28 @@ class Equations:
 
     # Energies and momenta ----------------------------------------------------------------------------------------------
 
-    kinetic_energy = read[Expr](lambda e: kinetic_energy(e.derived.bodies), "K = ½ Σ m v·v + ω·I·ω.")
+    kinetic_energy = read[Expr](lambda e: energy.kinetic_energy(e.derived.bodies), "K = ½ Σ m v·v + ω·I·ω.")
     potential_energy = read[Expr](
-        lambda e: potential_energy(e.loads),
+        lambda e: energy.potential_energy(e.loads),
         "V, the sum of the loads' potentials; gravity's is zero at the root point's height.",
     )
     energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "E = K + V.")
     power = read[Expr](
-        lambda e: power(e.solved),
+        lambda e: energy.power(e.solved),
         "P with dE/dt = P: the power of the loads without a potential and of prescribed motions.",
     )
 
     def mass_center(self, origin: Point) -> Vector:
         """Position of the system's mass centre from `origin`."""
-        return mass_center(self.bodies, origin)
+        return energy.mass_center(self.bodies, origin)
 
     def linear_momentum(self) -> Vector:
         """Σ m v."""
-        return linear_momentum(self.bodies)
+        return energy.linear_momentum(self.bodies)
 
     def angular_momentum(self, about: Point) -> Vector:
         """Σ I·ω + r × m v about a point fixed in the inertial frame."""
-        return angular_momentum(self.bodies, about)
+        return energy.angular_momentum(self.bodies, about)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from kane.dynamics.readings.contributions import Contributions
-from kane.dynamics.readings.quantity import Kind, Quantity
-from kane.dynamics.readings.steps import Step, moving_places, shown_speeds
+from kane.dynamics.readings.steps import Kind, Quantity, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
 from kane.expr.symbols import rate
 from kane.present.formulas import Formula, formulas

@@ -3,7 +3,7 @@ r"""LaTeX of the results of the seven steps: the angular velocity of C is {}^N\b
 
 from __future__ import annotations
 
-from kane.dynamics.readings.quantity import Kind, Quantity
+from kane.dynamics.readings.steps import Kind, Quantity
 from kane.space.frame import Frame
 from kane.space.latex import place_latex
 from kane.write.latex import latex_name

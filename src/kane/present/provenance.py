@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.dynamics.readings.contributions import Contribution, Contributions
-from kane.dynamics.readings.quantity import Kind, Quantity
+from kane.dynamics.readings.steps import Kind, Quantity
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol

@@ -79,17 +79,12 @@ class Sampled:
     times: tuple[float, ...] = ()
 
 
-def sample_configuration(system: System, roots: Sequence[Expr], seed: int = _SEED) -> dict[Symbol, float]:
+def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled:
     """Values of every symbol below `roots`, with the coordinates on the configuration constraints if that can be reached.
 
     Parameters take their defaults; what has none is drawn at random. Used to choose what is solved for, so that a point off the
     constraints (where none was reached) costs nothing but a worse choice.
     """
-    return sampled(system, roots, seed).values
-
-
-def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled:
-    """As `sample_configuration`, with what is left of the constraints."""
     conditions = closure(system)
     values = values_of((*free_symbols([*roots, *conditions.f]), *system.coordinates), seed)
     if not conditions.f:

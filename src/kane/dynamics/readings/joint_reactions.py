@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.bodies import Moving
-from kane.dynamics.constraints.closure import matrix_at, sample_configuration
+from kane.dynamics.constraints.closure import matrix_at, sampled
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
@@ -325,7 +325,7 @@ def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     system, rows = solved.derived.system, solved.derived.constraints
     constraints = system.constraints
     shares = Matrix([[x for v in share(c) for x in v.components(system.inertial)] for c in constraints])
-    values = sample_configuration(system, [*rows.a.entries, *shares.entries])
+    values = sampled(system, [*rows.a.entries, *shares.entries]).values
     numbers = np.asarray(evaluate(shares, values), dtype=float)
     a = matrix_at(rows.a, values)
     combinations = (dependencies(a) / row_sizes(a)).T

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The seven steps of the method as records: titles, and named results to print."""
+"""The seven steps of the method as records: titles, and results, each with what it is and its name in plain text."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 from kane.dynamics.derived import Derived
-from kane.dynamics.readings.quantity import Kind, Quantity
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
 from kane.expr.matrix import Matrix
@@ -20,6 +20,45 @@ from kane.model.reactions import constraint_of
 from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.point import Point
+
+
+class Kind(Enum):
+    """The kinds of results, each with its name in plain text."""
+
+    SYMBOL = "{place}"
+    RATE = "{place}'"
+    CONSTRAINT = "(A u + b)[{place}]"
+    ANGULAR_VELOCITY = "w_{place}"
+    PARTIAL_ANGULAR_VELOCITY = "w_{place},{speed}"
+    ANGULAR_ACCELERATION = "alpha_{place}"
+    VELOCITY = "v_{place}"
+    PARTIAL_VELOCITY = "v_{place},{speed}"
+    ACCELERATION = "a_{place}"
+    ACTIVE_FORCE = "F_{place}"
+    INERTIA_FORCE = "F*_{place}"
+    NONHOLONOMIC_ACTIVE_FORCE = "~F_{place}"
+    NONHOLONOMIC_INERTIA_FORCE = "~F*_{place}"
+    MASS = "M[{place}, {speed}]"
+    FORCING = "f[{place}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A result of a step: its kind, what it belongs to (of F_r, M_rs and f_r the speed r), and the other speed, if it has one."""
+
+    kind: Kind
+    place: Frame | Point | Constraint | Symbol
+    speed: Symbol | None = None
+
+    def named(self, form: str, written: Callable[[str], str] = str) -> str:
+        """`form` with the names of place and speed, as `written` writes them."""
+        return form.format(
+            place=written(self.place.name), speed=written(self.speed.name if self.speed is not None else "")
+        )
+
+    def __str__(self) -> str:
+        return self.named(self.kind.value)
+
 
 Result = tuple[Quantity, Any]
 
