@@ -159,6 +159,7 @@ from kane.model.system import System
 from kane.motion.drives import Signal, signal
 from kane.motion.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.motion.solution import Solution
+from kane.program.native.machine import Settings
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
@@ -220,8 +221,8 @@ __all__ = [
     "close_pin", "close_slider", "close_cylindrical", "close_screw", "close_universal", "close_ball", "close_planar", "close_weld",
     "disk_on_plane", "sphere_on_plane", "torus_on_plane", "Contact", "gear_pair", "rack_and_pinion",
     "reaction", "JointReaction", "auxiliary_speed", "Event",
-    "System", "derive", "Equations", "compile", "Compiled", "Handle", "assemble", "Assembled", "guess", "Guess", "signal", "Signal",
-    "simulate", "Solution",
+    "System", "derive", "Equations", "compile", "Compiled", "Handle", "Settings", "assemble", "Assembled", "guess", "Guess",
+    "signal", "Signal", "simulate", "Solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "plot", "report",
     "Check",

@@ -13,7 +13,7 @@ from tests.systems.four_bar import BAR, EOM, N, O, state
 
 def project(eom, x):
     nothing = np.zeros(0)
-    return manifold(eom).project(0.0, x, nothing, nothing, np.zeros((len(eom.b), len(eom.speeds))))
+    return manifold(eom.numeric()).project(0.0, x, nothing, nothing, np.zeros((len(eom.b), len(eom.speeds))))
 
 
 def perturbed(size):
@@ -31,7 +31,7 @@ def test_projection_closes_the_constraints():
 def test_projection_is_the_least_change():
     """To first order in what is missed: of q by one KKT step, of u exactly."""
     x = perturbed(1e-5)
-    before = manifold(EOM).numbers(0.0, x, np.zeros(0), np.zeros(0))
+    before = manifold(EOM.numeric()).numbers(0.0, x, np.zeros(0), np.zeros(0))
     kept, after = project(EOM, x)
     np.testing.assert_allclose(kept[:3] - x[:3], kkt(before.m, before.a, -before.f), atol=1e-9)
     np.testing.assert_allclose(kept[3:] - x[3:], kkt(after.m, after.a, -(after.a @ x[3:])), atol=1e-13)
@@ -55,4 +55,4 @@ def test_euler_parameters_are_divided_by_their_length():
 
 
 def test_without_constraints_there_is_nothing_to_keep():
-    assert manifold(kn.derive(BAR.system(holonomic=()))) is None
+    assert manifold(kn.derive(BAR.system(holonomic=())).numeric()) is None

@@ -15,7 +15,7 @@ from kane.equations.handle import Handle
 from kane.expr.evaluate import compile_reference
 from kane.expr.node import intern_node
 from kane.expr.ops import OPS
-from kane.program.build import Wanted, build_program
+from kane.program.build import Task, build_program
 from kane.program.native.machine import Settings
 from tests.program.emitted import from_c, from_numpy
 from tests.program.programs import ports
@@ -45,7 +45,7 @@ def programs(draw, operations=EXACT, length=40):
 
 def built(routines, reciprocals=False):
     wanted = [
-        Wanted(f"f{k}", roots, (len(roots),), [f"y{i}" for i in range(len(roots))]) for k, roots in enumerate(routines)
+        Task(f"f{k}", roots, (len(roots),), [f"y{i}" for i in range(len(roots))]) for k, roots in enumerate(routines)
     ]
     return build_program("random", PORTS, wanted, reciprocals)
 

@@ -15,7 +15,7 @@ import kane as kn
 from kane.errors import ProgramError
 from kane.expr.ops import DIV, MUL, OPS
 from kane.gallery.pendulums import chain
-from kane.program.build import Wanted, build_program
+from kane.program.build import Task, build_program
 from kane.program.passes.schedule import live_ranges
 from kane.program.passes.split import split
 from kane.program.passes.verify import verified
@@ -32,7 +32,7 @@ PORTS = ports((q, s), (a, b), (w,))
 
 def built(*roots, reciprocals=False):
     labels = [f"f{k}" for k in range(len(roots))]
-    wanted = [Wanted("f", [kn.pi * 0 + r for r in roots], (len(roots),), labels)]
+    wanted = [Task("f", [kn.pi * 0 + r for r in roots], (len(roots),), labels)]
     return build_program("test", PORTS, wanted, reciprocals)
 
 
@@ -69,7 +69,7 @@ class TestBuild:
         assert set(program.kept) <= set(program.hoisted)
 
     def test_two_routines_share_what_is_hoisted(self):
-        wanted = [Wanted("f", [q * kn.sin(a)], (1,), ["f"]), Wanted("g", [s * kn.sin(a)], (1,), ["g"])]
+        wanted = [Task("f", [q * kn.sin(a)], (1,), ["f"]), Task("g", [s * kn.sin(a)], (1,), ["g"])]
         program = build_program("test", PORTS, wanted)
         assert len(program.hoisted) == len(program.kept) == 1
         assert [len(r.body) for r in program.routines] == [1, 1]
@@ -255,7 +255,7 @@ class TestReceipt:
         )
 
     def test_each_routine_counts_what_it_runs(self):
-        wanted = [Wanted("f", [kn.sin(a) * q], (1,), ["f"]), Wanted("g", [a * b + s], (1,), ["g"])]
+        wanted = [Task("f", [kn.sin(a) * q], (1,), ["f"]), Task("g", [a * b + s], (1,), ["g"])]
         found = receipt(build_program("test", PORTS, wanted))
         assert [(o.parameter, o.state) for _, o in found.routines] == [(1, 1), (1, 1)]
         assert "g: 2 operations: 1 with the state, 1 of parameters" in str(found)

@@ -10,7 +10,7 @@ import pytest
 import kane as kn
 from kane.errors import ArgumentError, ProgramError, ValueMissingError
 from kane.expr.ops import ADD, COS, SIN
-from kane.program.build import Wanted, build_program
+from kane.program.build import Task, build_program
 from kane.program.draft import Draft, Goal
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.machine import Settings
@@ -63,8 +63,8 @@ def program_of(ports):
     ]
     roots += [S * a1 + b2 * G] if S in known else [k2 * l3]
     wanted = [
-        Wanted("first", roots, (len(roots),), [f"y{k}" for k in range(len(roots))]),
-        Wanted("second", [roots[1], l1 * l2, a1 + 0, kn.pi * b2], (2, 2), ["m", "n", "o", "p"]),
+        Task("first", roots, (len(roots),), [f"y{k}" for k in range(len(roots))]),
+        Task("second", [roots[1], l1 * l2, a1 + 0, kn.pi * b2], (2, 2), ["m", "n", "o", "p"]),
     ]
     return build_program("open", ports, wanted)
 

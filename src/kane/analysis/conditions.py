@@ -17,6 +17,7 @@ from kane.analysis.state import State
 from kane.analysis.steady import dependence
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
@@ -35,13 +36,18 @@ class Conditions:
     may vanish though nothing is at rest.
     """
 
-    eom: Equations
+    numeric: Numeric[Equations]
     known: Perturbations
     t: float
     symbols: tuple[Symbol, ...]
     still: tuple[int, ...]
     steady: tuple[int, ...]
     constraints_only: bool = False
+
+    @property
+    def eom(self) -> Equations:
+        """The equations."""
+        return self.numeric.equations
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
@@ -66,14 +72,14 @@ class Conditions:
         """F and ∂F/∂X."""
         eom, known, state = self.eom, self.known, self.state(x)
         nq, n, wide = len(eom.coordinates), len(eom.speeds), len(x)
-        values = values_at(eom, state)
+        values = values_at(self.numeric, state)
         if self.constraints_only:
             z = np.zeros(values.right.shape)
         else:
             solve = solver(eom, values)
             z = solve(values.right)
-        first = slopes_at(eom, state, z)
-        second = slopes_at(eom, state, z, eom.parameters) if eom.parameters else None
+        first = slopes_at(self.numeric, state, z)
+        second = slopes_at(self.numeric, state, z, *eom.parameters) if eom.parameters else None
 
         def both(name: str) -> Array:
             left: Array = getattr(first, name)
@@ -103,7 +109,7 @@ def _unit(s: Symbol | None) -> str:
 
 
 def conditions(
-    eom: Equations,
+    numeric: Numeric[Equations],
     known: Perturbations,
     t: float,
     start: Array,
@@ -111,22 +117,23 @@ def conditions(
     moving: Sequence[str],
 ) -> Conditions:
     """The conditions that apply: coordinates on which no speed depends near the start may move, and so may `moving`."""
+    eom = numeric.equations
     symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs, *eom.parameters)
-    bare = Conditions(eom, known, t, symbols, (), (), constraints_only=True)
+    bare = Conditions(numeric, known, t, symbols, (), (), constraints_only=True)
     nq, n = len(eom.coordinates), len(eom.speeds)
     still: set[int] = set()
     steady = set(range(n))
     for seed in _NEAR:
         x = start.copy()
         x[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
-        flow = flow_at(eom, known, bare.state(onto(bare, x)), choice)
+        flow = flow_at(numeric, known, bare.state(onto(bare, x)), choice)
         tangent = flow.tangents
         matters = dependence(flow.a, len(tangent.free_q))[: len(tangent.free_q)]
         still |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
         by_cyclic = np.abs(tangent.e[:, ~matters]).max(axis=1, initial=0)
         steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
     return Conditions(
-        eom,
+        numeric,
         known,
         t,
         symbols,

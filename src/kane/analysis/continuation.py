@@ -16,10 +16,12 @@ from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.stability import Crossing, changes, tracked
 from kane.analysis.trim import Problem, loose, null_space, problem, solve_problem
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import CLOSED, Curve, Path
 from kane.numeric.arrays import Array
+from kane.program.native.machine import Settings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +71,7 @@ def continuation(
     independent: Sequence[Any] = (),
     outputs: Mapping[str, Any] | Sequence[Any] | None = None,
     max_points: int = 2000,
+    settings: Settings | None = None,
 ) -> Branch:
     """Steady motions as `symbol` goes from the first of `values` to the last, by pseudo-arclength.
 
@@ -81,7 +84,7 @@ def continuation(
     symbol : the parameter, input, speed or coordinate that changes, by symbol or name
     values : increasing or decreasing; the branch has a point at each of them, and at each turning point
     q, u, parameters, inputs, moving, independent : as for `trim`, the value of `symbol` apart
-    outputs : as for `linearize`
+    outputs, settings : as for `linearize`
 
     Raises
     ------
@@ -92,12 +95,12 @@ def continuation(
     """
     wanted = _values(values)
     groups = {"q": q, "u": u, "parameters": parameters, "inputs": inputs}
-    made, place = _problem(eom, symbol, wanted[0], groups, moving, independent)
+    made, place = _problem(eom.numeric(settings), symbol, wanted[0], groups, moving, independent)
     start = solve_problem(made, CLOSED)
     unknowns = _unknowns(made, place, start, float(wanted[-1] - wanted[0]))
     curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
     path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
-    return _branch(unknowns, curve, path, linearizer(eom, outputs=outputs), independent)
+    return _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
 
 
 def _values(values: Sequence[float]) -> Array:
@@ -114,8 +117,14 @@ def _values(values: Sequence[float]) -> Array:
 
 
 def _problem(
-    eom: Equations, symbol: Any, value: float, groups: dict[str, Any], moving: Sequence[Any], independent: Sequence[Any]
+    numeric: Numeric[Equations],
+    symbol: Any,
+    value: float,
+    groups: dict[str, Any],
+    moving: Sequence[Any],
+    independent: Sequence[Any],
 ) -> tuple[Problem, int]:
+    eom = numeric.equations
     name = symbol.name if isinstance(symbol, Symbol) else symbol
     kinds = {"q": eom.coordinates, "u": eom.speeds, "parameters": eom.parameters, "inputs": eom.inputs}
     for kind, symbols in kinds.items():
@@ -125,7 +134,7 @@ def _problem(
                 raise SimulationError(f"Expected {kind}= by symbol or name where {name} changes, got a sequence.")
             others = {k: v for k, v in (given or {}).items() if (k.name if isinstance(k, Symbol) else k) != name}
             made = problem(
-                eom, t=0.0, moving=moving, independent=independent, **groups | {kind: {**others, name: value}}
+                numeric, t=0.0, moving=moving, independent=independent, **groups | {kind: {**others, name: value}}
             )
             return made, [s.name for s in made.conditions.symbols].index(name)
     known = ", ".join(s.name for symbols in kinds.values() for s in symbols)
@@ -180,7 +189,7 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
     scale = float(unknowns.scale[-1])
 
     def at(y: Array) -> tuple[OperatingPoint, Linear]:
-        point = point_of(found.eom, closed(found.eom, found.known, found.state(unknowns.spread(y))))
+        point = point_of(found.eom, closed(found.numeric, found.known, found.state(unknowns.spread(y))))
         made = lin(**point.arguments, independent=independent, steady=False)
         gone = [n for n in made.coordinates if n not in kept]
         return point, replace(made, cyclic=tuple(gone)).without("cyclic")

@@ -8,17 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
-from kane.analysis.routines import once, routine
+from kane.analysis.local import Slopes, Values, slopes_at, solver, unknowns, values_at
 from kane.analysis.state import State
 from kane.analysis.tangents import Tangents, in_numbers, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import POOR, quality
-from kane.dynamics.readings.unsolved import Perturbations, partial_columns, unsolved
+from kane.dynamics.readings.unsolved import Perturbations, partials
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
+from kane.equations.routines import ports
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
@@ -26,6 +27,7 @@ from kane.expr.substitute import substitute
 from kane.expr.symbols import time
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility, sizes
+from kane.program.bundle import Bundle
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,13 +55,14 @@ class Flow:
     answers: Array
 
 
-def flow_at(eom: Equations, known: Perturbations, state: State, choice: Choice) -> Flow:
+def flow_at(numeric: Numeric[Equations], known: Perturbations, state: State, choice: Choice) -> Flow:
     """F and its derivatives at a state on the constraints."""
+    eom = numeric.equations
     nq, n = len(eom.coordinates), len(eom.speeds)
-    values = values_at(eom, state)
+    values = values_at(numeric, state)
     solve = solver(eom, values)
     z = solve(values.right)
-    slopes = slopes_at(eom, state, z)
+    slopes = slopes_at(numeric, state, z)
     held = values.constraints(n)
     m = values.matrix[:n, :n]
     given_u = choice.u or _own(eom, held, m)
@@ -118,7 +121,7 @@ def outputs_of(eom: Equations, given: Mapping[str, Any] | Sequence[Any] | None) 
             raise ArgumentError(f"Expected a scalar expression as the output {name!r}, got {e!r:.60}.") from error
         names.append(str(name))
         roots.append(substitute(root, dict.fromkeys(eom.auxiliary_speeds, ZERO)))
-    allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unsolved(eom.derived).unknowns}
+    allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
     unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
     if unknown:
         raise ValueMissingError(
@@ -127,18 +130,24 @@ def outputs_of(eom: Equations, given: Mapping[str, Any] | Sequence[Any] | None) 
     return Outputs(tuple(names), tuple(roots))
 
 
-def output_slopes(eom: Equations, flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
+class Answers(NamedTuple):
+    """h, and ∂h/∂(q, u, r, z), a row for each output."""
+
+    values: Array
+    slopes: Array
+
+
+def answers(eom: Equations, *roots: Expr) -> Bundle[Answers]:
+    """Outputs h and their derivatives; z is an argument."""
+    z = unknowns(eom)
+    slopes = partials(roots, (*eom.coordinates, *eom.speeds, *eom.inputs, *z.symbols))
+    return Bundle("outputs", (*ports(eom.derived), z), Answers, {"values": roots, "slopes": slopes})
+
+
+def output_slopes(numeric: Numeric[Equations], flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
     """(h, δh of δ(ξ_I, u_I, r)) at the state."""
     if not outputs.roots:
         return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
-
-    def make() -> Any:
-        more = unsolved(eom.derived).unknowns
-        columns = partial_columns(outputs.roots, (*eom.coordinates, *eom.speeds, *eom.inputs, *more))
-        return routine(eom, "outputs", [*outputs.roots, *(x for column in columns for x in column)], more)
-
-    handle = once(eom, ("outputs", *outputs.roots), make)
-    state, count = flow.state, len(outputs.roots)
-    flat = handle(state.t, np.append(state.x, flow.z), state.p, state.r)
-    columns = flat[count:].reshape(-1, count).T
-    return flat[:count], columns @ np.vstack([flow.moves, flow.answers])
+    state = flow.state
+    found = numeric.routine(answers, *outputs.roots)(state.t, state.x, state.p, state.r, flow.z)
+    return found.values, found.slopes @ np.vstack([flow.moves, flow.answers])

@@ -10,24 +10,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kane.analysis.local import independent_rows
-from kane.analysis.routines import once, routine
 from kane.analysis.state import misses
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
+from kane.equations.routines import ports
 from kane.errors import NotAffineError, SimulationError, SingularError, ValueMissingError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
+from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Symbol, rate
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.rank import INVERSE_RANK, TAKES_PART, balance, singular
+from kane.program.bundle import Bundle
+from kane.program.native.machine import Settings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,6 +41,7 @@ class Inverse:
     unknowns: tuple[Symbol, ...]
     known: tuple[Symbol, ...]
     driven: tuple[Symbol, ...]
+    settings: Settings | None = None
 
     def __call__(
         self,
@@ -109,15 +113,10 @@ class Inverse:
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
         eom = self.eom
         n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
-        handle = once(eom, ("inverse", *self.driven), lambda: _routine(eom, self.driven))
-        flat = handle(t, x, p, r)
-        size, d = n + m + s, len(self.driven)
-        at = np.cumsum([size * size, size * d, size, len(eom.system.holonomic)])
-        matrix, drive, right, f, motion = np.split(flat, at, axis=-1)
-        _check_state(eom, f, motion)
-        whole = np.concatenate(
-            [matrix.reshape(*flat.shape[:-1], size, size), -drive.reshape(*flat.shape[:-1], size, d)], axis=-1
-        )
+        size = n + m + s
+        found = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
+        _check_state(eom, found.configuration, found.motion)
+        whole, right = np.concatenate([found.matrix, -found.drive], axis=-1), found.right
         rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
         columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
         columns |= {a: n + m + i for i, a in enumerate(eom.reactions)}
@@ -130,15 +129,15 @@ class Inverse:
         held: dict[tuple[int, ...], list[int]] = {}
         for k, state in enumerate(flat_whole):
             held.setdefault(independent_rows(eom, state[n : n + m, :n]), []).append(k)
-        found = np.empty((len(flat_whole), len(self.unknowns)))
+        z = np.empty((len(flat_whole), len(self.unknowns)))
         for independent, places in held.items():
             rows = [*range(n), *(n + i for i in independent), *range(n + m, size)]
             taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
             square = flat_whole[np.ix_(places, rows, taken)]
             self._check_regular(square)
             solved = np.linalg.solve(square, flat_right[np.ix_(places, rows)][..., None])
-            found[places] = solved[:, : len(self.unknowns), 0]
-        return found.reshape(*flat.shape[:-1], len(self.unknowns))
+            z[places] = solved[:, : len(self.unknowns), 0]
+        return z.reshape(*right.shape[:-1], len(self.unknowns))
 
     def _check_regular(self, square: Array) -> None:
         count = square.shape[-1]
@@ -156,12 +155,24 @@ class Inverse:
             )
 
 
-def _routine(eom: Equations, driven: Sequence[Symbol]) -> Any:
-    made = unsolved(eom.derived)
-    forms = affine_forms(made.right, driven)
-    drive = [c.get(s, ZERO) for c, _ in forms for s in driven]
-    matrix = [x for row in made.matrix for x in row]
-    return routine(eom, "inverse", [*matrix, *drive, *(rest for _, rest in forms), *made.configuration, *made.motion])
+class _Mixed(NamedTuple):
+    """K, H and k of K z = H r + k, f and A u + b."""
+
+    matrix: Array
+    drive: Array
+    right: Array
+    configuration: Array
+    motion: Array
+
+
+def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
+    u = unsolved(eom.derived)
+    forms = affine_forms(u.right, driven)
+    drive = Matrix(([c.get(s, ZERO) for s in driven] for c, _ in forms), (len(forms), len(driven)))
+    groups = {"matrix": Matrix(u.matrix), "drive": drive, "right": [rest for _, rest in forms]}
+    return Bundle(
+        "inverse", ports(eom.derived), _Mixed, {**groups, "configuration": u.configuration, "motion": u.motion}
+    )
 
 
 def _check_finite(whole: Array) -> None:
@@ -183,7 +194,7 @@ def _check_state(eom: Equations, f: Array, motion: Array) -> None:
             )
 
 
-def inverse(eom: Equations, unknowns: Sequence[Any]) -> Inverse:
+def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | None = None) -> Inverse:
     """Inverse or mixed dynamics: a function that gives `unknowns` where everything else is given.
 
     As many are unknown as there are equations: one for each speed and one for each reaction. Where fewer are listed, the
@@ -193,6 +204,7 @@ def inverse(eom: Equations, unknowns: Sequence[Any]) -> Inverse:
     ----------
     eom : Equations
     unknowns : accelerations (`u1.dt` or "u1'"), inputs and reactions, by symbol or name
+    settings : how to compile
 
     Raises
     ------
@@ -215,7 +227,7 @@ def inverse(eom: Equations, unknowns: Sequence[Any]) -> Inverse:
     wanted += _added(eom, wanted)
     driven = tuple(s for s in eom.inputs if s in set(wanted))
     _check_affine(unsolved(eom.derived), driven)
-    return Inverse(eom, tuple(wanted), tuple(s for s in possible if s not in set(wanted)), driven)
+    return Inverse(eom, tuple(wanted), tuple(s for s in possible if s not in set(wanted)), driven, settings)
 
 
 def _added(eom: Equations, wanted: Sequence[Symbol]) -> list[Symbol]:

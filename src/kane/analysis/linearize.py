@@ -18,6 +18,7 @@ from kane.dynamics.readings.unsolved import Perturbations, perturbations
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.program.native.machine import Settings
 
 LeaveOut = Sequence[Any]
 
@@ -29,6 +30,7 @@ class Linearizer:
     eom: Equations
     outputs: Outputs
     known: Perturbations
+    settings: Settings | None = None
 
     def __call__(
         self,
@@ -44,7 +46,7 @@ class Linearizer:
         tolerance: float = 1e-8,
     ) -> Linear:
         """See `linearize`."""
-        state = state_at(self.eom, self.known, q, u, parameters, inputs, t)
+        state = state_at(self.eom.numeric(self.settings), self.known, q, u, parameters, inputs, t)
         choice = choice_of(self.eom, self.known, independent)
         flow, found, choice = self._flow(state, choice, bool(independent), tolerance)
         if steady and not found.holds:
@@ -55,21 +57,22 @@ class Linearizer:
 
     def _flow(self, state: State, choice: Choice, fixed: bool, tolerance: float) -> tuple[Flow, Steadiness, Choice]:
         """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice."""
-        flow = flow_at(self.eom, self.known, state, choice)
-        found = steadiness(self.eom, self.known, flow, choice, tolerance)
+        numeric = self.eom.numeric(self.settings)
+        flow = flow_at(numeric, self.known, state, choice)
+        found = steadiness(numeric, self.known, flow, choice, tolerance)
         if found.holds or fixed or self.eom.embedding is None or self.eom.system.dependent_speeds:
             return flow, found, choice
         changing = np.flatnonzero(np.abs(flow.z[: len(self.eom.speeds)]) > tolerance)
         other = Choice(choice.q, tuple(changing.tolist()))
-        second = flow_at(self.eom, self.known, state, other)
-        again = steadiness(self.eom, self.known, second, other, tolerance)
+        second = flow_at(numeric, self.known, state, other)
+        again = steadiness(numeric, self.known, second, other, tolerance)
         return (second, again, other) if again.holds else (flow, found, choice)
 
     def _linear(self, flow: Flow, found: Steadiness) -> Linear:
         eom, tangent = self.eom, flow.tangents
         coordinates = tuple(self.known.names[i] for i in tangent.free_q)
         states = (*coordinates, *(eom.speeds[i].name for i in tangent.free_u))
-        values, slopes = output_slopes(eom, flow, self.outputs)
+        values, slopes = output_slopes(eom.numeric(self.settings), flow, self.outputs)
         return Linear(
             states,
             tuple(r.name for r in eom.inputs),
@@ -87,15 +90,21 @@ class Linearizer:
         )
 
 
-def linearizer(eom: Equations, *, outputs: Mapping[str, Any] | Sequence[Any] | None = None) -> Linearizer:
+def linearizer(
+    eom: Equations,
+    *,
+    outputs: Mapping[str, Any] | Sequence[Any] | None = None,
+    settings: Settings | None = None,
+) -> Linearizer:
     """A function that linearizes `eom` at many points: the derivatives are made and compiled once.
 
     Parameters
     ----------
     eom : Equations
     outputs : expressions y by name, which may hold coordinates, their rates, speeds with their accelerations, reactions and inputs
+    settings : how to compile
     """
-    return Linearizer(eom, outputs_of(eom, outputs), perturbations(eom.derived))
+    return Linearizer(eom, outputs_of(eom, outputs), perturbations(eom.derived), settings)
 
 
 def linearize(
@@ -111,6 +120,7 @@ def linearize(
     leave_out: LeaveOut = (),
     steady: bool = True,
     tolerance: float = 1e-8,
+    settings: Settings | None = None,
 ) -> Linear:
     """ẋ = A x + B r about an equilibrium or a steady motion, all constraints included.
 
@@ -127,6 +137,7 @@ def linearize(
     leave_out : states that nothing depends on, or "cyclic" for all of them
     steady : False to linearize at any state of a motion; `rates` then tells what changes there
     tolerance : up to which accelerations and rates count as zero
+    settings : how to compile
 
     Raises
     ------
@@ -135,7 +146,7 @@ def linearize(
     SingularError
         if the constraints lose rank there
     """
-    made = linearizer(eom, outputs=outputs)
+    made = linearizer(eom, outputs=outputs, settings=settings)
     return made(
         q=q, u=u, parameters=parameters, inputs=inputs, t=t, independent=independent, leave_out=leave_out, steady=steady,
         tolerance=tolerance,

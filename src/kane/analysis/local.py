@@ -1,26 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs.
-
-The routines are compiled once for each set of equations.
-"""
+"""The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
 
-from kane.analysis.routines import once, routine
 from kane.analysis.state import State
 from kane.dynamics.constraints.partition import choose
-from kane.dynamics.readings.unsolved import partial_columns, unsolved
+from kane.dynamics.readings.unsolved import partials, unsolved
 from kane.equations.equations import Equations
-from kane.equations.handle import Handle
+from kane.equations.numeric import Numeric
+from kane.equations.routines import ports
 from kane.errors import SingularError
-from kane.expr.node import Expr
+from kane.expr.matrix import Matrix
+from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.rank import SOLVE_RANK, SURE_RANK, balanced, singular
+from kane.program.bundle import Bundle
+from kane.program.program import Port
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,21 +41,17 @@ class Values:
         return self.matrix[..., n : n + m, :n]
 
 
-def values_at(eom: Equations, state: State) -> Values:
+def values(eom: Equations) -> Bundle[Values]:
+    """K, k, and what the state must satisfy."""
+    u = unsolved(eom.derived)
+    groups = {"matrix": Matrix(u.matrix), "right": u.right, "configuration": u.configuration, "motion": u.motion}
+    return Bundle("values", ports(eom.derived), Values, {**groups, "rates": u.rates, "spins": u.spins})
+
+
+def values_at(numeric: Numeric[Equations], state: State) -> Values:
     """K and k, and what the state must satisfy."""
-    handle = once(eom, ("values",), lambda: _values(eom))
-    flat = handle(state.t, state.x, state.p, state.r)
-    n, m = len(eom.speeds), len(eom.b)
-    size = n + m + len(eom.reactions)
-    c, nq = len(eom.system.holonomic), len(eom.coordinates)
-    at = np.cumsum([size * size, size, c, m, nq])
-    parts = np.split(flat, at, axis=-1)
-    return Values(parts[0].reshape(*flat.shape[:-1], size, size), *parts[1:])
-
-
-def _values(eom: Equations) -> Handle:
-    made = unsolved(eom.derived)
-    return routine(eom, "values", [*(x for row in made.matrix for x in row), *made.right, *made.places])
+    numeric.compile(values, slopes)
+    return numeric.routine(values)(state.t, state.x, state.p, state.r)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,21 +65,27 @@ class Slopes:
     residual: Array
 
 
-def slopes_at(eom: Equations, state: State, z: Array, by: tuple[Expr, ...] | None = None) -> Slopes:
-    """Derivatives in q, u and the inputs, or in the symbols `by`."""
-    handle = once(eom, ("slopes", *(by or ())), lambda: _slopes(eom, by))
-    width = len(eom.coordinates) + len(eom.speeds) + len(eom.inputs) if by is None else len(by)
-    flat = handle(state.t, np.append(state.x, z), state.p, state.r).reshape(width, -1).T
-    spins = 3 * len(eom.system.euler_parameters)
-    at = np.cumsum([len(eom.system.holonomic), len(eom.b), len(eom.coordinates), spins])
-    return Slopes(*np.split(flat, at))
+def slopes(eom: Equations, *by: Symbol) -> Bundle[Slopes]:
+    """Derivatives in the symbols `by`, without any in q, u and the inputs; z is an argument."""
+    u = unsolved(eom.derived)
+    symbols = by or (*eom.coordinates, *eom.speeds, *eom.inputs)
+    groups = {"configuration": u.configuration, "motion": u.motion, "rates": u.rates, "spins": u.spins}
+    rows = iter(partials((*u.places, *u.residual), symbols))
+    derivatives = {
+        name: Matrix(islice(rows, len(f)), (len(f), len(symbols)))
+        for name, f in {**groups, "residual": u.residual}.items()
+    }
+    return Bundle("slopes", (*ports(eom.derived), unknowns(eom)), Slopes, derivatives)
 
 
-def _slopes(eom: Equations, by: tuple[Expr, ...] | None) -> Handle:
-    made = unsolved(eom.derived)
-    symbols = (*eom.coordinates, *eom.speeds, *eom.inputs) if by is None else by
-    columns = partial_columns((*made.places, *made.residual), symbols)
-    return routine(eom, "slopes", [x for column in columns for x in column], made.unknowns)
+def unknowns(eom: Equations) -> Port:
+    """z = (u̇, λ, R)."""
+    return Port("z", unsolved(eom.derived).unknowns, noun="unknowns")
+
+
+def slopes_at(numeric: Numeric[Equations], state: State, z: Array, *by: Symbol) -> Slopes:
+    """Derivatives in the symbols `by`, without any in q, u and the inputs."""
+    return numeric.routine(slopes, *by)(state.t, state.x, state.p, state.r, z)
 
 
 def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:

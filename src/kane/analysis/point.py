@@ -16,6 +16,7 @@ from kane.analysis.tangents import spread
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
@@ -71,7 +72,7 @@ def point_of(eom: Equations, state: State) -> OperatingPoint:
 
 
 def state_at(
-    eom: Equations,
+    numeric: Numeric[Equations],
     known: Perturbations,
     q: Any,
     u: Any,
@@ -86,6 +87,7 @@ def state_at(
     SimulationError
         if the point is off the constraints
     """
+    eom = numeric.equations
     constants = parameter_values(eom.system, parameters)
     p = np.array([constants[s] for s in eom.parameters])
     given = named_values("inputs", eom.inputs, inputs)
@@ -99,22 +101,22 @@ def state_at(
             eom, q=q, u=u, parameters=parameters, inputs=dict(zip(eom.inputs, r.tolist(), strict=True)), t=t
         )
         q, u = found.q, found.u
-    return closed(eom, known, State(float(t), start_state(eom, q, u), p, r))
+    return closed(numeric, known, State(float(t), start_state(eom, q, u), p, r))
 
 
-def closed(eom: Equations, known: Perturbations, state: State) -> State:
+def closed(numeric: Numeric[Equations], known: Perturbations, state: State) -> State:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
-    values = values_at(eom, state)
+    eom, values = numeric.equations, values_at(numeric, state)
     _check("coordinates", [c.name for c in eom.system.holonomic], values.configuration)
     nq, n = len(eom.coordinates), len(eom.speeds)
     zero = np.zeros(values.right.shape)
 
     def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
         x, now = at
-        g = slopes_at(eom, replace(state, x=x), zero).configuration[:, :nq]
+        g = slopes_at(numeric, replace(state, x=x), zero).configuration[:, :nq]
         t = spread(known, x[:nq])
         x = np.append(x[:nq] - t @ least_squares(g @ t, now.configuration), x[nq:])
-        return x, values_at(eom, replace(state, x=x))
+        return x, values_at(numeric, replace(state, x=x))
 
     start = of_unit_length(state.x, known.sets), values
     x, values = improved(start, lambda at: np.abs(at[1].configuration).max(initial=0), closer, _CLOSED, _ROUNDS)

@@ -17,6 +17,7 @@ from kane.analysis.local import values_at
 from kane.analysis.state import GIVEN, State
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_squares
 
@@ -56,7 +57,9 @@ class Steadiness:
         return not self.left and not self.varies
 
 
-def steadiness(eom: Equations, known: Perturbations, flow: Flow, choice: Choice, tolerance: float) -> Steadiness:
+def steadiness(
+    numeric: Numeric[Equations], known: Perturbations, flow: Flow, choice: Choice, tolerance: float
+) -> Steadiness:
     """Whether nothing that matters changes."""
     count = len(flow.tangents.free_q)
     matters = dependence(flow.a, count)
@@ -65,12 +68,12 @@ def steadiness(eom: Equations, known: Perturbations, flow: Flow, choice: Choice,
     moving = np.flatnonzero(~matters & ~still)
     if left or not (len(moving) or known.timed):
         return Steadiness(matters, left, ())
-    same = _same(eom, known, flow, choice, matters, moving)
+    same = _same(numeric, known, flow, choice, matters, moving)
     return Steadiness(matters, (), () if same else tuple(moving.tolist()) or (-1,))
 
 
 def _same(
-    eom: Equations,
+    numeric: Numeric[Equations],
     known: Perturbations,
     flow: Flow,
     choice: Choice,
@@ -79,7 +82,7 @@ def _same(
 ) -> bool:
     """Whether the flow of what matters is the same, displaced along what moves."""
     state, tangent = flow.state, flow.tangents
-    nq, n = len(eom.coordinates), len(eom.speeds)
+    nq, n = len(numeric.equations.coordinates), len(numeric.equations.speeds)
     x = state.x.copy()
     step = np.zeros(len(known.names))
     step[[tangent.free_q[i] for i in moving]] = _SHIFT * (1 + 0.3 * np.arange(len(moving)))
@@ -89,14 +92,14 @@ def _same(
         angles = step[len(known.coordinates) + 3 * k :][:3]
         x[list(places)] = _turned(x[list(places)], angles)
     moved = State(state.t + _SHIFT if known.timed else state.t, x, state.p, state.r)
-    values = values_at(eom, moved)
+    values = values_at(numeric, moved)
     if np.abs(values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
         return False
     if len(values.motion):
         a = values.constraints(n)
         held = [i for i in range(n) if i not in tangent.free_u]
         x[nq:][held] -= least_squares(a[:, held], values.motion)
-    there = flow_at(eom, known, moved, Choice(choice.q, tuple(i for i in range(n) if i not in tangent.free_u)))
+    there = flow_at(numeric, known, moved, Choice(choice.q, tuple(i for i in range(n) if i not in tangent.free_u)))
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
     size = np.abs(flow.a).max(initial=1.0)

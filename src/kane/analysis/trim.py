@@ -15,12 +15,14 @@ from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.state import entries
 from kane.dynamics.readings.unsolved import perturbations
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import closest, starts
 from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
+from kane.program.native.machine import Settings
 
 _TRIES, _SEED = 12, 20049
 
@@ -46,7 +48,7 @@ class Problem:
 
 
 def problem(
-    eom: Equations,
+    numeric: Numeric[Equations],
     q: Any,
     u: Any,
     parameters: Any,
@@ -56,6 +58,7 @@ def problem(
     independent: Sequence[Any],
 ) -> Problem:
     """What is to be solved, from what is given, guessed and left out."""
+    eom = numeric.equations
     known = perturbations(eom.derived)
     defaults = {p: p.default for p in eom.parameters if p.default is not None}
     groups: list[tuple[str, tuple[Symbol, ...], Any]] = [
@@ -83,7 +86,7 @@ def problem(
     unknown = [n for n in names if n not in known.names and n not in {s.name for s in eom.speeds}]
     if unknown:
         raise ValueMissingError(f"Expected moving= to name coordinates or speeds, got {', '.join(map(str, unknown))}.")
-    made = conditions(eom, known, float(t), x, choice_of(eom, known, independent), names)
+    made = conditions(numeric, known, float(t), x, choice_of(eom, known, independent), names)
     return Problem(made, x, tuple(free), tuple(missing))
 
 
@@ -98,6 +101,7 @@ def trim(
     moving: Sequence[Any] = (),
     independent: Sequence[Any] = (),
     tolerance: float = 1e-9,
+    settings: Settings | None = None,
 ) -> OperatingPoint:
     """A steady motion or an equilibrium: u̇ = 0 of the independent speeds, q̇ = 0 of the coordinates that matter, all constraints.
 
@@ -111,6 +115,7 @@ def trim(
     moving : further coordinates and speeds that may change
     independent : speeds to be independent, where those of the equations are not constant in a steady motion
     tolerance : what may remain of rates and accelerations
+    settings : how to compile
 
     Raises
     ------
@@ -119,10 +124,11 @@ def trim(
     ValueMissingError
         if the conditions do not determine what is left out
     """
-    made = problem(eom, q, u, parameters, inputs, t, moving, independent)
+    numeric = eom.numeric(settings)
+    made = problem(numeric, q, u, parameters, inputs, t, moving, independent)
     x = solve_problem(made, tolerance)
     _check_determined(made, x)
-    return point_of(eom, closed(eom, made.conditions.known, made.conditions.state(x)))
+    return point_of(eom, closed(numeric, made.conditions.known, made.conditions.state(x)))
 
 
 def equilibrium(
@@ -133,10 +139,11 @@ def equilibrium(
     inputs: Mapping[Any, Any] | None = None,
     t: float = 0.0,
     tolerance: float = 1e-9,
+    settings: Settings | None = None,
 ) -> OperatingPoint:
     """A state of rest: as `trim` with all speeds zero."""
     rest = dict.fromkeys(eom.speeds, 0.0)
-    return trim(eom, q=q, u=rest, parameters=parameters, inputs=inputs, t=t, tolerance=tolerance)
+    return trim(eom, q=q, u=rest, parameters=parameters, inputs=inputs, t=t, tolerance=tolerance, settings=settings)
 
 
 def solve_problem(made: Problem, tolerance: float) -> Array:

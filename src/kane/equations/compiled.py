@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kane import show
 from kane.dynamics.solved import Solved
 from kane.equations.handle import Handle
-from kane.equations.routines import ROUTINES, Output, ports, program, resolved
+from kane.equations.routines import ROUTINES, Outputs, output_bundle, ports, program
 from kane.errors import ArgumentError
 from kane.program.native import arguments
 from kane.program.native.compiled_routine import NotFinite
@@ -45,7 +45,7 @@ class Compiled:
     settings: Settings
     name: str
     default: Array
-    wanted: tuple[Output, ...]
+    bundle: Outputs | None
     not_finite: NotFinite
     rhs: Handle = field(init=False)
 
@@ -54,7 +54,7 @@ class Compiled:
         object.__setattr__(self, "rhs", self._handle("rhs"))
 
     def _program(self, routines: Sequence[str]) -> Program:
-        outputs = self.wanted if "outputs" in routines else ()
+        outputs = self.bundle if "outputs" in routines else None
         names = [r for r in routines if r != "outputs" or not outputs]
         return program(self.equations.solved, names, outputs, name=self.name, reciprocals=self.settings.contract)
 
@@ -82,15 +82,9 @@ class Compiled:
 
     def outputs(self, t: Any, x: Any, p: Any = None, r: Any = None) -> dict[str, Array]:
         """The named outputs, each with the leading axes of the arguments, then its own shape."""
-        if not self.wanted:
+        if self.bundle is None:
             raise ArgumentError("Expected outputs to have been named, compile(outputs={name: expression}), got none.")
-        values = self._outputs(t, x, p, r)
-        found, k = {}, 0
-        for output in self.wanted:
-            part = values[..., k : k + len(output.roots)]
-            found[output.name] = part.reshape((*values.shape[:-1], *output.shape))
-            k += len(output.roots)
-        return found
+        return self.bundle.split(self._outputs(t, x, p, r))
 
     def parameters(self, values: Mapping[Any, Any] | None = None) -> Array:
         """The vector p: values by symbol or name, the others at their defaults."""
@@ -100,7 +94,7 @@ class Compiled:
     @cached_property
     def program(self) -> Program:
         """All routines in one Program: what `emit` prints."""
-        return self._program((*ROUTINES, "outputs") if self.wanted else ROUTINES)
+        return self._program((*ROUTINES, "outputs") if self.bundle else ROUTINES)
 
     @cached_property
     def operations(self) -> Receipt:
@@ -150,5 +144,5 @@ def compiled(
         raise ArgumentError(f"Expected a text as name, got {name!r}.")
     port = ports(equations.solved.derived)[2]
     default = arguments.replaced(port, parameters or {}, arguments.defaults(port))
-    wanted = resolved(equations.solved, outputs or {})
-    return Compiled(equations, settings, name, default, wanted, not_finite)
+    bundle = output_bundle(equations.solved, outputs or {})
+    return Compiled(equations, settings, name, default, bundle, not_finite)

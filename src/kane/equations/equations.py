@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -22,6 +22,8 @@ from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, compiled
+from kane.equations.numeric import Numeric
+from kane.errors import ArgumentError
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
 from kane.kinematics.constraints import ConstraintRows
@@ -259,6 +261,15 @@ class Equations:
             if the code could not run on this processor
         """
         return compiled(eom, name, outputs, parameters, Settings(contract, cpu, features, cache), not_finite)
+
+    _numeric = read[dict[Settings, "Numeric[Equations]"]](lambda e: {}, "What was compiled, by settings.")
+
+    def numeric(self, settings: Settings | None = None) -> Numeric[Equations]:
+        """What motions and analyses compile of these equations with `settings`, kept with them."""
+        key = Settings() if settings is None else settings
+        if not isinstance(key, Settings):
+            raise ArgumentError(f"Expected kn.Settings(…) as settings, got {key!r:.60}.")
+        return self._numeric.setdefault(key, Numeric(replace(self), key))
 
     _repr_html_ = show.html
 

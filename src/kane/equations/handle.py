@@ -11,6 +11,7 @@ import numpy.typing as npt
 from kane import show
 from kane.program.native.compiled_routine import ALL, CompiledRoutine, NotFinite, new_block
 from kane.program.native.machine import Settings
+from kane.program.native.machine_code import Library
 from kane.program.program import Program
 
 Array = npt.NDArray[np.float64]
@@ -38,8 +39,9 @@ class Handle(CompiledRoutine):
         settings: Settings,
         default: Array | None = None,
         not_finite: NotFinite = "warn",
+        library: Library | None = None,
     ) -> None:
-        super().__init__(program, name, settings, {} if default is None else {"p": default}, not_finite)
+        super().__init__(program, name, settings, {} if default is None else {"p": default}, not_finite, library)
         self._parameters = self._defaults["p"].data
         self._driven = bool(program.port("r").symbols)
 

@@ -4,24 +4,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
-from kane.expr.matrix import Matrix
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import Expr
 from kane.expr.symbols import time
-from kane.program.build import Wanted, build_program
+from kane.numeric.arrays import Array
+from kane.program.build import Task, build_program
+from kane.program.bundle import Bundle, Shaped, shaped
 from kane.program.program import Port, Program
 from kane.space.vector import Vector
 
 ROUTINES = ("rhs", "mass_matrix", "forcing", "reactions")
 """What every set of equations has; "outputs" comes with the user's own expressions."""
 SUBJECT = "equations of motion"
+Outputs: TypeAlias = Bundle[dict[str, Array]]
 
 
 def ports(derived: Derived) -> tuple[Port, ...]:
@@ -38,7 +39,7 @@ def ports(derived: Derived) -> tuple[Port, ...]:
 def program(
     solved: Solved,
     routines: Sequence[str] = ROUTINES,
-    outputs: Sequence[Output] = (),
+    outputs: Outputs | None = None,
     *,
     name: str = "model",
     reciprocals: bool = True,
@@ -54,9 +55,7 @@ def program(
         raise ArgumentError(f"Expected routines among {known}, got {', '.join(map(repr, unknown))}.")
     wanted = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
-        roots = [root for output in outputs for root in output.roots]
-        labels = [label for output in outputs for label in output.labels]
-        wanted.append(Wanted("outputs", roots, (len(roots),), labels))
+        wanted.append(outputs.task)
     return build_program(name, ports(solved.derived), wanted, reciprocals, SUBJECT)
 
 
@@ -65,35 +64,23 @@ def rate_names(derived: Derived) -> list[str]:
     return [f"{s.name}'" for s in (*derived.system.coordinates, *derived.speeds)]
 
 
-def _routine(solved: Solved, name: str) -> Wanted:
+def _routine(solved: Solved, name: str) -> Task:
     derived, n = solved.derived, len(solved.derived.speeds)
     if name == "rhs":
         labels = rate_names(derived)
-        return Wanted(name, solved.right_hand_side, (len(labels),), labels)
+        return Task(name, solved.right_hand_side, (len(labels),), labels)
     if name == "mass_matrix":
         labels = [f"M[{i + 1},{j + 1}]" for i in range(n) for j in range(n)]
-        return Wanted(name, without_unknowns(solved, derived.blocks.mass.entries), (n, n), labels)
+        return Task(name, without_unknowns(solved, derived.blocks.mass.entries), (n, n), labels)
     if name == "forcing":
-        return Wanted(name, without_unknowns(solved, derived.forcing), (n,), [f"f[{i + 1}]" for i in range(n)])
-    return Wanted(name, solved.reactions, (len(derived.reactions),), [r.name for r in derived.reactions])
+        return Task(name, without_unknowns(solved, derived.forcing), (n,), [f"f[{i + 1}]" for i in range(n)])
+    return Task(name, solved.reactions, (len(derived.reactions),), [r.name for r in derived.reactions])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Output:
-    """A named output: expressions in row-major order of its shape."""
+def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
+    """The outputs as functions of q, u, t, parameters and inputs, None where there are none.
 
-    name: str
-    shape: tuple[int, ...]
-    roots: tuple[Expr, ...]
-
-    @property
-    def labels(self) -> list[str]:
-        """A name for each expression."""
-        return [self.name] if self.shape == () else [f"{self.name}[{k}]" for k in range(len(self.roots))]
-
-
-def resolved(solved: Solved, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
-    """The outputs as functions of q, u, t, parameters and inputs; a vector's measure numbers are along the inertial frame.
+    A vector's measure numbers are along the inertial frame.
 
     Raises
     ------
@@ -104,12 +91,12 @@ def resolved(solved: Solved, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
     """
     if not isinstance(outputs, Mapping):
         raise ArgumentError(f"Expected outputs as a mapping from names to expressions, got {type(outputs).__name__}.")
-    found = []
+    groups = {}
     for name, what in outputs.items():
         if not isinstance(name, str) or not name.strip():
             raise ArgumentError(f"Expected a name for every output, got {name!r}.")
-        shape, parts = _parts(solved, name, what)
-        roots = tuple(without_unknowns(solved, parts))
+        plain = _shaped(solved, name, what)
+        roots = tuple(without_unknowns(solved, plain.roots))
         known: set[Expr] = {s for port in ports(solved.derived) for s in port.symbols}
         unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in known]
         if unknown:
@@ -117,19 +104,18 @@ def resolved(solved: Solved, outputs: Mapping[Any, Any]) -> tuple[Output, ...]:
                 f"Expected the output {name!r} in symbols of the system, got {', '.join(unknown)} in it. A reaction must be "
                 "listed in System(reactions=…)."
             )
-        found.append(Output(name, shape, roots))
-    return tuple(found)
+        groups[name] = Shaped(plain.shape, roots)
+    names = list(groups)
+    return (
+        Bundle("outputs", ports(solved.derived), lambda *parts: dict(zip(names, parts, strict=True)), groups)
+        if names
+        else None
+    )
 
 
-def _parts(solved: Solved, name: str, what: Any) -> tuple[tuple[int, ...], list[Expr]]:
-    if isinstance(what, Vector):
-        return (3,), list(what.components(solved.derived.system.inertial))
-    if isinstance(what, Matrix):
-        return what.shape, list(what.entries)
+def _shaped(solved: Solved, name: str, what: Any) -> Shaped:
     try:
-        if isinstance(what, list | tuple):
-            return (len(what),), [as_expr(x) for x in what]
-        return (), [as_expr(what)]
+        return shaped(what.components(solved.derived.system.inertial) if isinstance(what, Vector) else what)
     except TypeError as error:
         raise ArgumentError(
             f"Expected an expression, Vector, Matrix or a sequence of expressions as output {name!r}, got {what!r:.60}."

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kane.analysis.routines import once
 from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
 from kane.errors import ReactionError
 from kane.motion.projection import Numbers
 from kane.numeric.arrays import Array
@@ -19,11 +19,6 @@ _BETTER = 4.0
 """By how much the quality of other dependent speeds must be better for a change."""
 _SHORT = 1e-3
 """Quality below which a sample between two steps is read off with other dependent speeds than it was stepped with."""
-
-
-def with_partition(eom: Equations, partition: Partition) -> Equations:
-    """The equations with other dependent speeds, derived once."""
-    return once(eom, f"partition {partition}", lambda: repartition(eom, partition))
 
 
 def better(a: Array, present: Partition, reach: Array, may_grow: bool) -> Partition | None:
@@ -40,7 +35,7 @@ def better(a: Array, present: Partition, reach: Array, may_grow: bool) -> Partit
     return other if allowed and quality(a, other, reach) > _BETTER * now else None
 
 
-def determined(first: Equations, present: Equations, numbers: Numbers, reach: Array) -> Equations:
+def determined(first: Numeric[Equations], present: Equations, numbers: Numbers, reach: Array) -> Equations:
     """Equations whose dependent speeds are determined at a state: the present ones, or others made of the `first`.
 
     Where rank is lost, dependent speeds are as many as are determined: the accelerations are then those of least size.
@@ -52,7 +47,7 @@ def determined(first: Equations, present: Equations, numbers: Numbers, reach: Ar
     if rank >= len(partition.rows) and quality(numbers.a, partition, reach) >= _SHORT:
         return present
     try:
-        return with_partition(first, choose(numbers.a, reach=reach).first(min(rank, len(partition.rows))))
+        return first.value(repartition, choose(numbers.a, reach=reach).first(min(rank, len(partition.rows))))
     except ReactionError:
         return present
 

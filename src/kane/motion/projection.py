@@ -15,13 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.analysis.routines import routine
 from kane.equations.equations import Equations
-from kane.equations.handle import Handle
-from kane.expr.node import Expr
+from kane.equations.numeric import Numeric
+from kane.equations.routines import ports
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length
+from kane.program.bundle import Bundle
+from kane.program.native.compiled_routine import BundleRoutine
 
 _ROUNDS = 6
 _CLOSED = 1e-13
@@ -43,42 +44,34 @@ class Numbers:
         return all(np.all(np.isfinite(v)) for v in (self.f, self.a, self.b, self.m))
 
 
+def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
+    """What keeps a state on the constraints."""
+    f = [c.expr for c in eom.system.holonomic]
+    groups = {"f": f, "a": eom.A, "b": eom.b, "m": eom.mass_matrix, "w": eom.W}
+    return Bundle("constraints", ports(eom.derived), Numbers, groups)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Manifold:
-    """The constraints of equations of motion as one compiled routine."""
+    """The constraints of equations of motion: their numbers as one compiled routine, and where Euler parameters are."""
 
-    handle: Handle
+    numbers: BundleRoutine[Numbers]
     coordinates: int
-    speeds: int
-    configuration: int
-    rows: int
     euler: tuple[tuple[int, ...], ...]
-
-    def numbers(self, t: float, x: Array, p: Array, r: Array) -> Numbers:
-        """Residuals and matrices at a state x = (q, u)."""
-        flat = self.handle(t, x, p, r)
-        n, nq, m, c = self.speeds, self.coordinates, self.rows, self.configuration
-        at = np.cumsum([c, m * n, m, n * n])
-        return Numbers(
-            flat[: at[0]],
-            flat[at[0] : at[1]].reshape(m, n),
-            flat[at[1] : at[2]],
-            flat[at[2] : at[3]].reshape(n, n),
-            flat[at[3] :].reshape(nq, -1)[:, :n],
-        )
 
     def project(self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0) -> tuple[Array, Numbers]:
         """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had."""
-        nq, c = self.coordinates, self.configuration
+        nq = self.coordinates
         x = of_unit_length(x, self.euler)
         now = self.numbers(t, x, p, r)
         if not now.finite:
             return x, now
         reach = np.maximum(reach, np.abs(now.a))
+        c, n = len(now.f), len(now.m)
 
         def closer(at: tuple[Array, Numbers]) -> tuple[Array, Numbers]:
             x, now = at
-            shift = now.w @ least_change(now.m, now.a[:c], -now.f, reach[:c])
+            shift = now.w[:, :n] @ least_change(now.m, now.a[:c], -now.f, reach[:c])
             x = of_unit_length(np.append(x[:nq] + shift, x[nq:]), self.euler)
             return x, self.numbers(t, x, p, r)
 
@@ -88,16 +81,16 @@ class Manifold:
         return x, now
 
 
-def manifold(eom: Equations) -> Manifold | None:
+def is_constrained(eom: Equations) -> bool:
+    """Whether there is anything to keep: constraints, or the length of Euler parameters."""
+    return bool(eom.constraints.constraints or eom.system.euler_parameters)
+
+
+def manifold(numeric: Numeric[Equations]) -> Manifold | None:
     """The constraints of the equations, None where there is nothing to keep."""
+    eom = numeric.equations
+    if not is_constrained(eom):
+        return None
     place = {c: i for i, c in enumerate(eom.coordinates)}
     euler = tuple(tuple(place[e] for e in s.coordinates) for s in eom.system.euler_parameters)
-    if not eom.constraints.constraints and not euler:
-        return None
-    roots: list[Expr] = [c.expr for c in eom.system.holonomic]
-    roots += [x for row in eom.A.rows for x in row]
-    roots += list(eom.b)
-    roots += [x for row in eom.mass_matrix.rows for x in row]
-    roots += [x for row in eom.W.rows for x in row]
-    handle = routine(eom, "constraints", roots)
-    return Manifold(handle, len(eom.coordinates), len(eom.speeds), len(eom.system.holonomic), len(eom.b), euler)
+    return Manifold(numeric.routine(constraint_numbers), len(place), euler)

@@ -5,41 +5,51 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.routines import once, routine
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
-from kane.equations.handle import Handle
-from kane.equations.routines import rate_names
+from kane.equations.routines import ports, rate_names
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_constraint
+from kane.program.bundle import Bundle
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.machine import Settings
 
 
-def _routine(eom: Equations, name: str, roots: Sequence[Expr], labels: Sequence[str] | None = None) -> Handle:
-    return routine(eom, name, without_unknowns(eom.solved, roots), labels=labels)
-
-
-def _rates(eom: Equations) -> Handle:
+def rates(eom: Equations) -> Bundle[tuple[Array, ...]]:
     """(q̇, u̇, P)."""
-    return _routine(eom, "motion", [*eom.right_hand_side, eom.power], [*rate_names(eom.derived), "P"])
+    roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
+    return Bundle("motion", ports(eom.derived), _parts, {"rates": roots}, [*rate_names(eom.derived), "P"])
 
 
-def _watched(eom: Equations) -> Handle | None:
+def watched(eom: Equations) -> Bundle[tuple[Array, ...]]:
     """The events' quantities."""
-    return (
-        _routine(eom, "events", [e.quantity for e in eom.events], [e.name for e in eom.events]) if eom.events else None
-    )
+    roots = without_unknowns(eom.solved, [e.quantity for e in eom.events])
+    return Bundle("events", ports(eom.derived), _parts, {"events": roots}, [e.name for e in eom.events])
 
 
-def _unsolved(eom: Equations) -> Handle:
-    """What the accelerations of least size are made of: q̇, f, Ȧ u + ḃ."""
-    roots = [*eom.rates, *eom.forcing, *eom.constraints.drift]
-    return _routine(eom, "loose", roots)
+def _parts(*parts: Array) -> tuple[Array, ...]:
+    return parts
+
+
+class Unembedded(NamedTuple):
+    """q̇, f and Ȧ u + ḃ: what the accelerations of least size are made of."""
+
+    rates: Array
+    forcing: Array
+    drift: Array
+
+
+def unembedded(eom: Equations) -> Bundle[Unembedded]:
+    """q̇, f and Ȧ u + ḃ as functions of the state."""
+    groups = {"rates": eom.rates, "forcing": eom.forcing, "drift": eom.constraints.drift}
+    plain = {name: without_unknowns(eom.solved, roots) for name, roots in groups.items()}
+    return Bundle("unembedded", ports(eom.derived), Unembedded, plain)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,9 +59,10 @@ class Routines:
     eom: Equations
     p: Array
     drives: tuple[Callable[[Any], Any], ...]
+    settings: Settings | None
     width: int
-    handle: Handle
-    events: Handle | None
+    rates: CompiledRoutine
+    events: CompiledRoutine | None
 
     def inputs(self, t: float) -> Array:
         """Values of the inputs."""
@@ -59,14 +70,12 @@ class Routines:
 
     def rate(self, t: float, y: Array) -> Array:
         """(q̇, u̇, P)."""
-        return self.handle(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
+        return self.rates(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
 
     def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array) -> Array:
         """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
-        eom, nq, n = self.eom, len(self.eom.coordinates), len(self.eom.speeds)
-        q_dot, f, drift = np.split(
-            once(eom, "loose", lambda: _unsolved(eom))(t, y[: self.width], self.p, self.inputs(t)), [nq, nq + n]
-        )
+        routine = self.eom.numeric(self.settings).routine(unembedded)
+        q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t))
         return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach), self.rate(t, y)[-1:]])
 
     def watch(self, t: float, y: Array) -> Array:
@@ -83,11 +92,19 @@ class Routines:
 
     def explain(self, t: float, y: Array) -> str:
         """What is not finite first."""
-        return self.handle.explain(t, y[: self.width], self.p, self.inputs(t))
+        return self.rates.explain(t, y[: self.width], self.p, self.inputs(t))
 
 
-def routines(eom: Equations, p: Array, drives: Sequence[Callable[[Any], Any]]) -> Routines:
-    """The equations compiled, once for each set of them."""
-    width = len(eom.coordinates) + len(eom.speeds)
-    rates, events = once(eom, "rates", lambda: _rates(eom)), once(eom, "events", lambda: _watched(eom))
-    return Routines(eom, p, tuple(drives), width, rates, events)
+def routines(
+    eom: Equations,
+    p: Array,
+    drives: Sequence[Callable[[Any], Any]],
+    settings: Settings | None,
+    *others: Callable[[Equations], Bundle[Any]],
+) -> Routines:
+    """The equations compiled, and the bundles of `others` with them in one module."""
+    numeric, width = eom.numeric(settings), len(eom.coordinates) + len(eom.speeds)
+    events = [watched] if eom.events else []
+    numeric.compile(rates, *events, *others)
+    quantities = numeric.routine(watched).flat if events else None
+    return Routines(eom, p, tuple(drives), settings, width, numeric.routine(rates).flat, quantities)

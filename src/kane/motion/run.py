@@ -22,6 +22,7 @@ from kane.motion.start import check_events, check_masses, check_rates, check_spa
 from kane.motion.stepping import SOLVERS, Course, End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
+from kane.program.native.machine import Settings
 
 
 def simulate(
@@ -39,6 +40,7 @@ def simulate(
     atol: float = 1e-9,
     samples: int | Sequence[float] = 501,
     max_steps: int = 1_000_000,
+    settings: Settings | None = None,
 ) -> Solution:
     """The motion from `span[0]` to `span[1]` (s).
 
@@ -58,6 +60,7 @@ def simulate(
     method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
     rtol, atol : relative and absolute tolerance
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
+    settings : how to compile
 
     Raises
     ------
@@ -81,7 +84,7 @@ def simulate(
     check_prescribed(eom, constants, span)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
-    stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()))
+    stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
     begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
     start = _admissible(stepper, t0, np.append(_start(eom, q, u, rates, begin, t0), 0.0))
     for event, value in zip(eom.events, stepper.watch(t0, start), strict=True):
@@ -108,7 +111,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     start, numbers = stepper.keep(t0, y)
     stepper.settle(t0, numbers)
     check_events(stepper.first, stepper.watch(t0, start), t0)
-    check_rates(stepper.now.handle.labels[:-1], stepper.rate(t0, start), t0, lambda: stepper.now.explain(t0, start))
+    check_rates(stepper.now.rates.labels[:-1], stepper.rate(t0, start), t0, lambda: stepper.now.explain(t0, start))
     return start
 
 

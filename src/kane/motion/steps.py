@@ -12,16 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.routines import once
+from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import ZERO
 from kane.model.events import Event
-from kane.motion.dependent import better, determined, loses_rank, side, with_partition
-from kane.motion.projection import Numbers, manifold
+from kane.motion.dependent import better, determined, loses_rank, side
+from kane.motion.projection import Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.routines import routines
 from kane.motion.solution import Segment
 from kane.numeric.arrays import Array
+from kane.program.native.machine import Settings
 
 
 class Stepper:
@@ -31,10 +32,12 @@ class Stepper:
     sign of the dependent block's determinant; `reach`, the sizes that the entries of A have had. `segments` and `changes` tell of it.
     """
 
-    def __init__(self, eom: Equations, p: Array, drives: Sequence[Callable[[Any], Any]]) -> None:
-        self.first = eom
-        self.now = routines(eom, p, drives)
-        self.manifold = once(eom, "manifold", lambda: manifold(eom))
+    def __init__(
+        self, eom: Equations, p: Array, drives: Sequence[Callable[[Any], Any]], settings: Settings | None = None
+    ) -> None:
+        self.first, self.numeric = eom, eom.numeric(settings)
+        self.now = routines(eom, p, drives, settings, *([constraint_numbers] if is_constrained(eom) else []))
+        self.manifold = manifold(self.numeric)
         self.segments: list[Segment] = []
         self.changes: list[tuple[Event, float]] = []
         self.lost = False
@@ -78,7 +81,7 @@ class Stepper:
         kept, numbers = self.keep(t, y)
         if numbers is None or not self._chosen_from(numbers):
             return kept, self.eom
-        return kept, determined(self.first, self.eom, numbers, self.reach)
+        return kept, determined(self.numeric, self.eom, numbers, self.reach)
 
     def settle(self, t: float, numbers: Numbers | None) -> bool:
         """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed."""
@@ -88,7 +91,8 @@ class Stepper:
         before = (self.eom, self.lost)
         other = better(numbers.a, self.eom.embedding.partition, self.reach, not self.segments)
         if other is not None:
-            self.now = routines(with_partition(self.first, other), self.now.p, self.now.drives)
+            eom = self.numeric.value(repartition, other)
+            self.now = routines(eom, self.now.p, self.now.drives, self.now.settings)
             names = ", ".join(u.name for u in self.eom.dependent_speeds)
             self._note(t, f"dependent speeds {names}", "the dependent speeds were changed")
         lost = self._loses_rank(numbers)

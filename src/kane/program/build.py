@@ -20,7 +20,7 @@ from kane.program.program import Port, Program
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wanted:
+class Task:
     """What a routine is to compute: expressions in row-major order of `shape`, with a label each."""
 
     name: str
@@ -30,7 +30,7 @@ class Wanted:
 
 
 def build_program(
-    name: str, ports: Sequence[Port], wanted: Sequence[Wanted], reciprocals: bool = False, subject: str = "expressions"
+    name: str, ports: Sequence[Port], wanted: Sequence[Task], reciprocals: bool = False, subject: str = "expressions"
 ) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
@@ -43,7 +43,7 @@ def build_program(
     return assembled(with_reciprocals(draft) if reciprocals else draft)
 
 
-def _draft(name: str, subject: str, ports: Sequence[Port], wanted: Sequence[Wanted]) -> Draft:
+def _draft(name: str, subject: str, ports: Sequence[Port], wanted: Sequence[Task]) -> Draft:
     """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
     order = postorder(root for w in wanted for root in w.roots)
     inputs = [s for port in ports for s in port.symbols]

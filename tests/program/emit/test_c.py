@@ -16,7 +16,7 @@ from kane.equations import routines
 from kane.expr.evaluate import compile_reference
 from kane.expr.symbols import coordinates, parameter
 from kane.gallery import rolling_disk
-from kane.program.build import Wanted, build_program
+from kane.program.build import Task, build_program
 from kane.program.emit.c import emit_c, emit_header
 from kane.program.emit.names import is_free_in_c
 from kane.program.program import Program
@@ -79,7 +79,7 @@ def test_results_without_contraction_are_those_of_the_reference_evaluator_bit_by
     roots = exact_results(example)
     leaves = [*expressions.LEAVES[:3], expressions.M]
     program = build_program(
-        "drawn", ports(leaves[:3], (expressions.M,)), [Wanted("f", roots, (len(roots),), [""] * len(roots))]
+        "drawn", ports(leaves[:3], (expressions.M,)), [Task("f", roots, (len(roots),), [""] * len(roots))]
     )
     library = build(emit_c(program, contract=False), f"-std={standard}", "-O3", "-march=native")
     reference = compile_reference(roots, leaves)
@@ -202,7 +202,7 @@ ROUTINES = "hoist state state labels f f_labels pi E sincos f_part 8_t rhs RHS *
 @pytest.mark.parametrize("name", ["m", "int", "FLT", "kane", "while", "2 links", "", "*", "part_1", "fp", "a\nb"])
 def test_any_name_of_a_system_and_of_its_routines(build, name):
     routines = ROUTINES.split()
-    wanted = [Wanted(r, [coordinates("q")[0] + k], (1,), ("",)) for k, r in enumerate(routines)]
+    wanted = [Task(r, [coordinates("q")[0] + k], (1,), ("",)) for k, r in enumerate(routines)]
     program = build_program(name, ports(coordinates("q")), wanted)
     text = emit_c(program, longest=1)
     library = build(text)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.expr.evaluate import compile_reference
 from kane.expr.symbols import input, parameter
-from kane.program.build import Wanted, build_program
+from kane.program.build import Task, build_program
 from kane.program.draft import Goal
 from kane.program.emit.numpy import emit_numpy
 from tests.expr import expressions
@@ -76,7 +76,7 @@ def test_results_are_those_of_the_reference_evaluator_bit_by_bit(load, example):
     roots = exact_results(example)
     leaves = [*expressions.LEAVES[:3], expressions.M]
     program = build_program(
-        "drawn", ports(leaves[:3], (expressions.M,)), [Wanted("f", roots, (len(roots),), [""] * len(roots))]
+        "drawn", ports(leaves[:3], (expressions.M,)), [Task("f", roots, (len(roots),), [""] * len(roots))]
     )
     module = load(emit_numpy(program))
     values = np.array([example.values, tuple(-v for v in example.values), (0.0, 1e200, -0.0, 1.0)])

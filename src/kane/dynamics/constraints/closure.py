@@ -19,6 +19,7 @@ from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed, Residual, closest, starts
 from kane.numeric.sample import values_of
+from kane.program.bundle import Bundle
 
 OFF = 1e-6
 """Residual, over the reach of the coordinates, above which no configuration was found."""
@@ -51,17 +52,10 @@ def closure(system: System) -> Closure:
 
 def residual_function(system: System, conditions: Closure, values: Mapping[Expr, Any]) -> Residual:
     """f and ∂f/∂q as a function of the coordinates, all other symbols at `values`, on the reference evaluator."""
-    rest = list(values)
-    roots = [*conditions.f, *(x for row in conditions.gradient.rows for x in row)]
-    run = compile_reference(roots, [*system.coordinates, *rest])
+    bundle = Bundle("closure", (), lambda *parts: parts, {"f": conditions.f, "gradient": conditions.gradient})
+    run = bundle.reference([*system.coordinates, *values])
     numbers = list(values.values())
-    count, width = len(conditions.f), len(system.coordinates)
-
-    def function(q: Array) -> tuple[Array, Array]:
-        f_and_gradient = np.array(run([*q, *numbers]), dtype=float)
-        return f_and_gradient[:count], f_and_gradient[count:].reshape(count, width)
-
-    return function
+    return lambda q: run([*q, *numbers])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,13 +12,14 @@ K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives ar
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kane.dynamics.derived import Derived
 from kane.expr.build import add, neg, sub
 from kane.expr.diff import tangent
 from kane.expr.evaluate import free_symbols
-from kane.expr.matrix import dot
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Reaction, Symbol, Time, rate
 
@@ -83,13 +84,13 @@ def unsolved(derived: Derived) -> Unsolved:
     )
 
 
-def partial_columns(roots: tuple[Expr, ...], symbols: tuple[Expr, ...]) -> list[list[Expr]]:
-    """∂roots/∂symbol, a list for each symbol."""
+def partials(roots: Sequence[Expr], symbols: Sequence[Expr]) -> Matrix:
+    """∂roots/∂symbols, a row for each root."""
     columns = []
     for s in symbols:
         memo: dict[Expr, Expr] = {}
         columns.append([tangent(r, {s: ONE}, memo) for r in roots])
-    return columns
+    return Matrix(zip(*columns, strict=True), (len(roots), len(symbols)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,12 +7,14 @@ import ctypes
 import math
 import warnings
 from collections.abc import Callable, Mapping
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass
+from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from kane.errors import ArgumentError, KaneWarning, NotFiniteError
+from kane.program.bundle import Bundle
 from kane.program.emit.llvm_entries import block
 from kane.program.native import arguments
 from kane.program.native.callers import outside
@@ -22,6 +24,7 @@ from kane.program.program import Program, Routine
 from kane.program.reference import explain
 
 Array = npt.NDArray[np.float64]
+R = TypeVar("R")
 NotFinite = Literal["warn", "raise", "ignore"]
 Block: TypeAlias = tuple[Any, ...]
 """The memory of one call at a time: its address, a view of each port's values, and the results. A bare tuple is unpacked fastest."""
@@ -231,3 +234,15 @@ class CompiledRoutine:
     def __repr__(self) -> str:
         few = f"{', '.join(self.labels[:8])}{', …' if len(self.labels) > 8 else ''}"
         return f"<{self.name}({self.program.signature}) -> {list(self.shape)}: {few}>"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BundleRoutine(Generic[R]):
+    """A compiled bundle: called with its ports it gives the record; `flat` gives the results as one vector."""
+
+    bundle: Bundle[R]
+    flat: CompiledRoutine
+
+    def __call__(self, *values: Any) -> R:
+        """The record at these values of the ports."""
+        return self.bundle.split(self.flat(*values))

@@ -13,7 +13,11 @@ from kane.program.program import Program
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How to compile: `contract` allows a·b + c in one rounding (FMA), `cpu` and `features` choose the processor."""
+    """How to compile; the fields are those of `kn.compile`, and motions and analyses take them as `settings=`.
+
+    `contract` allows a·b + c in one rounding (FMA) and shared reciprocals. `cpu` is "host", or "generic" for what every processor of
+    this kind has, with the `features` to add. `cache` keeps the code in the user's cache folder.
+    """
 
     contract: bool = True
     cpu: str = "host"
