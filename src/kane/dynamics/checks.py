@@ -15,8 +15,9 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed
-from kane.kinematics.constraints import ConstraintRows, unplaced
+from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Kinematics
+from kane.model.constraints import Constraint
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
@@ -73,12 +74,18 @@ def _null_vector(matrix: Matrix) -> Array | None:
 def check_released(system: System, rows: ConstraintRows) -> None:
     """Reactions at cuts need to know what the constraints exert on the far side."""
     cuts = [str(r) for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
-    bare = unplaced(rows.constraints)
-    if cuts and bare:
+    if cuts:
+        check_placed(f"reactions {', '.join(cuts)} feel", rows.constraints, "kn.rolling.")
+
+
+def check_placed(who: str, constraints: Iterable[Constraint], last: str) -> None:
+    """Constraints whose forces `who` ("reactions … feel") needs must say where they act; `last` ends the list of what does."""
+    bare = [c.name for c in constraints if not c.placed]
+    if bare:
         raise ReactionError(
-            f"Expected constraints that say where their forces act, as the reactions {', '.join(cuts)} feel them, got the bare "
+            f"Expected constraints that say where their forces act, as the {who} them, got the bare "
             f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
-            "kn.distance, kn.perpendicular, kn.no_slip, kn.rolling."
+            f"kn.distance, kn.perpendicular, kn.no_slip, {last}"
         )
 
 

@@ -180,6 +180,7 @@ class Derived:
         lambda d: d.constraints.a, "A of the constraints A u + b = 0, a row for each of `system.constraints`."
     )
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
+    constraint_rates = read[Exprs](lambda d: tuple(map(add, d.A @ d.speeds, d.b)), "A u + b.")
 
 
 def derived(system: System) -> Derived:

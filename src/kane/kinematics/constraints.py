@@ -7,7 +7,7 @@ constraint: itself), written in speeds. The derivative is taken of the scalar A 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kane.errors import ModelError, NotAffineError
@@ -166,8 +166,3 @@ def _check_configuration(constraint: Constraint) -> None:
             f"Expected the configuration constraint {constraint.name!r} in coordinates and time, got {', '.join(moving)} in it. List "
             "it in nonholonomic=."
         )
-
-
-def unplaced(constraints: Iterable[Constraint]) -> list[str]:
-    """Names of the constraints of which it is not known where their forces act."""
-    return [c.name for c in constraints if not c.placed]

@@ -16,7 +16,6 @@ from kane.dynamics.readings.values import evaluate_along
 from kane.equations.equations import Equations
 from kane.errors import ValueMissingError, alike
 from kane.expr.evaluate import free_symbols
-from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Reaction, Symbol
 from kane.model.constraints import Constraint
@@ -170,12 +169,10 @@ class Solution:
     @cached_property
     def constraint_residuals(self) -> Mapping[Constraint, Array]:
         """What is left of each constraint along the motion: f of a configuration constraint, (A u + b) of a motion constraint."""
-        eom = self.equations
-        constraints = eom.constraints.constraints
-        roots = [
-            c.expr if c.kind == "configuration" else dot(row, eom.speeds) + b
-            for c, row, b in zip(constraints, eom.A.rows, eom.b, strict=True)
-        ]
+        derived = self.equations.derived
+        constraints = derived.constraints.constraints
+        pairs = zip(constraints, derived.constraint_rates, strict=True)
+        roots = [c.expr if c.kind == "configuration" else rate for c, rate in pairs]
         return dict(zip(constraints, self._values(roots) if roots else [], strict=True))
 
     def energy(self) -> Array:

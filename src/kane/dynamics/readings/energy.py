@@ -72,18 +72,13 @@ def _depends_on_time(e: Expr) -> bool:
 
 def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:
     """Σ m r / Σ m from `origin`."""
-    moment = Vector()
-    for b in bodies:
-        moment = moment + b.part.mass_center.position(origin) * b.part.mass
+    moment = sum((b.part.mass_center.position(origin) * b.part.mass for b in bodies), start=Vector())
     return moment / total_mass(b.part for b in bodies)
 
 
 def linear_momentum(bodies: Sequence[Moving]) -> Vector:
     """Σ m v."""
-    total = Vector()
-    for b in bodies:
-        total = total + b.center.total * b.part.mass
-    return total
+    return sum((b.center.total * b.part.mass for b in bodies), start=Vector())
 
 
 def angular_momentum(bodies: Sequence[Moving], about: Point) -> Vector:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.bodies import Moving
+from kane.dynamics.checks import check_placed
 from kane.dynamics.constraints.closure import matrix_at, sampled
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
@@ -26,7 +27,6 @@ from kane.dynamics.solved import Solved
 from kane.errors import ReactionError
 from kane.expr.evaluate import evaluate
 from kane.expr.matrix import Matrix
-from kane.kinematics.constraints import unplaced
 from kane.kinematics.motion import acceleration_form
 from kane.model.bodies import parts_of
 from kane.model.constraints import Constraint
@@ -41,6 +41,7 @@ from kane.write.excerpt import excerpt
 
 Share = Callable[[Constraint], tuple[Vector, Vector]]
 """The force and torque, about the place's point, that a multiplier of one exerts on the side asked for."""
+_CLOSED = "kn.rolling, kn.close_pin, …."
 Place = str | Joint | Point | Frame | Constraint | Sequence[Constraint]
 
 
@@ -233,7 +234,7 @@ def _balance(solved: Solved, side: _Side) -> JointReaction:
     def share(c: Constraint) -> tuple[Vector, Vector]:
         return _gathered(side, c.forces, c.torques)
 
-    _check_placed(side.name, derived.system.constraints)
+    check_placed(f"reaction {side.name} feels", derived.system.constraints, _CLOSED)
     _check_determinate(solved, side.name, share)
     moved = [(b.part.mass_center, acceleration_form(b.center) * b.part.mass) for b in derived.bodies]
     rotations = [b.rotation for b in derived.bodies if b.rotation is not None]
@@ -263,7 +264,7 @@ def _gathered(
 def _closure(solved: Solved, constraints: tuple[Constraint, ...]) -> JointReaction:
     """What constraints exert together on the point that the first force names first, and the frame that the first pure torque does."""
     name = _common_name([c.name for c in constraints])
-    _check_placed(name, constraints)
+    check_placed(f"reaction {name} feels", constraints, _CLOSED)
     points = {c.forces[0][0]: c for c in constraints if c.forces}
     frames = {c.torques[0][0]: c for c in constraints if c.torques and not c.forces}
     _check_one_place(name, points)
@@ -305,16 +306,6 @@ def _check_one_place(name: str, places: Mapping[Point, Constraint] | Mapping[Fra
         raise ReactionError(
             f"Expected the constraints of one closure, which act on one point and one frame, got {several} for {name!r}. Ask for each "
             "of them."
-        )
-
-
-def _check_placed(name: str, constraints: Sequence[Constraint]) -> None:
-    bare = unplaced(constraints)
-    if bare:
-        raise ReactionError(
-            f"Expected constraints that say where their forces act, as the reaction {name} feels them, got the bare "
-            f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
-            "kn.distance, kn.perpendicular, kn.no_slip, kn.rolling, kn.close_pin, …."
         )
 
 

@@ -11,7 +11,6 @@ from typing import Any
 from kane.dynamics.derived import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
-from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Speed, Symbol
 from kane.kinematics.motion import Motion, acceleration_form, velocity_form
@@ -177,14 +176,9 @@ def _constrained(solved: Solved) -> tuple[Result, ...]:
     if e is None:
         return ()
     return (
-        *_each(Kind.CONSTRAINT, rows.constraints, _affine(rows.a, solved.derived.speeds, rows.b)),
-        *_each(Kind.SYMBOL, solved.dependent_speeds, _affine(e.a_n, solved.independent_speeds, e.b_n)),
+        *_each(Kind.CONSTRAINT, rows.constraints, solved.derived.constraint_rates),
+        *_each(Kind.SYMBOL, solved.dependent_speeds, map(add, e.a_n @ solved.independent_speeds, e.b_n)),
     )
-
-
-def _affine(a: Matrix, u: Sequence[Speed], b: Sequence[Expr]) -> list[Expr]:
-    """A u + b."""
-    return [add(product, x) for product, x in zip(a @ u, b, strict=True)]
 
 
 def _forces(

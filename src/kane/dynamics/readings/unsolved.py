@@ -55,26 +55,16 @@ def unsolved(derived: Derived) -> Unsolved:
     """The unsolved equations of motion."""
     blocks, rows = derived.blocks, derived.constraints
     m, s = len(rows.constraints), len(derived.reactions)
-    upper = [
-        (*mass, *(neg(x) for x in a), *map(neg, coupling))
-        for mass, a, coupling in zip(blocks.mass, rows.a.T, blocks.coupling, strict=True)
-    ]
+    columns = (*blocks.mass, *blocks.mass_a), (*rows.a.T, *rows.a_auxiliary.T), (*blocks.coupling, *blocks.coupling_a)
+    dynamical = [(*mass, *map(neg, a), *map(neg, g)) for mass, a, g in zip(*columns, strict=True)]
     held = [(*row, *[ZERO] * (m + s)) for row in rows.a]
-    lower = [
-        (*mass, *(neg(x) for x in a), *map(neg, coupling))
-        for mass, a, coupling in zip(blocks.mass_a, rows.a_auxiliary.T, blocks.coupling_a, strict=True)
-    ]
-    kinematical = derived.kinematical
+    kinematical, n = derived.kinematical, len(derived.speeds)
     return Unsolved(
-        (
-            *map(rate, derived.speeds),
-            *(Reaction.declare(f"λ{k + 1}") for k in range(m)),
-            *derived.reactions,
-        ),
-        (*upper, *held, *lower),
+        (*map(rate, derived.speeds), *(Reaction.declare(f"λ{k + 1}") for k in range(m)), *derived.reactions),
+        (*dynamical[:n], *held, *dynamical[n:]),
         (*blocks.forcing, *map(neg, rows.drift), *blocks.forcing_a),
         tuple(c.expr for c in derived.system.holonomic),
-        tuple(add(dot(row, derived.speeds), b) for row, b in zip(rows.a, rows.b, strict=True)),
+        derived.constraint_rates,
         derived.rates,
         tuple(
             add(dot(list(kinematical.inverse[w].values()), list(kinematical.inverse[w])), kinematical.x[w])
