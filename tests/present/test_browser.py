@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import kane as kn
-from kane.cli.models import model
+from kane.cli.models import model_of
 from kane.gallery import GALLERY
 from tests.present.browser import chromium
 from tests.present.page import Page
@@ -64,7 +64,7 @@ def disk(browser: Any, reports: Path) -> Iterator[Opened]:
 @cache
 def report(name: str, folder: Path) -> Path:
     """The report of a system of the gallery, with a motion; written once."""
-    found = model(name)
+    found = model_of(name)
     eom = kn.derive(found.system)
     sol = kn.simulate(eom, (0.0, 0.2), samples=21, **found.start) if found.start else None
     return kn.report(eom, folder / f"{name}.html", solution=sol, title=found.title, sources=found.sources)

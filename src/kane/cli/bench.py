@@ -14,7 +14,7 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.faults import own_code
-from kane.cli.models import model
+from kane.cli.models import model_of
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
 
@@ -23,24 +23,24 @@ _ROUNDS, _LEAST, _BATCH = 7, 0.01, 4096
 
 def bench(name: Name, as_json: AsJson = False) -> None:
     """Time the derivation, the compilation and one evaluation of MODEL; count its operations."""
-    found = model(name)
-    with screen.working("Measuring"), own_code(found.path):
-        derive_s, eom = _first(lambda: kn.derive(found.system))
-        begin = start(found, eom, {})
+    model = model_of(name)
+    with screen.working("Measuring"), own_code(model.path):
+        derive_s, eom = _first(lambda: kn.derive(model.system))
+        begin = start(model, eom, {})
         values = {p.name: 1.0 for p in eom.parameters if p.default is None} | dict(begin.parameters)
         compile_s, compiled = _first(lambda: eom.compile(parameters=values, cache=False, not_finite="ignore"))
-        x, r = _arguments(eom, begin, found.span[0])
+        x, r = _arguments(eom, begin, model.span[0])
         many = np.tile(x, (_BATCH, 1))
         call_s = _each(lambda: compiled.rhs(0.0, x, None, r), 1)
         batch_s = _each(lambda: compiled.rhs(0.0, many, None, r), _BATCH)
     receipt = {n: screen.operations(o) for n, o in compiled.operations.routines}
-    times = {"declare": found.declared, "derive": derive_s, "compile": compile_s, "call": call_s, "state": batch_s}
+    times = {"declare": model.declared, "derive": derive_s, "compile": compile_s, "call": call_s, "state": batch_s}
     if as_json:
-        screen.as_json({"model": found.name, "title": found.title, "seconds": times, "operations": receipt})
+        screen.as_json({"model": model.name, "title": model.title, "seconds": times, "operations": receipt})
         return
-    typer.echo(typer.style(f"{found.name}: {found.title}\n", bold=True))
+    typer.echo(typer.style(f"{model.name}: {model.title}\n", bold=True))
     rows = [
-        ("declare", f"{found.declared * 1e3:.1f} ms", "system()"),
+        ("declare", f"{model.declared * 1e3:.1f} ms", "system()"),
         ("derive", f"{derive_s * 1e3:.1f} ms", "once, nothing known before"),
         ("compile", f"{compile_s * 1e3:.1f} ms", "the right-hand side, without the cache"),
         ("evaluate", f"{call_s * 1e6:.2f} µs", f"one call from Python, median of {_ROUNDS} rounds"),
@@ -53,16 +53,16 @@ def bench(name: Name, as_json: AsJson = False) -> None:
 
 def _arguments(eom: kn.Equations, begin: Start, t: float) -> tuple[Any, Any]:
     """The state and the inputs at START; some number for what it does not say."""
-    given = {**begin.q, **begin.u}
-    x = np.array([float(given.get(s.name, 0.1 * k)) for k, s in enumerate((*eom.coordinates, *eom.speeds), 1)])
+    values = {**begin.q, **begin.u}
+    x = np.array([float(values.get(s.name, 0.1 * k)) for k, s in enumerate((*eom.coordinates, *eom.speeds), 1)])
     forces = [begin.inputs.get(s.name, 0.0) for s in eom.inputs]
     return x, np.array([float(f(t) if callable(f) else f) for f in forces]) if forces else None
 
 
 def _first(run: Callable[[], Any]) -> tuple[float, Any]:
     began = time.perf_counter()
-    made = run()
-    return time.perf_counter() - began, made
+    result = run()
+    return time.perf_counter() - began, result
 
 
 def _each(run: Callable[[], Any], count: int) -> float:

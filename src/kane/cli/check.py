@@ -15,7 +15,7 @@ from kane.analysis.state import start_state
 from kane.cli import screen
 from kane.cli.doubts import doubts
 from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, shown
-from kane.cli.models import Model, model
+from kane.cli.models import Model, model_of
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
 from kane.cli.summary import show, summary
@@ -36,10 +36,10 @@ def check(name: Name, as_json: AsJson = False) -> None:
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", KaneWarning)
-            found, eom, took = _derived(name)
-            begin = start(found, eom, {})
-            with own_code(found.path, "START"):
-                _check_start(found, eom, begin)
+            model, eom, took = _derived(name)
+            begin = start(model, eom, {})
+            with own_code(model.path, "START"):
+                _check_start(model, eom, begin)
     except (KaneError, UserError) as error:
         if not as_json or isinstance(error, Misuse):
             raise
@@ -48,38 +48,41 @@ def check(name: Name, as_json: AsJson = False) -> None:
         raise typer.Exit(1) from None
     else:
         told, doubtful = [str(w.message) for w in caught], doubts(eom, begin)
-        what = summary(found, eom, [*told, *doubtful], took)
+        what = summary(model, eom, [*told, *doubtful], took)
         if as_json:
             screen.as_json(what)
         else:
             show(
                 what,
-                [*("\n  ".join(filter(None, (str(w.message), place_of(w, found.path)))) for w in caught), *doubtful],
+                [*("\n  ".join(filter(None, (str(w.message), place_of(w, model.path)))) for w in caught), *doubtful],
             )
 
 
 def _derived(name: str) -> tuple[Model, kn.Equations, float]:
-    found = model(name)
+    model = model_of(name)
     began = time.perf_counter()
-    with screen.working("Deriving"), own_code(found.path, "System"):
-        eom = kn.derive(found.system)
-    return found, eom, time.perf_counter() - began
+    with screen.working("Deriving"), own_code(model.path, "System"):
+        eom = kn.derive(model.system)
+    return model, eom, time.perf_counter() - began
 
 
-def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
+def _check_start(model: Model, eom: kn.Equations, begin: Start) -> None:
     """The values must be admissible, and the equations have finite values where the motion starts."""
-    for what, given in (("start value", {**begin.q, **begin.u}), ("value", {**begin.parameters, **begin.inputs})):
-        for name, value in given.items():
+    for what, values_given in (
+        ("start value", {**begin.q, **begin.u}),
+        ("value", {**begin.parameters, **begin.inputs}),
+    ):
+        for name, value in values_given.items():
             if not callable(value):
                 finite_number(what, name, value)
     if begin.missing:
         return
-    t = found.span[0]
+    t = model.span[0]
     constants = parameter_values(eom.system, begin.parameters)
     check_masses(eom, constants)
     state = start_state(eom, begin.q, begin.u)
-    check_prescribed(eom, constants, found.span)
-    inputs = {s: f(t) for s, f in input_functions(eom, begin.inputs, found.span).items()}
+    check_prescribed(eom, constants, model.span)
+    inputs = {s: f(t) for s, f in input_functions(eom, begin.inputs, model.span).items()}
     numbers: dict[kn.Expr, Any] = {kn.time: t, **constants, **inputs}
     numbers.update(zip((*eom.coordinates, *eom.speeds), state, strict=True))
     check_regular(eom, numbers, t)
@@ -98,15 +101,15 @@ def _check_start(found: Model, eom: kn.Equations, begin: Start) -> None:
 def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], state: dict[str, Any]) -> list[Any]:
     """q̇ and u̇, with the dependent speeds that a simulation would go on with where the first ones do not follow."""
     try:
-        found: list[Any] = eom.evaluate(list(eom.right_hand_side), **state)
+        rates: list[Any] = eom.evaluate(list(eom.right_hand_side), **state)
     except SingularError:
         a = np.asarray(kn.evaluate(eom.A, numbers), dtype=float).reshape(eom.A.shape)
         other, first = choose(a), eom.embedding
         if first is None or len(other.rows) < len(first.partition.rows):
             return list(kn.evaluate(list(eom.rates), numbers))  # rank drops: the accelerations of least size are taken
         eom = repartition(eom, other)
-        found = eom.evaluate(list(eom.right_hand_side), **state)
-    return found
+        rates = eom.evaluate(list(eom.right_hand_side), **state)
+    return rates
 
 
 def _why(eom: kn.Equations, begin: Start, t: float) -> str:
@@ -118,5 +121,5 @@ def _why(eom: kn.Equations, begin: Start, t: float) -> str:
     free = null_direction(mass, SOLVE_RANK)
     if free is None:
         return "the equations are singular there, or a load is not defined"
-    still = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > TAKES_PART)
-    return f"the mass matrix is singular there, where {still} moves no mass"
+    massless = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > TAKES_PART)
+    return f"the mass matrix is singular there, where {massless} moves no mass"

@@ -39,16 +39,16 @@ def run(out: Path, console: Console | None = None) -> bool:
     _prose(screen, f"Derived in {took * 1e3:.0f} ms. One evaluation, solution included: {eom.operations}")
 
     _heading(screen, "Checks")
-    found = list(checks(disk, eom))
-    for check in found:
+    results = list(checks(disk, eom))
+    for check in results:
         _check(screen, check)
 
     _heading(screen, f"Motion, thrown forward with backspin, {disk.mu} = {FRICTION:g}")
     sol = kn.simulate(eom, (0, 5), q=START, u=SPEEDS, parameters={disk.mu: FRICTION})
     _prose(screen, f"From {sol.t[0]:g} s: {sol.message}.")
     _line(screen, f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations")
-    found.append(energy_check(sol, of="friction", limit=ENERGY_LIMIT))
-    _check(screen, found[-1])
+    results.append(energy_check(sol, of="friction", limit=ENERGY_LIMIT))
+    _check(screen, results[-1])
 
     written = report(
         eom,
@@ -56,13 +56,13 @@ def run(out: Path, console: Console | None = None) -> bool:
         solution=sol,
         title=rolling_disk.TITLE,
         sources=rolling_disk.SOURCES,
-        checks=found,
+        checks=results,
     )
     screen.line()
-    passed = sum(c.passed for c in found)
-    _line(screen, f"{passed} of {len(found)} checks passed", "green" if passed == len(found) else "bold red")
+    passed = sum(c.passed for c in results)
+    _line(screen, f"{passed} of {len(results)} checks passed", "green" if passed == len(results) else "bold red")
     _line(screen, f"Report: {written}")
-    return passed == len(found)
+    return passed == len(results)
 
 
 def _line(screen: Console, text: str, style: str = "") -> None:

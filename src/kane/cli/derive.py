@@ -10,7 +10,7 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.faults import own_code
-from kane.cli.models import Model, model
+from kane.cli.models import Model, model_of
 from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
 from kane.present.formulas import Formula, formulas
@@ -26,20 +26,20 @@ def derive(
     as_json: AsJson = False,
 ) -> None:
     """Print the equations of MODEL, step by step."""
-    found = model(name)
-    eom = derived(found)
+    model = model_of(name)
+    eom = derived(model)
     steps = [s for s in eom.steps if step in (None, s.number)]
     if as_json:
-        screen.as_json({"model": found.name, "title": found.title, "steps": [_record(s, eom) for s in steps]})
+        screen.as_json({"model": model.name, "title": model.title, "steps": [_record(s, eom) for s in steps]})
         return
     texts = [_latex(s, eom) if latex else step_text(s, eom) for s in steps]
     typer.echo("\n\n".join(text.rstrip() for text in texts))
 
 
-def derived(found: Model) -> kn.Equations:
+def derived(model: Model) -> kn.Equations:
     """The model's equations; says so where they take long."""
-    with screen.working("Deriving"), own_code(found.path, "System"):
-        return kn.derive(found.system)
+    with screen.working("Deriving"), own_code(model.path, "System"):
+        return kn.derive(model.system)
 
 
 def _written(step: Step, eom: kn.Equations) -> tuple[list[Formula], list[Formula]]:

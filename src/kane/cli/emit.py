@@ -11,7 +11,7 @@ import typer
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.faults import Misuse
-from kane.cli.models import model
+from kane.cli.models import model_of
 from kane.cli.options import Name, Out
 
 
@@ -32,13 +32,13 @@ def emit(
     ] = None,
 ) -> None:
     """Print the equations of MODEL as C or NumPy source."""
-    found = model(name)
+    model = model_of(name)
     if called is not None and not (called.isidentifier() and called.isascii()):
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
-    place = screen.target(out, found.path) if out else None
-    eom = derived(found)
+    place = screen.target(out, model.path) if out else None
+    eom = derived(model)
     with screen.working("Compiling"):
-        source = eom.compile(name=called or found.name).emit(target.value)
+        source = eom.compile(name=called or model.name).emit(target.value)
     if place:
         screen.write(place, source)
     else:

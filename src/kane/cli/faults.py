@@ -117,8 +117,8 @@ def own_code(path: Path | None, about: str = "") -> Iterator[None]:
         frames = _theirs(traceback.extract_tb(error.__traceback__), path)
         if frames:
             error.add_note(_place(frames[-1].filename, frames[-1].lineno, frames[-1].line))
-        elif _unplaced(error) and about and (found := _line_of(about, path)) is not None:
-            error.add_note(_place(path, *found))
+        elif _unplaced(error) and about and (place := _line_of(about, path)) is not None:
+            error.add_note(_place(path, *place))
         raise
     except SystemExit as error:
         text = (
@@ -187,9 +187,9 @@ _FOREIGN = (
 )
 
 
-def _trimmed(found: traceback.TracebackException, path: Path) -> str:
+def _trimmed(report: traceback.TracebackException, path: Path) -> str:
     """The traceback through the user's frames; of what it was raised from, the part that is theirs."""
-    at: traceback.TracebackException | None = found
+    at: traceback.TracebackException | None = report
     while at is not None:
         at.stack = _theirs(at.stack, path)
         for name in ("__cause__", "__context__"):
@@ -197,5 +197,5 @@ def _trimmed(found: traceback.TracebackException, path: Path) -> str:
             if before is not None and not _theirs(before.stack, path):
                 setattr(at, name, None)
         at = at.__cause__ or (None if at.__suppress_context__ else at.__context__)
-    lines = found.format() if found.stack else found.format_exception_only()
+    lines = report.format() if report.stack else report.format_exception_only()
     return "".join(lines).rstrip()

@@ -41,7 +41,7 @@ class Model:
     declared: float
 
 
-def model(text: str) -> Model:
+def model_of(text: str) -> Model:
     """The model that the argument MODEL means.
 
     Raises
@@ -68,8 +68,8 @@ def names_like(start: str) -> list[str]:
     head = Path(start)
     folder = head if start.endswith("/") else head.parent
     files = [p for p in folder.glob("*") if p.suffix == ".py" or p.is_dir()] if folder.is_dir() else []
-    found = [*GALLERY, *sorted(f"{p}/" if p.is_dir() else str(p) for p in files if not p.name.startswith((".", "__")))]
-    return [name for name in found if name.startswith(start)]
+    names = [*GALLERY, *sorted(f"{p}/" if p.is_dir() else str(p) for p in files if not p.name.startswith((".", "__")))]
+    return [name for name in names if name.startswith(start)]
 
 
 def _unknown(text: str, path: Path) -> str:
@@ -116,9 +116,9 @@ def _imported(path: Path) -> ModuleType:
 
 def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str, Any]) -> Model:
     where = short(path) if path else name
-    made = _maker(module, where)
+    maker = _maker(module, where)
     began = time.perf_counter()
-    system = made()
+    system = maker()
     declared = time.perf_counter() - began
     if not isinstance(system, kn.System):
         cure = "end it with `return kn.System(…)`" if system is None else "return the System itself"
@@ -146,8 +146,8 @@ def _kind(value: object) -> str:
 
 
 def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
-    made = getattr(module, "system", None)
-    if made is None:
+    maker: Any = getattr(module, "system", None)
+    if maker is None:
         own = [n for n, f in vars(module).items() if inspect.isfunction(f) and f.__module__ == module.__name__]
         has = f"only {', '.join(f'{n}()' for n in own)}" if own else "no function"
         near = difflib.get_close_matches("system", own, n=1)
@@ -156,24 +156,23 @@ def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
             f"Expected a function system() in {where}, got {has}. {cure} one that returns a kn.System; `kane new example.py` writes "
             "an example."
         )
-    if not callable(made):
+    if not callable(maker):
         raise ModelError(
-            f"Expected system in {where} to be a function, got {_kind(made)}: write `def system(): … return kn.System(…)`."
+            f"Expected system in {where} to be a function, got {_kind(maker)}: write `def system(): … return kn.System(…)`."
         )
     try:
-        inspect.signature(made).bind()
+        inspect.signature(maker).bind()
     except TypeError as error:
         raise ModelError(
             f"Expected system() in {where} to need no arguments, got one with {error}: give it a default."
         ) from error
-    maker: Callable[[], Any] = made
-    return maker
+    return maker  # type: ignore[no-any-return]
 
 
-def _start(given: Any, where: str) -> dict[str, dict[str, Any]]:
-    if not isinstance(given, Mapping):
-        raise ModelError(f"Expected START in {where} to be a dict with q and u, got {given!r:.60}.")
-    for kind, values in given.items():
+def _start(told: Any, where: str) -> dict[str, dict[str, Any]]:
+    if not isinstance(told, Mapping):
+        raise ModelError(f"Expected START in {where} to be a dict with q and u, got {told!r:.60}.")
+    for kind, values in told.items():
         if kind not in KINDS:
             raise ModelError(f"Expected START in {where} to have keys among {', '.join(KINDS)}, got {kind!r}.")
         if not isinstance(values, Mapping):
@@ -181,16 +180,16 @@ def _start(given: Any, where: str) -> dict[str, dict[str, Any]]:
                 f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {values!r:.60}. Say which value is "
                 "whose, whatever their order."
             )
-    return {kind: {getattr(k, "name", k): v for k, v in values.items()} for kind, values in given.items()}
+    return {kind: {getattr(k, "name", k): v for k, v in values.items()} for kind, values in told.items()}
 
 
-def _span(given: Any, where: str) -> tuple[float, float]:
+def _span(told: Any, where: str) -> tuple[float, float]:
     try:
-        first, last = (float(t) for t in given)
+        first, last = (float(t) for t in told)
     except (TypeError, ValueError) as error:
-        raise ModelError(f"Expected SPAN in {where} to be two times (t0, t1) in s, got {given!r:.60}.") from error
+        raise ModelError(f"Expected SPAN in {where} to be two times (t0, t1) in s, got {told!r:.60}.") from error
     if not (math.isfinite(first) and math.isfinite(last) and last > first):
         raise ModelError(
-            f"Expected SPAN in {where} to end after it begins, got {given!r:.60}. Swap its times, or end later."
+            f"Expected SPAN in {where} to end after it begins, got {told!r:.60}. Swap its times, or end later."
         )
     return first, last

@@ -29,8 +29,8 @@ class Start:
     missing: tuple[str, ...]
 
 
-def start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | None]) -> Start:
-    """START, changed by `given`: texts NAME=VALUE for some of `KINDS`.
+def start(model: Model, eom: kn.Equations, told: Mapping[str, Sequence[str] | None]) -> Start:
+    """START, changed by `told`: texts NAME=VALUE for some of `KINDS`.
 
     Raises
     ------
@@ -40,11 +40,11 @@ def start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | N
         if START does
     """
     with own_code(model.path, "START"):
-        return _start(model, eom, given)
+        return _start(model, eom, told)
 
 
-def _start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | None]) -> Start:
-    known: dict[str, list[Any]] = {
+def _start(model: Model, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> Start:
+    symbols_of: dict[str, list[Any]] = {
         "q": list(eom.coordinates),
         "u": list(eom.speeds),
         "parameters": list(eom.parameters),
@@ -52,10 +52,10 @@ def _start(model: Model, eom: kn.Equations, given: Mapping[str, Sequence[str] | 
     }
     values: dict[str, dict[str, Any]] = {}
     missing: list[str] = []
-    for kind, symbols in known.items():
+    for kind, symbols in symbols_of.items():
         names = [s.name for s in symbols]
         own, option = model.start.get(kind, {}), _OPTIONS[kind]
-        told = assignments(option, given.get(kind))
+        told = assignments(option, options.get(kind))
         for name in told:
             if name not in names:
                 raise Misuse(f"{_expected(kind, names)} in {option}, got {name!r}.{alike(name, names)}")
@@ -79,11 +79,11 @@ def _assembled(eom: kn.Equations, begin: Start, t: float) -> Start:
         return begin
     try:
         inputs = {name: f(t) if callable(f) else f for name, f in begin.inputs.items()}
-        found = kn.assemble(eom, q=begin.q, u=begin.u, parameters=values, inputs=inputs, t=t)
+        assembled = kn.assemble(eom, q=begin.q, u=begin.u, parameters=values, inputs=inputs, t=t)
     except ValueMissingError:
         return begin
     rest = [option for option in begin.missing if not option.startswith((_OPTIONS["q"], _OPTIONS["u"]))]
-    q, u = ({s.name: x for s, x in part.items()} for part in (found.q, found.u))
+    q, u = ({s.name: x for s, x in part.items()} for part in (assembled.q, assembled.u))
     return Start(q, u, begin.parameters, begin.inputs, tuple(rest))
 
 

@@ -33,7 +33,7 @@ Parameters = Annotated[
 Inputs = Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant value of an input.")]
 
 
-def assignments(option: str, given: Sequence[str] | None) -> dict[str, float]:
+def assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
     """Values by name from `NAME=VALUE`.
 
     Raises
@@ -41,8 +41,8 @@ def assignments(option: str, given: Sequence[str] | None) -> dict[str, float]:
     Misuse
         if one is not of that form, or a name comes twice
     """
-    found: dict[str, float] = {}
-    for text in given or ():
+    values: dict[str, float] = {}
+    for text in texts or ():
         name, sign, value = (part.strip() for part in text.partition("="))
         try:
             number = float(value)
@@ -50,7 +50,7 @@ def assignments(option: str, given: Sequence[str] | None) -> dict[str, float]:
             number = math.nan
         if not (name and sign and math.isfinite(number)):
             raise Misuse(f"Expected {option} NAME=VALUE with a finite number, got {text!r}.")
-        if name in found:
+        if name in values:
             raise Misuse(f"Expected one value for each name, got {option} {name}=… twice.")
-        found[name] = number
-    return found
+        values[name] = number
+    return values

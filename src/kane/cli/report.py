@@ -9,7 +9,7 @@ import typer
 
 from kane.cli import screen
 from kane.cli.derive import derived
-from kane.cli.models import model
+from kane.cli.models import model_of
 from kane.cli.motion import motion, start
 from kane.cli.options import End, Inputs, Name, Out, Parameters, Q, U
 from kane.present.checks import energy_check
@@ -27,17 +27,17 @@ def report(
     """Write the derivation of MODEL, and a motion where START is known, as one HTML page that works offline."""
     from kane.present.report import report as written  # matplotlib and jinja2 only here
 
-    found = model(name)
-    place = screen.target(out or Path(f"{found.name}.html"), found.path)
-    eom = derived(found)
-    begin = start(found, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
+    model = model_of(name)
+    place = screen.target(out or Path(f"{model.name}.html"), model.path)
+    eom = derived(model)
+    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
     asked = t1 is not None or any((q, u, parameter, input))
-    sol = None if begin.missing and not asked else motion(found, eom, begin, t1)
+    sol = None if begin.missing and not asked else motion(model, eom, begin, t1)
     if sol is None:
         typer.echo(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     with screen.working("Writing the report"):
-        written(eom, place, solution=sol, title=found.title, sources=found.sources, checks=checks)
+        written(eom, place, solution=sol, title=model.title, sources=model.sources, checks=checks)
     if sol is not None:
         typer.echo(f"From {sol.t[0]:g} s: {sol.message}.")
         typer.echo(str(checks[0]))

@@ -14,7 +14,7 @@ import kane as kn
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.faults import Misuse
-from kane.cli.models import model
+from kane.cli.models import model_of
 from kane.cli.motion import motion, start
 from kane.cli.options import AsJson, End, Inputs, Name, Parameters, Q, U
 from kane.dynamics.events import SINGULAR
@@ -40,12 +40,12 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Simulate MODEL from START; leave with 1 if the motion breaks off or its energy does not hold."""
-    found = model(name)
-    eom = derived(found)
-    begin = start(found, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
-    place = screen.target(table, found.path) if table else None
-    drawing = screen.target(_drawable(figure), found.path) if figure else None
-    sol = motion(found, eom, begin, t1)
+    model = model_of(name)
+    eom = derived(model)
+    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
+    place = screen.target(table, model.path) if table else None
+    drawing = screen.target(_drawable(figure), model.path) if figure else None
+    sol = motion(model, eom, begin, t1)
     if place:
         _write(place, sol)
     if drawing:
@@ -53,7 +53,7 @@ def simulate(
         typer.echo(f"Written: {drawing}", err=True)
     what = summary(sol)
     if as_json:
-        screen.as_json({"model": found.name, "title": found.title, **what})
+        screen.as_json({"model": model.name, "title": model.title, **what})
     else:
         _show(sol, what)
     raise typer.Exit(0 if what["ok"] else 1)
@@ -68,7 +68,7 @@ def _drawable(path: Path) -> Path:
 def summary(sol: kn.Solution) -> dict[str, Any]:
     """A motion in figures, ready for JSON."""
     eom, check = sol.equations, energy_check(sol)
-    found = sol.energy_check
+    energy = sol.energy_check
     rows = {s.name: np.asarray(sol[s]) for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
     return {
         "ok": check.passed and sol.status != "stopped" and not _is_singular(sol),
@@ -84,9 +84,9 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
             n: {"start": v[0], "end": v[-1], "least": float(v.min()), "most": float(v.max())} for n, v in rows.items()
         },
         "energy": {
-            "drift": found.drift,
-            "scale": found.scale,
-            "relative": found.relative,
+            "drift": energy.drift,
+            "scale": energy.scale,
+            "relative": energy.relative,
             "limit": check.limit,
             "passed": check.passed,
         },

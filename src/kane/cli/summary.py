@@ -29,15 +29,15 @@ _KEYS: dict[str, Mapping[str, str]] = {
 """Of each group what is told: JSON's names, and the columns."""
 
 
-def summary(found: Model, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
+def summary(model: Model, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
     """What the model is, ready for JSON."""
     groups = {
         group: [{key: _plain(row[column], key) for key, column in keys.items()} for row in DECLARED[group](eom.system)]
         for group, keys in _KEYS.items()
     }
     return {
-        "model": found.name,
-        "title": found.title,
+        "model": model.name,
+        "title": model.title,
         "ok": True,
         **{group: groups[group] for group in ("bodies", "coordinates", "speeds", "constraints")},
         "dependent_speeds": [u.name for u in eom.dependent_speeds],
@@ -88,8 +88,8 @@ def show(what: Mapping[str, Any], told: Sequence[str]) -> None:
 
 def _kind(speed: Mapping[str, str], what: Mapping[str, Any]) -> str:
     """Which of the speeds the constraints give; nothing where there are none."""
-    given = what["dependent_speeds"]
-    return "dependent" if speed["name"] in given else "independent" if given else ""
+    dependent = what["dependent_speeds"]
+    return "dependent" if speed["name"] in dependent else "independent" if dependent else ""
 
 
 def _words(s: Mapping[str, str]) -> tuple[str, str, str]:

@@ -30,10 +30,10 @@ def affine_forms(roots: Iterable[Expr], symbols: Iterable[Expr]) -> list[Affine]
     """`affine` of several expressions, shared subexpressions treated once."""
     wanted = list(roots)
     chosen = set(symbols)
-    known: dict[Expr, Affine] = {s: ({s: ONE}, ZERO) for s in chosen}
+    forms: dict[Expr, Affine] = {s: ({s: ONE}, ZERO) for s in chosen}
     for root in wanted:
-        fold(root, known, lambda node: _combine(node, [known[a] for a in node.args]))
-    return [known[r] for r in wanted]
+        fold(root, forms, lambda node: _combine(node, [forms[a] for a in node.args]))
+    return [forms[r] for r in wanted]
 
 
 def _combine(node: Expr, parts: list[Affine]) -> Affine:

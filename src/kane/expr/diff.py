@@ -29,31 +29,31 @@ def tangent(root: Expr, seeds: Tangents, memo: dict[Expr, Expr] | None = None) -
 
     A `memo` shared between calls with the same seeds makes later calls cost only what is new.
     """
-    known: dict[Expr, Expr] = {} if memo is None else memo
+    derivatives: dict[Expr, Expr] = {} if memo is None else memo
     seed = seeds if callable(seeds) else (lambda leaf: seeds.get(leaf, ZERO))
-    return fold(root, known, lambda node: seed(node) if node.op is SYMBOL else _through(node, known))
+    return fold(root, derivatives, lambda node: seed(node) if node.op is SYMBOL else _through(node, derivatives))
 
 
-def _through(node: Expr, known: Mapping[Expr, Expr]) -> Expr:
+def _through(node: Expr, derivatives: Mapping[Expr, Expr]) -> Expr:
     op, args = node.op, node.args
     if op is ADD:
-        return add(known[args[0]], known[args[1]])
+        return add(derivatives[args[0]], derivatives[args[1]])
     if op is SUB:
-        return sub(known[args[0]], known[args[1]])
+        return sub(derivatives[args[0]], derivatives[args[1]])
     if op is NEG:
-        return neg(known[args[0]])
+        return neg(derivatives[args[0]])
     if op is MUL:
         x, y = args
         if x is y:
-            return mul(as_expr(2), mul(x, known[x]))
-        return add(mul(known[x], y), mul(x, known[y]))
-    if all(known[a] is ZERO for a in args):
+            return mul(as_expr(2), mul(x, derivatives[x]))
+        return add(mul(derivatives[x], y), mul(x, derivatives[y]))
+    if all(derivatives[a] is ZERO for a in args):
         return ZERO
     if op is DIV and args[0].op is SIN and args[1].op is COS and args[0].args[0] is args[1].args[0]:
-        return div(known[args[0].args[0]], mul(args[1], args[1]))  # tan x, written as sin x / cos x
+        return div(derivatives[args[0].args[0]], mul(args[1], args[1]))  # tan x, written as sin x / cos x
     total = ZERO
     for a, p in zip(args, partials(node), strict=True):
-        total = add(total, mul(p, known[a]))
+        total = add(total, mul(p, derivatives[a]))
     return total
 
 

@@ -72,14 +72,14 @@ def evaluate(exprs: Any, values: Values) -> Any:
     if isinstance(exprs, Expr | int | float):
         return evaluate([exprs], values)[0]
     roots = [as_expr(e) for e in exprs]
-    given: dict[Expr, Any] = {symbol: np.asarray(value, dtype=np.float64)[()] for symbol, value in values.items()}
+    arrays: dict[Expr, Any] = {symbol: np.asarray(value, dtype=np.float64)[()] for symbol, value in values.items()}
     for node in postorder(roots):
-        if isinstance(node, Parameter) and node not in given and node.default is not None:
-            given[node] = np.float64(node.default)
-    run = compile_reference(roots, list(given))
-    found = [np.asarray(v) for v in run(list(given.values()))]
-    shape = np.broadcast_shapes(*(v.shape for v in found))
-    return [v if v.shape == shape else np.broadcast_to(v, shape).copy() for v in found]
+        if isinstance(node, Parameter) and node not in arrays and node.default is not None:
+            arrays[node] = np.float64(node.default)
+    run = compile_reference(roots, list(arrays))
+    results = [np.asarray(v) for v in run(list(arrays.values()))]
+    shape = np.broadcast_shapes(*(v.shape for v in results))
+    return [v if v.shape == shape else np.broadcast_to(v, shape).copy() for v in results]
 
 
 def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:

@@ -204,10 +204,10 @@ def intern_node(op: Op, *args: Expr) -> Expr:
     else:
         _set_key(node, hash((op.code, *[a.key for a in args])))
     with _lock:
-        found = _table.setdefault(name, node)
+        first = _table.setdefault(name, node)
         if len(_table) > _limit:
             sweep()
-    return found
+    return first
 
 
 def enter(name: tuple[Any, ...], node: Expr) -> Expr:
@@ -255,12 +255,12 @@ def constant(value: Number | np.number[Any]) -> Expr:
     node = _table.get(name)
     if node is not None:
         return node
-    made: Constant = _new(Constant)
-    _set_op(made, CONST)
-    _set_args(made, ())
-    _set_key(made, hash((CONST.code, _number_key(exact))))
-    _set_value(made, exact)
-    return enter(name, made)
+    fresh: Constant = _new(Constant)
+    _set_op(fresh, CONST)
+    _set_args(fresh, ())
+    _set_key(fresh, hash((CONST.code, _number_key(exact))))
+    _set_value(fresh, exact)
+    return enter(name, fresh)
 
 
 def _number_key(value: Number) -> tuple[int, int]:
@@ -326,7 +326,7 @@ def precedes(a: Expr, b: Expr) -> bool:
 
 def digest(root: Expr) -> bytes:
     """SHA-256 of the structure, the same in every process."""
-    made: dict[Expr, bytes] = {}
+    digests: dict[Expr, bytes] = {}
     for node in postorder((root,)):
         text = hashlib.sha256(node.op.name.encode())
         if node.op is CONST:
@@ -336,9 +336,9 @@ def digest(root: Expr) -> bytes:
             if isinstance(node.place, Expr):  # type: ignore[attr-defined]
                 text.update(digest(node.place))  # type: ignore[attr-defined]
         for a in node.args:
-            text.update(made[a])
-        made[node] = text.digest()
-    return made[root]
+            text.update(digests[a])
+        digests[node] = text.digest()
+    return digests[root]
 
 
 def postorder(roots: Iterable[Expr]) -> list[Expr]:

@@ -54,12 +54,12 @@ def _scaled_pairs(a: Expr) -> list[tuple[Number, Expr, Expr]]:
     x, y = a.args
     if x.op is CONST:
         return [(number_of(x), y.args[0], y.args[1])] if y.op is MUL else []
-    found: list[tuple[Number, Expr, Expr]] = [(1, x, y)]
+    pairs: list[tuple[Number, Expr, Expr]] = [(1, x, y)]
     if y.op is MUL and y.args[0].op is CONST:
-        found.append((number_of(y.args[0]), x, y.args[1]))
+        pairs.append((number_of(y.args[0]), x, y.args[1]))
     if x.op is MUL and x.args[0].op is CONST:
-        found.append((number_of(x.args[0]), y, x.args[1]))
-    return found
+        pairs.append((number_of(x.args[0]), y, x.args[1]))
+    return pairs
 
 
 def same_product(a: Expr, b: Expr) -> bool:
@@ -92,15 +92,15 @@ def _squares(a: Expr) -> list[tuple[Expr, Expr]]:
     x, y = a.args
     if x is y:
         return [(x, ONE)] if x.op in _CIRCULAR else []
-    found = []
+    squares = []
     for t, rest in ((x, y), (y, x)):
         if rest.op is MUL:
             p, q = rest.args
             if t.op in _CIRCULAR and (p is t or q is t):
-                found.append((t, q if p is t else p))
+                squares.append((t, q if p is t else p))
             if p is q and p.op in _CIRCULAR:
-                found.append((p, t))
-    return found
+                squares.append((p, t))
+    return squares
 
 
 def quarter_turns(a: Expr) -> tuple[int, Expr, bool]:

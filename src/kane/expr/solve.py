@@ -230,9 +230,9 @@ def invert(rows: Rows) -> Inverse:
         waiting = [[i] for i in range(n)]
     else:
         match = _matched_columns(rows)
-        found = sum(c >= 0 for c in match)
-        if found < n:
-            raise SingularError(f"Expected an invertible matrix, got structural rank {found} of {n}.")
+        rank = sum(c >= 0 for c in match)
+        if rank < n:
+            raise SingularError(f"Expected an invertible matrix, got structural rank {rank} of {n}.")
         waiting = _blocks(rows, match)
     result: list[list[Expr]] = [[ZERO] * n for _ in range(n)]
     pivots: list[Expr] = []

@@ -12,12 +12,12 @@ from kane.expr.visit import fold
 
 def substitute(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, Expr] | None = None) -> Expr:
     """`root` with every key of `replacements` replaced; what does not change stays the same object."""
-    known: dict[Expr, Expr] = {} if memo is None else memo
-    known.update(replacements)
+    images: dict[Expr, Expr] = {} if memo is None else memo
+    images.update(replacements)
 
     def rebuilt(node: Expr) -> Expr:
-        args = [known[a] for a in node.args]
+        args = [images[a] for a in node.args]
         same = all(x is y for x, y in zip(args, node.args, strict=True))
         return node if same else NODE_BUILDERS[node.op.name](*args)
 
-    return fold(root, known, rebuilt)
+    return fold(root, images, rebuilt)

@@ -68,9 +68,9 @@ class Symbol(Expr):
                 raise ExpressionError(f"Expected a number as the default of {name!r}, got an expression.")
             default = float(value)
         entry = (SYMBOL, cls, name, default, unit, description, place)
-        known = _table.get(entry)
-        if known is not None:
-            return cast(Self, known)
+        first = _table.get(entry)
+        if first is not None:
+            return cast(Self, first)
         node: Any = _new(cls)
         text = repr((cls.__name__, name, default, unit, description, _place_key(place)))
         _set_op(node, SYMBOL)
@@ -180,20 +180,20 @@ def names(text: str) -> tuple[str, ...]:
     >>> names("q1:4")
     ('q1', 'q2', 'q3')
     """
-    found: list[str] = []
+    words: list[str] = []
     for word in text.replace(",", " ").split():
         head, colon, stop = word.partition(":")
         if not colon:
-            found.append(word)
+            words.append(word)
             continue
         stem = head.rstrip("0123456789")
         start = head[len(stem) :] or "0"
         if not stem or not stop.isdigit():
             raise ExpressionError(f'Expected names such as "q1:6" or "x, y", got {word!r} in {text!r}.')
-        found.extend(f"{stem}{i}" for i in range(int(start), int(stop)))
-    if not found:
+        words.extend(f"{stem}{i}" for i in range(int(start), int(stop)))
+    if not words:
         raise ExpressionError(f'Expected names such as "q1:6" or "x, y", got {text!r}: no name in it.')
-    return tuple(found)
+    return tuple(words)
 
 
 def coordinates(text: str, unit: str = "", description: str = "") -> tuple[Coordinate, ...]:

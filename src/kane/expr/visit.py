@@ -11,21 +11,21 @@ from kane.expr.node import Expr
 R = TypeVar("R")
 
 
-def fold(root: Expr, known: dict[Expr, R], combine: Callable[[Expr], R]) -> R:
-    """`known[root]`, after `known[node] = combine(node)` for every node below it that is not known yet.
+def fold(root: Expr, values: dict[Expr, R], combine: Callable[[Expr], R]) -> R:
+    """`values[root]`, after `values[node] = combine(node)` for every node below it that is not known yet.
 
-    When `combine` is called the results of the node's arguments are in `known`; what is in it at the start is not visited.
+    When `combine` is called the results of the node's arguments are in `values`; what is in it at the start is not visited.
     """
     stack = [root]
     while stack:
         node = stack[-1]
-        if node in known:
+        if node in values:
             stack.pop()
             continue
-        waiting = [a for a in node.args if a not in known]
+        waiting = [a for a in node.args if a not in values]
         if waiting:
             stack.extend(waiting)
         else:
             stack.pop()
-            known[node] = combine(node)
-    return known[root]
+            values[node] = combine(node)
+    return values[root]

@@ -39,7 +39,7 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
     _refuse_namesakes(order)
     inner = _flattened(order)
     functions = _to_functions()
-    made: dict[Expr, Any] = {}
+    converted: dict[Expr, Any] = {}
 
     def convert(node: Expr) -> Any:
         if isinstance(node, Symbol):
@@ -47,19 +47,19 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
         if not node.args:
             return _number(constant_value(node))
         if node.op in _FAMILY:
-            return _flat(node, made, inner)
-        return functions[node.op.name](*[made[a] for a in node.args])
+            return _flat(node, converted, inner)
+        return functions[node.op.name](*[converted[a] for a in node.args])
 
     with ExitStack() as rest:
         for node in order:
             if node in inner:
                 continue
             try:
-                made[node] = convert(node)
+                converted[node] = convert(node)
             except RecursionError:  # SymPy asks deep arguments for their properties: from here on unevaluated
                 rest.enter_context(sympy.evaluate(False))
-                made[node] = convert(node)
-    return made[order[-1]]
+                converted[node] = convert(node)
+    return converted[order[-1]]
 
 
 _FAMILY = {ADD: 1, SUB: 1, NEG: 1, MUL: 2, DIV: 2}
@@ -76,7 +76,7 @@ def _flattened(order: Sequence[Expr]) -> set[Expr]:
     }
 
 
-def _flat(root: Expr, made: Mapping[Expr, Any], inner: set[Expr]) -> Any:
+def _flat(root: Expr, converted: Mapping[Expr, Any], inner: set[Expr]) -> Any:
     import sympy
 
     parts = []
@@ -87,9 +87,9 @@ def _flat(root: Expr, made: Mapping[Expr, Any], inner: set[Expr]) -> Any:
             second = turned ^ (node.op in (SUB, DIV))
             stack.extend(zip(node.args, (turned ^ (node.op is NEG), second), strict=False))
         elif turned:
-            parts.append(-made[node] if _FAMILY[root.op] == 1 else 1 / made[node])
+            parts.append(-converted[node] if _FAMILY[root.op] == 1 else 1 / converted[node])
         else:
-            parts.append(made[node])
+            parts.append(converted[node])
     return sympy.Add(*parts) if _FAMILY[root.op] == 1 else sympy.Mul(*parts)
 
 
@@ -168,23 +168,23 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
     if isinstance(expression, sympy.StrictLessThan | sympy.StrictGreaterThan):
         sides = (expression.lts, expression.gts)
         return NODE_BUILDERS["less"](*[from_sympy(side, symbols) for side in sides])
-    found: dict[int, Any] = {}  # by id: comparing deep SymPy trees would recurse
+    converted: dict[int, Any] = {}  # by id: comparing deep SymPy trees would recurse
     stack = [expression]
     while stack:
         node = stack[-1]
-        if id(node) in found:
+        if id(node) in converted:
             stack.pop()
             continue
         leaf = _leaf(node, symbols)
         if leaf is not None:
-            found[id(node)] = leaf
+            converted[id(node)] = leaf
             continue
-        waiting = [a for a in node.args if id(a) not in found]
+        waiting = [a for a in node.args if id(a) not in converted]
         if waiting:
             stack.extend(waiting)
         else:
-            found[id(node)] = _combine(node, [found[id(a)] for a in node.args])
-    result = found[id(expression)]
+            converted[id(node)] = _combine(node, [converted[id(a)] for a in node.args])
+    result = converted[id(expression)]
     if isinstance(result, Expr):
         return result
     raise ExpressionError(f"Expected a SymPy expression with a real value, got {expression!s:.80}.")
@@ -229,8 +229,8 @@ def _declared(node: Any, name: str, symbols: Mapping[Any, Expr]) -> Expr:
     if name.endswith("'"):
         base: Expr = _declared(name[:-1], name[:-1], symbols).dt
         return base
-    known = ", ".join(str(key) for key in symbols) or "none"
-    raise ExpressionError(f"Expected every SymPy symbol in `symbols`, got none for {name!r}. Known here: {known}.")
+    names = ", ".join(str(key) for key in symbols) or "none"
+    raise ExpressionError(f"Expected every SymPy symbol in `symbols`, got none for {name!r}. Known here: {names}.")
 
 
 def _derivative(node: Any, symbols: Mapping[Any, Expr]) -> Expr:

@@ -68,11 +68,11 @@ def _unasked(system: Declarations) -> set[Symbol]:
     return {*named, *map(rate, named)}
 
 
-def _check_quantities(system: Declarations, known: Known) -> None:
+def _check_quantities(system: Declarations, inferred: Known) -> None:
     for what, wanted, exprs in _quantities(system):
         for e in exprs:
             if e.op is not CONST:
-                _check(e, what, wanted, known)
+                _check(e, what, wanted, inferred)
 
 
 def _check_scales(carriers: Iterable[Symbol], unasked: set[Symbol]) -> None:
@@ -82,20 +82,20 @@ def _check_scales(carriers: Iterable[Symbol], unasked: set[Symbol]) -> None:
             users.setdefault(_read(s), s)
     if all(u.scale == 1 for u in users):
         return
-    found = conflict(sorted({TIME: None, **users}, key=_trust))
-    if found is None:
+    odds = conflict(sorted({TIME: None, **users}, key=_trust))
+    if odds is None:
         return
-    odd = found.units[0]
-    names = [f"{users[u].unit} ({users[u]})" if u in users else "s (the time)" for u in found.units]
+    odd = odds.units[0]
+    names = [f"{users[u].unit} ({users[u]})" if u in users else "s (the time)" for u in odds.units]
     if odd.is_bare:
         raise UnitError(
             f"Expected angles in rad and ratios in 1, got {names[0]}: functions take radians. Convert the values: "
             f"1 {users[odd].unit} = {odd.scale:.6g}."
         )
-    own = [s for u in found.units for s in [users.get(u)] if s in unasked]
+    own = [s for u in odds.units for s in [users.get(u)] if s in unasked]
     cure = f" Joints name coordinates in rad and m: give {own[0]} as a symbol in another unit." if own else ""
     raise UnitError(
-        f"Expected units that go together without factors, got {', '.join(names)}: a factor {found.factor:.6g} is left "
+        f"Expected units that go together without factors, got {', '.join(names)}: a factor {odds.factor:.6g} is left "
         f"over. Give all in one choice of base units, such as kg, m, s, N or t, mm, s, N.{cure}"
     )
 
@@ -152,19 +152,19 @@ def _measures(dyadic: Dyadic) -> list[Expr]:
     return [mul(x, y) for a, b in dyadic.dyads for x in a.scalars() for y in b.scalars()]
 
 
-def _check(e: Expr, what: str, wanted: Unit | None, known: Known) -> None:
+def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
     try:
-        found = infer(e, known)
+        unit = infer(e, inferred)
     except UnitError as error:
         if _is_of_time(e):
             return
         raise UnitError(f"{error} This is in {what}.") from None
-    if wanted is None or found is None or found is NUMBER or found is ANY or found.exponents == wanted.exponents:
+    if wanted is None or unit is None or unit is NUMBER or unit is ANY or unit.exponents == wanted.exponents:
         return
     if _is_of_time(e):
         return
     raise UnitError(
-        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(found, e)}: {excerpt(e, 80)}, with {_listed(e)}. "
+        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(unit, e)}: {excerpt(e, 80)}, with {_listed(e)}. "
         "Correct the expression, or the unit of a symbol in it."
     )
 
@@ -202,19 +202,19 @@ def unit_in(system: Declarations, e: Expr) -> str:
     if isinstance(e, Symbol) and e.unit:
         return e.unit
     complete = _is_complete(system)
-    known: Known = {}
+    units: Known = {}
     for u, definition in system.speeds.items():
         text = "" if u.unit or not (complete or isinstance(definition, Symbol)) else unit_of(definition)
         for symbol, own in ((u, text), (rate(u), per_second(text))):
             if own and e is symbol:
                 return own
-            known[symbol] = parse(own) if own else infer(symbol, {})
+            units[symbol] = parse(own) if own else infer(symbol, {})
     if not complete:
         return ""
     if unit_of(e):
         return unit_of(e)
     try:
-        return unit_of(e, known)
+        return unit_of(e, units)
     except UnitError:  # a speed without a unit is not checked
         return ""
 
@@ -225,9 +225,9 @@ def _is_complete(system: Declarations) -> bool:
         return False
     if _unasked(system) and not _fits(system):
         return False
-    known: Known = {}
+    inferred: Known = {}
     dimensional = (exprs for _, wanted, exprs in _quantities(system) if wanted is not None and not wanted.is_bare)
-    return all(infer(e, known) is not NUMBER for exprs in dimensional for e in exprs)
+    return all(infer(e, inferred) is not NUMBER for exprs in dimensional for e in exprs)
 
 
 def _fits(system: Declarations) -> bool:

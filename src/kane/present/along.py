@@ -22,24 +22,24 @@ _EXACT = 1e-9
 _CONDITION = 1e10
 
 
-def motion_checks(solution: Solution, known: Sequence[Check] = ()) -> tuple[Check, ...]:
-    """The checks of a motion; that of the energy is left out where `known` has it already."""
+def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Check, ...]:
+    """The checks of a motion; that of the energy is left out where `others` has it already."""
     energy = energy_check(solution)
-    found = [] if any(c.detail == energy.detail for c in known) else [energy]
+    checks = [] if any(c.detail == energy.detail for c in others) else [energy]
     few = _thinned(solution, np.arange(len(solution)))
     # where the constraints lose rank, reactions have no value
     told = _thinned(solution, np.flatnonzero(~solution.lost))
-    found += [
+    checks += [
         _power(few, solution.energy_check),
         *([_residual(told)] if len(told) else []),
         _mass(few),
         _kinematical(few),
     ]
     if len(solution.equations.b):
-        found.append(_constraints(solution))
+        checks.append(_constraints(solution))
     if len(solution.equations.reactions) > 1 and len(told):
-        found.append(_reactions(told))
-    return tuple(found)
+        checks.append(_reactions(told))
+    return tuple(checks)
 
 
 def _thinned(solution: Solution, places: npt.NDArray[np.int_]) -> Solution:

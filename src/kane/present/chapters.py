@@ -71,8 +71,8 @@ def _surveyable(eom: Equations) -> bool:
 def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     if step.number == 1:
         return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates_table(eom),))
-    between, found = formulas(step.results, lambda quantity: quantity_latex(quantity, eom.system.inertial))
-    shown = dict(zip((quantity for quantity, _ in step.results), found, strict=True))
+    between, written = formulas(step.results, lambda quantity: quantity_latex(quantity, eom.system.inertial))
+    shown = dict(zip((quantity for quantity, _ in step.results), written, strict=True))
     tables: tuple[PageTable, ...] = ()
     displays: tuple[str, ...] = ()
     if step.number == 4 and _surveyable(eom):

@@ -33,5 +33,5 @@ class Check:
 
 def energy_check(solution: Solution, *, of: str = "the loads", limit: float = ENERGY_LIMIT) -> Check:
     """Whether the energy changed by the work done, and by nothing else."""
-    found = solution.energy_check
-    return Check(f"energy less the work of {of}, along the motion", found.relative, limit, str(found))
+    energy = solution.energy_check
+    return Check(f"energy less the work of {of}, along the motion", energy.relative, limit, str(energy))

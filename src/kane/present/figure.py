@@ -80,9 +80,9 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
         figure: Figure = Picture(figsize=(6.4, 0.5 + 1.9 * len(panels)), layout="constrained")
         axes = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
     else:
-        found = ax.get_figure(root=True)
-        assert found is not None
-        figure, axes = found, [ax]
+        whole = ax.get_figure(root=True)
+        assert whole is not None
+        figure, axes = whole, [ax]
         panels = [("", [trace for _, traces in panels for trace in traces])]
     for a, (title, traces) in zip(axes, panels, strict=True):
         _draw(a, title, traces, solution.t)
@@ -111,11 +111,11 @@ def _everything(solution: Solution) -> list[Panel]:
 
 def _panels(title: str, solution: Solution, quantities: Iterable[Any]) -> list[Panel]:
     """Quantities of one unit together; one of unknown unit by itself."""
-    found: dict[Any, list[Trace]] = {}
+    groups: dict[Any, list[Trace]] = {}
     for k, (label, what) in enumerate(_labelled(quantities)):
         traces = _traces(solution, what, label)
-        found.setdefault(traces[0].unit or k, []).extend(traces)
-    return [(title, traces) for traces in found.values()]
+        groups.setdefault(traces[0].unit or k, []).extend(traces)
+    return [(title, traces) for traces in groups.values()]
 
 
 def _labelled(quantities: Iterable[Any]) -> Iterator[tuple[str, Any]]:
@@ -129,8 +129,8 @@ def _labelled(quantities: Iterable[Any]) -> Iterator[tuple[str, Any]]:
 def _traces(solution: Solution, what: Any, label: str) -> list[Trace]:
     eom = solution.equations
     if isinstance(what, str):
-        known = {s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)}
-        what = known.get(what, what)
+        named = {s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)}
+        what = named.get(what, what)
     values = solution[what]  # before anything else: it says what is wrong with `what`
     if isinstance(what, Vector):
         inertial = eom.system.inertial

@@ -70,12 +70,12 @@ def _laid_out(values: Iterable[Expr | Vector]) -> tuple[Layout, list[_Terms]]:
 
 def _measures(v: Vector) -> list[tuple[bool, Expr, Basis | None, str]]:
     """Sign, size, basis and axis of each measure number that is not zero."""
-    found: list[tuple[bool, Expr, Basis | None, str]] = []
+    terms: list[tuple[bool, Expr, Basis | None, str]] = []
     for basis, triple in v.parts:
         for e, axis in zip(triple, "xyz", strict=True):
             minus = e.op is NEG and e.args[0].op not in (ADD, SUB)
-            found.append((minus, e.args[0] if minus else e, basis, axis))
-    return [term for term in found if term[1] is not ZERO]
+            terms.append((minus, e.args[0] if minus else e, basis, axis))
+    return [term for term in terms if term[1] is not ZERO]
 
 
 def _signed(minus: bool, tree: Tree) -> Tree:

@@ -38,14 +38,14 @@ class Plot:
 def plots(solution: Solution) -> list[Plot]:
     """The plots that apply to the motion."""
     eom = solution.equations
-    found = [
+    drawn = [
         paths(solution),
         _traces("coordinates", "Generalized coordinates", eom.coordinates, solution.q.T, solution),
         _traces("speeds", "Generalized speeds", eom.speeds, solution.u.T, solution),
         _traces("reactions", "Reactions brought into evidence", eom.reactions, solution[list(eom.reactions)], solution),
         balance(solution),
     ]
-    return [p for p in found if p is not None]
+    return [p for p in drawn if p is not None]
 
 
 def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution: Solution) -> Plot | None:

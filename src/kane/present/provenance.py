@@ -47,20 +47,20 @@ class Provenance:
 Idle = Sequence[Load] | Sequence[Body]
 
 
-def active_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
+def active_provenance(eom: Equations, contributions: Sequence[Contributions]) -> Provenance | None:
     """For each F_r the forces and torques that it is summed from."""
     terms = [
         (_left(eom, Kind.ACTIVE_FORCE, c.speed), c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads"))
-        for c in found
+        for c in contributions
     ]
     return _provenance(eom, ("load", "on", "force or torque", "partial velocity", "term"), terms)
 
 
-def inertia_provenance(eom: Equations, found: Sequence[Contributions]) -> Provenance | None:
+def inertia_provenance(eom: Equations, contributions: Sequence[Contributions]) -> Provenance | None:
     """For each F*_r the bodies' inertia forces and torques."""
     terms = [
         (_left(eom, Kind.INERTIA_FORCE, c.speed), c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies"))
-        for c in found
+        for c in contributions
     ]
     return _provenance(eom, ("body", "of", "inertia force or torque", "partial velocity", "term"), terms)
 
@@ -93,9 +93,9 @@ def mass_provenance(eom: Equations) -> Provenance | None:
     )
 
 
-def noncontributing(eom: Equations, found: Sequence[Contributions]) -> str:
+def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> str:
     """A sentence that names the loads that enter no generalized active force."""
-    idle = [set(c.noncontributing_loads) for c in found]
+    idle = [set(c.noncontributing_loads) for c in contributions]
     names = [load.name for load in eom.loads if all(load in some for some in idle)]
     if not names:
         return ""

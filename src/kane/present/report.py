@@ -112,8 +112,8 @@ def _summary(eom: Equations) -> list[tuple[int, str]]:
         (eom.independent_speeds if eom.embedding else (), "degree of freedom", "degrees of freedom"),
         (eom.reactions, "reaction", "reactions"),
     ]
-    found = [(len(some), one if len(some) == 1 else many) for some, one, many in counts if some]
-    return [*found, (eom.operations.total, "operations")]
+    sizes = [(len(some), one if len(some) == 1 else many) for some, one, many in counts if some]
+    return [*sizes, (eom.operations.total, "operations")]
 
 
 def _start(solution: Solution) -> PageTable:

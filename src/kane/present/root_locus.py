@@ -90,14 +90,14 @@ def through_meetings(values: Array, eigenvalues: Complex) -> tuple[Array, Comple
 
 def _meetings(before: Complex, after: Complex) -> list[tuple[int, int]]:
     """Columns that are real at one end and a conjugate pair at the other."""
-    found = []
+    pairs = []
     for real, pair in ((before, after), (after, before)):
         for i in np.flatnonzero((real.imag == 0) & (pair.imag > 0)):
             away = np.where(real.imag == 0, np.abs(pair - pair[i].conj()), np.inf)
             j = int(np.argmin(away))
             if away[j] <= 1e-9 * abs(pair[i]):
-                found.append((int(i), j))
-    return found
+                pairs.append((int(i), j))
+    return pairs
 
 
 def _halves(ends: Complex) -> tuple[complex, complex, float]:

@@ -28,8 +28,8 @@ def panels(rows: int, height: float, **options: Any) -> tuple[Figure, list[Axes]
     figure.patch.set_visible(False)
     # fixed margins: a layout engine draws everything twice
     figure.subplots_adjust(left=0.15, right=0.985, top=1 - 0.14 / total, bottom=0.46 / total, hspace=0.27 / height)
-    found = figure.subplots(rows, 1, squeeze=False, **options)
-    axes: list[Axes] = list(found[:, 0])
+    grid = figure.subplots(rows, 1, squeeze=False, **options)
+    axes: list[Axes] = list(grid[:, 0])
     for a in axes:
         _style(a)
     return figure, axes
@@ -52,8 +52,8 @@ def _style(a: Axes) -> None:
 
 def legend(a: Axes, **options: Any) -> None:
     """A legend without a box."""
-    made = a.legend(frameon=False, fontsize=9, labelcolor=INK, **options)
-    for text in made.get_texts():
+    box = a.legend(frameon=False, fontsize=9, labelcolor=INK, **options)
+    for text in box.get_texts():
         text.set_math_fontfamily("cm")
 
 
@@ -68,8 +68,8 @@ def to_svg(figure: Figure, prefix: str) -> str:
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
     for stand_in, colour in _THEME.items():
         text = text.replace(stand_in, colour)
-    known: dict[str, str] = {}
+    identifiers: dict[str, str] = {}
     for name in re.findall(r'\bid="([^"]+)"', text):
-        known.setdefault(name, f"{prefix}-{len(known)}")
-    text = re.sub(r'\bid="([^"]+)"', lambda m: f'id="{known[m[1]]}"', text)
-    return re.sub(r"#([\w.-]+)(?=[\")])", lambda m: f"#{known.get(m[1], m[1])}", text)
+        identifiers.setdefault(name, f"{prefix}-{len(identifiers)}")
+    text = re.sub(r'\bid="([^"]+)"', lambda m: f'id="{identifiers[m[1]]}"', text)
+    return re.sub(r"#([\w.-]+)(?=[\")])", lambda m: f"#{identifiers.get(m[1], m[1])}", text)

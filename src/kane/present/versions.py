@@ -14,12 +14,12 @@ _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich"
 
 def versions() -> dict[str, str]:
     """Versions of kane, of Python and of what kane is built on; the processor that code is compiled for; the cache."""
-    found = {name: _version(name) for name in _PACKAGES}
-    found["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine_code.versions())
+    packages = {name: _version(name) for name in _PACKAGES}
+    packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine_code.versions())
     here = machine_code.host()
     place = store.folder()
     return {
-        **found,
+        **packages,
         "Python": sys.version.split()[0],
         "system": platform.platform(),
         "processor": f"{here.cpu} ({here.triple}), {here.lanes} lanes of double",

@@ -14,12 +14,12 @@ _OPENING, _CLOSING = "([{", ")]}"
 
 def depths(text: str) -> list[int]:
     """How many brackets are open at each character."""
-    found, depth = [], 0
+    depths_at, depth = [], 0
     for c in text:
         depth -= c in _CLOSING
-        found.append(depth)
+        depths_at.append(depth)
         depth += c in _OPENING
-    return found
+    return depths_at
 
 
 def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int = WIDTH) -> list[str]:

@@ -58,9 +58,9 @@ class Frame(Basis):
         return f"Frame({self.name!r})" if self.parent is None else f"Frame({self.name!r}, in {self.parent.name})"
 
     def _child(self, name: str, orientation: Orientation) -> Frame:
-        made: Frame = object.__new__(Frame)
-        made._finish(name, self, orientation)
-        return made
+        child: Frame = object.__new__(Frame)
+        child._finish(name, self, orientation)
+        return child
 
     # Birth ----------------------------------------------------------------------------------------------------------
 
@@ -75,10 +75,10 @@ class Frame(Basis):
         SpaceError
             if the axis is no unit vector fixed in this frame, or `angular_velocity` is another one than the angle's
         """
-        made = self._rotated(name, angle, axis)
+        child = self._rotated(name, angle, axis)
         if angular_velocity is not None:
-            check_angular_velocity(made, self, angular_velocity)
-        return made
+            check_angular_velocity(child, self, angular_velocity)
+        return child
 
     def _rotated(self, name: str, angle: Any, axis: Vector) -> Frame:
         theta = as_expr(angle)
@@ -174,21 +174,21 @@ class Frame(Basis):
         if len(rows) != 3 or any(len(row) != 3 for row in rows):
             raise SpaceError(f"Expected a 3 × 3 matrix of direction cosines, got {len(rows)} rows.")
         a, b, c = ((row[0], row[1], row[2]) for row in rows)
-        made: Cosines = (a, b, c)
-        columns = transposed(made)
+        matrix: Cosines = (a, b, c)
+        columns = transposed(matrix)
         _check_orthogonal(columns)
         d = [tuple(time_derivative(x) for x in column) for column in columns]
-        still = all(x is ZERO for column in d for x in column)
+        constant_axes = all(x is ZERO for column in d for x in column)
         rates: Triple = (
             (ZERO, ZERO, ZERO)
-            if still
+            if constant_axes
             else (
                 dot3((d[1][0], d[1][1], d[1][2]), columns[2]),
                 dot3((d[2][0], d[2][1], d[2][2]), columns[0]),
                 dot3((d[0][0], d[0][1], d[0][2]), columns[1]),
             )
         )
-        return self._child(name, Orientation(self, rates, cosines=made))
+        return self._child(name, Orientation(self, rates, cosines=matrix))
 
     # Reading --------------------------------------------------------------------------------------------------------
 
@@ -225,7 +225,7 @@ def frames_of(v: Vector) -> tuple[Frame, ...]:
     return tuple(f for f, _ in v.parts if isinstance(f, Frame))
 
 
-def check_angular_velocity(frame: Frame, base: Frame, given: Vector) -> None:
+def check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
     """An angular velocity given by the user must be the one that follows from the orientation, at a random state.
 
     Raises
@@ -233,14 +233,14 @@ def check_angular_velocity(frame: Frame, base: Frame, given: Vector) -> None:
     SpaceError
         if it is not
     """
-    if not isinstance(given, Vector):
-        raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {given!r:.60}.")
-    found = frame.angular_velocity(base)
-    numbers = sample([*found.components(base), *given.components(base)], _SEED)
+    if not isinstance(claimed, Vector):
+        raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {claimed!r:.60}.")
+    own = frame.angular_velocity(base)
+    numbers = sample([*own.components(base), *claimed.components(base)], _SEED)
     if not np.allclose(numbers[:3], numbers[3:], rtol=_AGREE, atol=_AGREE * max(map(abs, numbers)), equal_nan=True):
         raise SpaceError(
-            f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {found!s:.60}, got "
-            f"{given!s:.60}. Correct its sign or the angle, or leave it out: it follows from the angle."
+            f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {own!s:.60}, got "
+            f"{claimed!s:.60}. Correct its sign or the angle, or leave it out: it follows from the angle."
         )
 
 

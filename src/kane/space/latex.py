@@ -22,7 +22,7 @@ def place_latex(name: str) -> str:
 
 def unit_vector_latex(frame: Basis, axis: str) -> str:
     r"""\hat{b}_{x} of a frame B, \hat{b}_{1x} of a frame B1, \widehat{\mathrm{rod}}_{x} of a frame rod."""
-    found = re.fullmatch(r"([A-Za-z])([0-9]*)", frame.name)
-    if found:
-        return rf"\hat{{{found[1].lower()}}}_{{{found[2]}{axis}}}"
+    parts = re.fullmatch(r"([A-Za-z])([0-9]*)", frame.name)
+    if parts:
+        return rf"\hat{{{parts[1].lower()}}}_{{{parts[2]}{axis}}}"
     return rf"\widehat{{{latex_name(frame.name)}}}_{{{axis}}}"

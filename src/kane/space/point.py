@@ -72,9 +72,9 @@ class Point:
             )
         for frame, _ in offset.parts:
             self.frame._check(frame)
-        made: Point = object.__new__(Point)
-        made._finish(name, self, offset, self.frame, body)
-        return made
+        child: Point = object.__new__(Point)
+        child._finish(name, self, offset, self.frame, body)
+        return child
 
     def at(self, name: str, offset: Vector | int) -> Point:
         """The geometric point at `offset` from this one."""
@@ -101,10 +101,10 @@ class Point:
 
     def ancestry(self) -> list[Point]:
         """The point, its parent, … up to the root."""
-        found = [self]
-        while found[-1].parent is not None:
-            found.append(found[-1].parent)
-        return found
+        line = [self]
+        while line[-1].parent is not None:
+            line.append(line[-1].parent)
+        return line
 
     def position(self, origin: Point) -> Vector:
         """Position vector from `origin` to this point."""

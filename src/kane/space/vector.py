@@ -229,19 +229,19 @@ def axes(frame: Frame) -> tuple[Vector, Vector, Vector]:
 
 def angular_velocity(frame: Frame, base: Frame) -> Vector:
     """Angular velocity of `frame` in `base`, in rates."""
-    known = frame._spins
-    found: Vector | None = known.get(base)
-    if found is None:
+    spins = frame._spins
+    spin: Vector | None = spins.get(base)
+    if spin is None:
         up, down = path(base, frame)
-        found = Vector()
+        spin = Vector()
         for step in down:
             assert step.orientation is not None
-            found = found + Vector(((step, step.orientation.rates),))
+            spin = spin + Vector(((step, step.orientation.rates),))
         for step in up:
             assert step.orientation is not None
-            found = found - Vector(((step, step.orientation.rates),))
-        known[base] = found
-    return found
+            spin = spin - Vector(((step, step.orientation.rates),))
+        spins[base] = spin
+    return spin
 
 
 def _check_connected(f: Frame, g: Frame) -> None:

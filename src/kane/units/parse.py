@@ -40,10 +40,10 @@ def parse(text: str) -> Unit:
     UnitError
         if it means none, or one that models cannot be written in (degC, dB)
     """
-    found = _read(text)
-    if found is None:
+    meant = _read(text)
+    if meant is None:
         _refuse(text)
-    return found
+    return meant
 
 
 def _read(text: str) -> Unit | None:
@@ -55,7 +55,7 @@ def _read(text: str) -> Unit | None:
 
 
 def _product(text: str) -> Unit | None:
-    found, at = ONE, 0
+    whole, at = ONE, 0
     while at < len(text):
         factor = _FACTOR.match(text, at)
         if factor is None:
@@ -74,8 +74,8 @@ def _product(text: str) -> Unit | None:
             base = power(base, Fraction((exponent[1] or exponent[2]).replace(" ", "")).limit_denominator(_FINEST))
             at = exponent.end()
         inverse = "/" in factor[1] or "per" in factor[1]
-        found = quotient(found, base) if inverse else product(found, base)
-    return found if text else None
+        whole = quotient(whole, base) if inverse else product(whole, base)
+    return whole if text else None
 
 
 def _closing(text: str, at: int) -> int:
@@ -153,5 +153,5 @@ def _apart(word: str) -> list[str]:
 
 
 def _exponents(word: str) -> object:
-    found = symbol(word)
-    return found and found.exponents
+    meant = symbol(word)
+    return meant and meant.exponents

@@ -29,8 +29,8 @@ _SLACK = 1e-9
 _FINEST = 10_000
 
 
-def infer(root: Expr, known: Known) -> Unit | None:
-    """The unit of `root`, None where a symbol without one is below; `known` is filled on the way.
+def infer(root: Expr, units: Known) -> Unit | None:
+    """The unit of `root`, None where a symbol without one is below; `units` is filled on the way.
 
     Raises
     ------
@@ -42,10 +42,10 @@ def infer(root: Expr, known: Known) -> Unit | None:
         if node.op is SYMBOL:
             text: str = node.unit  # type: ignore[attr-defined]  # the operation says that it is a Symbol
             return parse(text) if text else None
-        units = [known[a] for a in node.args]
-        return None if None in units else RULES[node.op](node, *units)
+        own = [units[a] for a in node.args]
+        return None if None in own else RULES[node.op](node, *own)
 
-    return fold(root, known, combine)
+    return fold(root, units, combine)
 
 
 def agree(a: Unit, b: Unit) -> bool:
@@ -55,16 +55,16 @@ def agree(a: Unit, b: Unit) -> bool:
 
 def _common(node: Expr, terms: tuple[Expr, ...], units: tuple[Unit, ...]) -> Unit:
     """The one unit of all the terms."""
-    first, found = terms[0], units[0]
+    first, shared = terms[0], units[0]
     for term, unit in zip(terms[1:], units[1:], strict=True):
-        if found is ANY or (found is NUMBER and agree(found, unit)):
-            first, found = (first, found) if unit is ANY else (term, unit)
-        elif unit is not ANY and not agree(found, unit):
+        if shared is ANY or (shared is NUMBER and agree(shared, unit)):
+            first, shared = (first, shared) if unit is ANY else (term, unit)
+        elif unit is not ANY and not agree(shared, unit):
             raise UnitError(
-                f"Expected terms of one unit in {excerpt(node)}, got {_said(first, found)} and {_said(term, unit)}. "
-                f"{_cure(found, unit)}"
+                f"Expected terms of one unit in {excerpt(node)}, got {_said(first, shared)} and {_said(term, unit)}. "
+                f"{_cure(shared, unit)}"
             )
-    return found
+    return shared
 
 
 def _said(e: Expr, unit: Unit) -> str:

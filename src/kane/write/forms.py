@@ -92,7 +92,7 @@ def product_form(negative: bool, coefficient: Number, factors: Sequence[tuple[Si
     """Of a - b and b - a the same one is a factor whichever the graph holds."""
     if coefficient < 0:
         negative, coefficient = not negative, -coefficient
-    found: list[tuple[Tree, int, Expr]] = []
+    shown_factors: list[tuple[Tree, int, Expr]] = []
     for (minus, tree), exponent, node in factors:
         shown = tree
         if (
@@ -106,8 +106,8 @@ def product_form(negative: bool, coefficient: Number, factors: Sequence[tuple[Si
         if isinstance(shown, Sum) and shown.leads_with_minus:
             shown, minus = shown.flipped(), not minus
         negative ^= minus and exponent % 2 == 1
-        found.append((shown, exponent, node))
-    ordered = _sorted([(raised(t.tokens, e), n, (t, e)) for t, e, n in found])
+        shown_factors.append((shown, exponent, node))
+    ordered = _sorted([(raised(t.tokens, e), n, (t, e)) for t, e, n in shown_factors])
     above = tuple((t, e) for t, e in ordered if e > 0)
     below = tuple((t, -e) for t, e in ordered if e < 0)
     if not above and not below:

@@ -308,7 +308,7 @@ def _plan_product(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
 def _tangents(factors: dict[Expr, int]) -> dict[Expr, int]:
     """Take sin/cos of one angle out of `factors`: exponents of the tangent by angle."""
     sines = {n.args[0]: n for n in factors if n.op is SIN}
-    found: dict[Expr, int] = {}
+    exponents: dict[Expr, int] = {}
     for cosine in [n for n in factors if n.op is COS]:
         sine = sines.get(cosine.args[0])
         if sine is None:
@@ -322,7 +322,7 @@ def _tangents(factors: dict[Expr, int]) -> dict[Expr, int]:
             continue
         factors[sine] -= k
         factors[cosine] += k
-        found[cosine.args[0]] = k
-    for tangent in [n for n in factors if n.op is TAN and n.args[0] in found]:
-        found[tangent.args[0]] += factors.pop(tangent)
-    return found
+        exponents[cosine.args[0]] = k
+    for tangent in [n for n in factors if n.op is TAN and n.args[0] in exponents]:
+        exponents[tangent.args[0]] += factors.pop(tangent)
+    return exponents

@@ -175,12 +175,12 @@ def raised(tokens: Tokens, exponent: int) -> Tokens:
 
 def joined(head: Token | None, parts: Iterable[Tokens]) -> Tokens:
     """Sort key of a compound, cut off where nobody reads that far."""
-    found: list[Token] = [] if head is None else [head]
+    tokens: list[Token] = [] if head is None else [head]
     for p in parts:
-        found.extend(p)
-        if len(found) >= _WIDTH:
+        tokens.extend(p)
+        if len(tokens) >= _WIDTH:
             break
-    return tuple(found[:_WIDTH])
+    return tuple(tokens[:_WIDTH])
 
 
 def split_coefficient(value: Number) -> tuple[Number, int]:

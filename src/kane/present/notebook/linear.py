@@ -42,8 +42,8 @@ def _largest(shape: dict[str, complex]) -> str:
 
 
 def _matrices(linear: Linear) -> str:
-    found = _matrix("A", linear.A, linear.states, linear.states)
-    return found + (_matrix("B", linear.B, linear.states, linear.inputs) if linear.inputs else "")
+    shown = _matrix("A", linear.A, linear.states, linear.states)
+    return shown + (_matrix("B", linear.B, linear.states, linear.inputs) if linear.inputs else "")
 
 
 def _matrix(name: str, a: npt.NDArray[np.float64], rows: Sequence[str], columns: Sequence[str]) -> str:

@@ -28,7 +28,7 @@ def escaped(text: object) -> str:
     A dollar sign or backslash gets an element of its own: MathJax and KaTeX look for delimiters within one text, and read them
     however they are escaped.
     """
-    return re.sub(r"[$\\]", lambda found: f"<span>{found[0]}</span>", html.escape(str(text)))
+    return re.sub(r"[$\\]", lambda sign: f"<span>{sign[0]}</span>", html.escape(str(text)))
 
 
 def listed(names: Sequence[str]) -> str:

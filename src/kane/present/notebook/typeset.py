@@ -96,5 +96,5 @@ def brackets(trees: Sequence[Tree], shape: tuple[int, int]) -> str:
     if not rows or not columns:
         return rf"\left[\;\right]_{{{rows} \times {columns}}}"
     cells = [LATEX.write(t) for t in trees]
-    made = r" \\[3pt] ".join(" & ".join(cells[i * columns : (i + 1) * columns]) for i in range(rows))
-    return rf"\begin{{bmatrix}} {made} \end{{bmatrix}}"
+    body = r" \\[3pt] ".join(" & ".join(cells[i * columns : (i + 1) * columns]) for i in range(rows))
+    return rf"\begin{{bmatrix}} {body} \end{{bmatrix}}"

@@ -22,12 +22,12 @@ def vector(v: Vector) -> Typeset:
 
 def dyadic(d: Dyadic) -> Typeset:
     """A dyadic multiplied out, a term for each pair of unit vectors."""
-    found: dict[tuple[Basis, str, Basis, str], Expr] = {}
+    terms: dict[tuple[Basis, str, Basis, str], Expr] = {}
     for a, b in d.dyads:
         for x, f, i in _terms(a):
             for y, g, k in _terms(b):
-                found[f, i, g, k] = add(found.get((f, i, g, k), ZERO), mul(x, y))
-    kept = {key: x for key, x in found.items() if x is not ZERO}
+                terms[f, i, g, k] = add(terms.get((f, i, g, k), ZERO), mul(x, y))
+    kept = {key: x for key, x in terms.items() if x is not ZERO}
     pairs = [f"{unit_vector_latex(f, i)} {unit_vector_latex(g, k)}" for f, i, g, k in kept]
     return _linear(list(kept.values()), pairs)
 
