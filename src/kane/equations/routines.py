@@ -51,12 +51,12 @@ def program(
     """
     unknown = [r for r in routines if r not in ROUTINES]
     if unknown:
-        known = ", ".join([*ROUTINES, *(["outputs"] if outputs else [])])
-        raise ArgumentError(f"Expected routines among {known}, got {', '.join(map(repr, unknown))}.")
-    wanted = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
+        own = ", ".join([*ROUTINES, *(["outputs"] if outputs else [])])
+        raise ArgumentError(f"Expected routines among {own}, got {', '.join(map(repr, unknown))}.")
+    tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
-        wanted.append(outputs.task)
-    return build_program(name, ports(solved.derived), wanted, reciprocals, SUBJECT)
+        tasks.append(outputs.task)
+    return build_program(name, ports(solved.derived), tasks, reciprocals, SUBJECT)
 
 
 def rate_names(derived: Derived) -> list[str]:
@@ -97,8 +97,8 @@ def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
             raise ArgumentError(f"Expected a name for every output, got {name!r}.")
         plain = _shaped(solved, name, what)
         roots = tuple(without_unknowns(solved, plain.roots))
-        known: set[Expr] = {s for port in ports(solved.derived) for s in port.symbols}
-        unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in known]
+        own: set[Expr] = {s for port in ports(solved.derived) for s in port.symbols}
+        unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in own]
         if unknown:
             raise ValueMissingError(
                 f"Expected the output {name!r} in symbols of the system, got {', '.join(unknown)} in it. A reaction must be "

@@ -30,7 +30,7 @@ class Task:
 
 
 def build_program(
-    name: str, ports: Sequence[Port], wanted: Sequence[Task], reciprocals: bool = False, subject: str = "expressions"
+    name: str, ports: Sequence[Port], tasks: Sequence[Task], reciprocals: bool = False, subject: str = "expressions"
 ) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
@@ -39,19 +39,17 @@ def build_program(
     ValueMissingError
         if an expression holds a symbol that no port gives
     """
-    draft = _draft(name, subject, ports, wanted)
+    draft = _draft(name, subject, ports, tasks)
     return assembled(with_reciprocals(draft) if reciprocals else draft)
 
 
-def _draft(name: str, subject: str, ports: Sequence[Port], wanted: Sequence[Task]) -> Draft:
+def _draft(name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task]) -> Draft:
     """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
-    order = postorder(root for w in wanted for root in w.roots)
+    order = postorder(root for w in tasks for root in w.roots)
     inputs = [s for port in ports for s in port.symbols]
     _refuse_unknown(order, inputs, ports)
     folded = _fold(order)
-    read = {a for node in order if node not in folded for a in node.args}.union(
-        root for w in wanted for root in w.roots
-    )
+    read = {a for node in order if node not in folded for a in node.args}.union(root for w in tasks for root in w.roots)
     numbers = {_key(v): v for node, v in folded.items() if node in read}
     place: dict[Expr, int] = {s: i for i, s in enumerate(inputs)}
     of_number = {key: len(inputs) + i for i, key in enumerate(numbers)}
@@ -65,9 +63,9 @@ def _draft(name: str, subject: str, ports: Sequence[Port], wanted: Sequence[Task
             place[node] = first + len(ops)
             ops.append(node.op)
             args.append(tuple([place[a] for a in node.args]))
-    goals = tuple(Goal(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in wanted)
-    made = Draft(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), goals)
-    return sound(made, "build")
+    goals = tuple(Goal(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in tasks)
+    draft = Draft(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), goals)
+    return sound(draft, "build")
 
 
 def _key(value: float) -> tuple[float, bool]:
@@ -76,11 +74,11 @@ def _key(value: float) -> tuple[float, bool]:
 
 
 def _refuse_unknown(order: Iterable[Expr], inputs: Sequence[Symbol], ports: Sequence[Port]) -> None:
-    known: set[Expr] = set(inputs)
-    unknown = [f"{n} ({type(n).__name__})" for n in order if n.op is SYMBOL and n not in known]
+    own: set[Expr] = set(inputs)
+    unknown = [f"{n} ({type(n).__name__})" for n in order if n.op is SYMBOL and n not in own]
     if unknown:
-        given = "; ".join(f"{p.name}: {', '.join(s.name for s in p.symbols) or 'none'}" for p in ports)
-        raise ValueMissingError(f"Expected expressions of the program's inputs ({given}), got {', '.join(unknown)}.")
+        listing = "; ".join(f"{p.name}: {', '.join(s.name for s in p.symbols) or 'none'}" for p in ports)
+        raise ValueMissingError(f"Expected expressions of the program's inputs ({listing}), got {', '.join(unknown)}.")
 
 
 def _fold(order: Iterable[Expr]) -> dict[Expr, float]:

@@ -28,19 +28,19 @@ class Draft(Code):
     @cached_property
     def varies(self) -> list[bool]:
         """Of each value, whether it depends on more than parameters."""
-        found = [not port.hoisted for port in self.ports for _ in port.symbols] + [False] * len(self.constants)
+        varying = [not port.hoisted for port in self.ports for _ in port.symbols] + [False] * len(self.constants)
         for reads in self.args:
-            found.append(True in [found[i] for i in reads])
-        return found
+            varying.append(True in [varying[i] for i in reads])
+        return varying
 
     def below(self, values: set[int], varies: bool) -> list[int]:
         """The instructions of one tier that `values` need, in ascending order."""
         first, args, tier = self.first, self.args, self.varies
-        wanted = {i for i in values if i >= first and tier[i] is varies}
-        waiting = list(wanted)
+        needed = {i for i in values if i >= first and tier[i] is varies}
+        waiting = list(needed)
         while waiting:
             for a in args[waiting.pop() - first]:
-                if a >= first and tier[a] is varies and a not in wanted:
-                    wanted.add(a)
+                if a >= first and tier[a] is varies and a not in needed:
+                    needed.add(a)
                     waiting.append(a)
-        return sorted(wanted)
+        return sorted(needed)

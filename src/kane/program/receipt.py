@@ -20,10 +20,10 @@ class Receipt:
     routines: tuple[tuple[str, Operations], ...]
 
     def __getitem__(self, name: str) -> Operations:
-        found = dict(self.routines)
-        if name not in found:
-            raise KeyError(f"Expected one of {', '.join(found)}, got {name!r}.")
-        return found[name]
+        by_name = dict(self.routines)
+        if name not in by_name:
+            raise KeyError(f"Expected one of {', '.join(by_name)}, got {name!r}.")
+        return by_name[name]
 
     def __str__(self) -> str:
         return "\n".join(f"{name}: {operations}" for name, operations in self.routines)
@@ -36,12 +36,12 @@ def receipt(program: Program) -> Receipt:
 
 def _count(program: Program, name: str) -> Operations:
     routine = program.routine(name)
-    wanted = set(routine.results).union(*(program.arguments(i) for i in routine.body))
+    needed = set(routine.results).union(*(program.arguments(i) for i in routine.body))
     fixed = []
     for i in reversed(program.hoisted):
-        if i in wanted:
+        if i in needed:
             fixed.append(i)
-            wanted.update(program.arguments(i))
+            needed.update(program.arguments(i))
     costs = [sum(program.op(i).cost for i in block) for block in (fixed, routine.body)]
     kinds: Counter[str] = Counter()
     for i in (*fixed, *routine.body):

@@ -28,7 +28,7 @@ def emitter(style):
         for function in (hoisting(program), *(kernel(program, r) for r in program.routines)):
             lines.append(f"function {function.name}")
             values = names.of(function, repr)
-            for piece in pieces(program, function, style)[0]:
+            for piece in pieces(program, function, style).chunks:
                 lines.append("piece")
                 lines += [line(s, values) for s in statements(program, function, piece, style)]
         return "\n".join(lines)

@@ -145,30 +145,30 @@ class _Writer:
 
     def definition(self, f: CFunction) -> str:
         """One function, or for a long block several and one that calls them in turn."""
-        parts, slots = pieces(self.file.program, f.function, self.style)
-        cut = len(parts) > 1
+        parts = pieces(self.file.program, f.function, self.style)
+        cut = len(parts.chunks) > 1
         names = self.file.names.of(f.function, c_number)
         arguments = {**f.arguments, "w": "double *w"} if cut else f.arguments
         bodies = []
-        for piece in parts:
-            found = statements(self.file.program, f.function, piece, self.style)
-            used = self._used(f, found)
+        for piece in parts.chunks:
+            steps = statements(self.file.program, f.function, piece, self.style)
+            used = self._used(f, steps)
             unused = [f"    (void){a};" for a in arguments if a not in used]
-            bodies.append([*unused, *(line for s in found for line in self._lines(s, names))])
+            bodies.append([*unused, *(line for s in steps for line in self._lines(s, names))])
         lines = []
         if cut:
             self.parts = True
             for k, body in enumerate(bodies):
                 lines += [f"KANE_PART void {f.part}{k}({', '.join(arguments.values())})", "{", *body, "}", ""]
             calls = [f"    {f.part}{k}({', '.join(arguments)});" for k in range(len(bodies))]
-            bodies = [[f"    double w[{max(1, slots)}];", *calls]]
+            bodies = [[f"    double w[{max(1, parts.slots)}];", *calls]]
         return "\n".join([*lines, f"/* {c_comment(f.title)} */", f.signature, "{", *bodies[0], "}", ""])
 
-    def _used(self, f: CFunction, found: Sequence[Statement]) -> set[str]:
+    def _used(self, f: CFunction, body: Sequence[Statement]) -> set[str]:
         """The arguments that a piece uses."""
         names = self.file.names.arguments
-        bases = {s.base for s in found if not isinstance(s, Compute | SinCos)}
-        values, at = operand_values(found), 0
+        bases = {s.base for s in body if not isinstance(s, Compute | SinCos)}
+        values, at = operand_values(body), 0
         for port in self.file.program.ports:
             bases |= {port.name} if port.scalar and at in values else set()
             at += len(port.symbols)

@@ -4,10 +4,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from kane.program.emit.names import Names, c_comment, c_string, distinct, identifier, is_free_in_c, local_names, stem
+from kane.program.emit.names import (
+    Names,
+    c_comment,
+    c_string,
+    decimal,
+    distinct,
+    identifier,
+    is_free_in_c,
+    local_names,
+    stem,
+)
 from kane.program.emit.walk import RESULTS, VECTORS, Function, hoisting, kernel
 from kane.program.program import Port, Program
 
@@ -79,9 +89,9 @@ def c_file(program: Program) -> CFile:
 def _arguments(function: Function, names: Names) -> dict[str, str]:
     """Declarations of the arguments by name."""
     ports = {names.arguments[port.name]: port.scalar for port in function.ports}
-    found = {name: f"double {name}" if scalar else f"const double *{name}" for name, scalar in ports.items()}
+    declared = {name: f"double {name}" if scalar else f"const double *{name}" for name, scalar in ports.items()}
     target = VECTORS[function.target]
-    return found | {"h": "const double *h"} | {target: f"double *{target}"}
+    return declared | {"h": "const double *h"} | {target: f"double *{target}"}
 
 
 def _title(program: Program, function: Function) -> str:
@@ -94,10 +104,8 @@ def _title(program: Program, function: Function) -> str:
 
 
 def c_number(value: float) -> str:
-    """An operand that is exactly `value`: the shortest decimal number that reads back as it."""
-    if math.isfinite(value):
-        return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
-    return "NAN" if math.isnan(value) else "INFINITY" if value > 0 else "(-INFINITY)"
+    """An operand that is exactly `value`."""
+    return decimal(value, "NAN", "INFINITY")
 
 
 # ------------------------------------------------------------------------------------------------------------- the text
@@ -166,10 +174,6 @@ def c_tables(file: CFile) -> str:
         lines += ["    {0, 0, 0, NAN}", "};"]
     for f in file.functions:
         if f.labels:
-            rows = _rows(f.function.labels)
+            rows = [f"    {c_string(label)}," for label in f.function.labels]
             lines += [f"const char *const {f.labels}[{f.size} + 1] = {{", *rows, "    0", "};"]
     return "\n".join([*lines, ""])
-
-
-def _rows(labels: Iterable[str]) -> list[str]:
-    return [f"    {c_string(label)}," for label in labels]

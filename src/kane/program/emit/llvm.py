@@ -26,7 +26,6 @@ from kane.program.emit.walk import (
     VECTORS,
     Compute,
     Function,
-    Piece,
     Read,
     SinCos,
     Statement,
@@ -37,6 +36,7 @@ from kane.program.emit.walk import (
     pieces,
     statements,
 )
+from kane.program.passes.split import Chunk
 from kane.program.program import Program
 
 _SCALAR = Lanes(1)
@@ -117,26 +117,26 @@ class _Module:
     def function(self, program: Program, function: Function, name: str) -> str:
         """One function, or several with one that calls them in turn."""
         style = Style(lazy=True, lanes=self.options.lanes)
-        parts, slots = pieces(program, function, style)
+        parts = pieces(program, function, style)
         kinds = [("double" if p.scalar else "ptr", pointer(p.name)) for p in function.ports]
         kinds += [("ptr", f"%{VECTORS[base]}") for base in dict.fromkeys((KEPT, function.target))]
         signature = ", ".join(f"{kind}{' noalias' * (kind == 'ptr')} {value}" for kind, value in kinds)
-        if len(parts) == 1:
-            return self._piece(f"define void @{name}({signature}) nounwind", program, function, parts[0], style)
+        if len(parts.chunks) == 1:
+            return self._piece(f"define void @{name}({signature}) nounwind", program, function, parts.chunks[0], style)
         texts = []
-        for k, part in enumerate(parts):
+        for k, part in enumerate(parts.chunks):
             head = f"define internal void @{name}.{k}({signature}, ptr noalias %w) nounwind noinline"
             texts.append(self._piece(head, program, function, part, style))
         passed = ", ".join(f"{kind} {value}" for kind, value in kinds)
-        calls = [f"  call void @{name}.{k}({passed}, ptr %w)" for k in range(len(parts))]
+        calls = [f"  call void @{name}.{k}({passed}, ptr %w)" for k in range(len(parts.chunks))]
         head = f"define void @{name}({signature}) nounwind {{"
-        work = f"  %w = alloca [{max(1, slots)} x double], align 64"
+        work = f"  %w = alloca [{max(1, parts.slots)} x double], align 64"
         return "\n".join([*texts, head, work, *calls, "  ret void", "}"])
 
-    def _piece(self, head: str, program: Program, function: Function, piece: Piece, style: Style) -> str:
-        found = statements(program, function, piece, style)
-        writer = _Writer(program, self.options, found)
-        for statement in found:
+    def _piece(self, head: str, program: Program, function: Function, piece: Chunk, style: Style) -> str:
+        body = statements(program, function, piece, style)
+        writer = _Writer(program, self.options, body)
+        for statement in body:
             writer.write(statement)
         self.called.update(writer.called)
         self.widths.update(writer.widths)
@@ -146,7 +146,7 @@ class _Module:
 class _Writer:
     """The lines of one piece."""
 
-    def __init__(self, program: Program, options: Options, found: Sequence[Statement]) -> None:
+    def __init__(self, program: Program, options: Options, body: Sequence[Statement]) -> None:
         self.options = options
         self.lines: list[str] = []
         self.called: dict[str, int] = {}
@@ -156,7 +156,7 @@ class _Writer:
         scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
         self.names |= {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
         # Else LLVM would load neighbours as one vector, which waits where they have just been stored one by one.
-        self.volatile = {a for s in found if isinstance(s, SinCos) for a in s.angles}
+        self.volatile = {a for s in body if isinstance(s, SinCos) for a in s.angles}
 
     def write(self, s: Statement) -> None:
         """The lines of one statement."""

@@ -139,8 +139,8 @@ def _call(function: str, ports: tuple[Port, ...], rest: str, label: str, at: str
     loads = [
         f"  {pointer(p.name)}.{label} = load double, ptr {pointer(p.name)}{at}, align 8\n" for p in ports if p.scalar
     ]
-    given = [f"double {pointer(p.name)}.{label}" if p.scalar else f"ptr {pointer(p.name)}{at}" for p in ports]
-    return f"{''.join(loads)}  call void @{function}({', '.join([*given, f'ptr {rest}'])})"
+    arguments = [f"double {pointer(p.name)}.{label}" if p.scalar else f"ptr {pointer(p.name)}{at}" for p in ports]
+    return f"{''.join(loads)}  call void @{function}({', '.join([*arguments, f'ptr {rest}'])})"
 
 
 def batch_entry(program: Program, routine: Routine, hoist: str) -> str:

@@ -7,6 +7,7 @@ Names and descriptions may hold anything: nothing in them may end the literal or
 from __future__ import annotations
 
 import keyword
+import math
 import re
 import unicodedata
 from collections import Counter
@@ -91,10 +92,10 @@ class Names:
         """The name of each value of a function: h3 of what was hoisted, z12 of what it computes, a number of a constant."""
         taken = (*self.inputs, *self.arguments.values())
         h, z = stem("h", taken), stem("z", taken)
-        found = dict(enumerate((*self.inputs, *map(number, self.program.constants))))
-        found.update({i: f"{h}{k}" for k, i in enumerate(function.kept)})
-        found.update({i: f"{z}{k}" for k, i in enumerate(function.block, 1)})
-        return found
+        names = dict(enumerate((*self.inputs, *map(number, self.program.constants))))
+        names.update({i: f"{h}{k}" for k, i in enumerate(function.kept)})
+        names.update({i: f"{z}{k}" for k, i in enumerate(function.block, 1)})
+        return names
 
 
 def local_names(program: Program, is_free: IsFree) -> Names:
@@ -117,10 +118,10 @@ def local_names(program: Program, is_free: IsFree) -> Names:
 
 def operand_values(statements: Iterable[Statement]) -> set[int]:
     """The values that statements read, compute with or write."""
-    found: set[int] = set()
+    values: set[int] = set()
     for s in statements:
-        found.update(s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else (s.value,))
-    return found
+        values.update(s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else (s.value,))
+    return values
 
 
 def stem(base: str, taken: Iterable[str]) -> str:
@@ -131,19 +132,26 @@ def stem(base: str, taken: Iterable[str]) -> str:
     return base
 
 
-def distinct(wanted: Iterable[str], is_free: IsFree, taken: Collection[str] = ()) -> list[str]:
+def distinct(bases: Iterable[str], is_free: IsFree, taken: Collection[str] = ()) -> list[str]:
     """The wanted names, "kane_" before those that are not free, a number behind those that were there before."""
     used = set(taken)
-    found = []
-    for base in wanted:
+    names = []
+    for base in bases:
         while not is_free(base):
             base = f"kane_{base}"
         name, k = base, 2
         while name in used:
             name, k = f"{base}_{k}", k + 1
         used.add(name)
-        found.append(name)
-    return found
+        names.append(name)
+    return names
+
+
+def decimal(value: float, nan: str, infinity: str) -> str:
+    """An operand that is exactly `value`: the shortest decimal number that reads back as it."""
+    if math.isfinite(value):
+        return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
+    return nan if math.isnan(value) else infinity if value > 0 else f"(-{infinity})"
 
 
 def c_string(text: str) -> str:

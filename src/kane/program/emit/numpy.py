@@ -12,9 +12,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from kane.expr import ops
-from kane.expr.ops import OPS, Op
+from kane.expr.ops import OPS
 from kane.program.emit.names import (
     Names,
+    decimal,
     distinct,
     identifier,
     is_free_in_python,
@@ -189,13 +190,13 @@ def _routine(module: _Module, routine: Routine, name: str) -> str:
 
 def _signature(module: _Module) -> str:
     """The ports; the last of them that may be left out have defaults."""
-    given: list[str] = []
+    arguments: list[str] = []
     for port in reversed(module.program.ports):
         name = module.arguments([port])
         default = module.defaults.get(port, "()" if port.optional and not port.hoisted else "")
-        open_ = default and all("=" in g for g in given)
-        given.append(f"{name}={default}" if open_ else name)
-    return ", ".join(reversed(given))
+        open_ = default and all("=" in g for g in arguments)
+        arguments.append(f"{name}={default}" if open_ else name)
+    return ", ".join(reversed(arguments))
 
 
 def _converted(module: _Module, port: Port) -> str:
@@ -215,7 +216,7 @@ def _computed(module: _Module, function: Function) -> list[str]:
     """The lines that compute what a function gives, each result with its label."""
     program = module.program
     names = module.names.of(function, _number)
-    (piece,), _ = pieces(program, function, _STYLE)
+    (piece,) = pieces(program, function, _STYLE).chunks
     numbers = range(len(program.inputs), program.first)
     lines = []
     for s in statements(program, function, piece, _STYLE):
@@ -225,7 +226,7 @@ def _computed(module: _Module, function: Function) -> list[str]:
             operands = [names[a] for a in s.arguments]
             if all(a in numbers for a in s.arguments):  # Python's own floats would refuse to divide by zero
                 operands = [f"np.float64({o})" for o in operands]
-            lines.append(f"{names[s.value]} = {_expression(s.op, operands)}")
+            lines.append(f"{names[s.value]} = {_FORMS[s.op].format(*operands)}")
         elif isinstance(s, Write):
             comment = f"  # {python_comment(s.label)}" if s.label else ""
             lines.append(f"{_place(module, s)} = {names[s.value]}{comment}")
@@ -236,11 +237,5 @@ def _place(module: _Module, s: Read | Write) -> str:
     return f"{module.names.arguments[s.base]}[..., {s.place}]"
 
 
-def _expression(op: Op, operands: Sequence[str]) -> str:
-    return _FORMS[op].format(*operands)
-
-
 def _number(value: float) -> str:
-    if math.isfinite(value):
-        return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
-    return "np.nan" if math.isnan(value) else "np.inf" if value > 0 else "(-np.inf)"
+    return decimal(value, "np.nan", "np.inf")

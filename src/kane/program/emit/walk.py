@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the functions of a Program do, statement after statement, in no language yet: the emitters spell it.
 
-A `Function` computes results by the instructions of a block; a long block is cut into `Piece`s. The statements of a piece read
+A `Function` computes results by the instructions of a block; a long block is cut into pieces. The statements of a piece read
 values from ports, from the vector h of what was hoisted or from the work array w of the pieces, compute, and write results and
 slots of w. Constants and scalar ports are operands wherever they stand and need no statement.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from kane.expr.ops import COS, SIN, Op
-from kane.program.passes.split import CHUNK, WHOLE, split
+from kane.program.passes.split import CHUNK, WHOLE, Chunk, Split, split
 from kane.program.program import Port, Program, Routine
 
 KEPT, WORK, RESULTS = "<h>", "<w>", "<out>"
@@ -100,34 +100,12 @@ class Write:
 Statement: TypeAlias = Read | Compute | SinCos | Write
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
-    """Some instructions of a function in order: `loads` and `stores` are slots of w by value, `writes` places of results."""
-
-    instructions: tuple[int, ...]
-    loads: dict[int, int]
-    stores: dict[int, int]
-    writes: dict[int, list[int]]
+def pieces(program: Program, function: Function, style: Style) -> Split:
+    """The pieces of a function, one if it is short."""
+    return split(program, function.block, style.whole, style.piece, function.results)
 
 
-def pieces(program: Program, function: Function, style: Style) -> tuple[list[Piece], int]:
-    """The pieces of a function, one if it is short, and the length of w.
-
-    A result is written where it is computed, in the last piece where it is not computed at all.
-    """
-    parts = split(program, function.block, style.whole, style.piece)
-    last = len(parts.chunks) - 1
-    home = {i: k for k, chunk in enumerate(parts.chunks) for i in chunk.instructions}
-    writes: list[dict[int, list[int]]] = [{} for _ in parts.chunks]
-    for place, i in enumerate(function.results):
-        writes[home.get(i, last)].setdefault(i, []).append(place)
-    return [
-        Piece(chunk.instructions, chunk.loads, chunk.stores, own)
-        for chunk, own in zip(parts.chunks, writes, strict=True)
-    ], parts.slots
-
-
-def statements(program: Program, function: Function, piece: Piece, style: Style) -> list[Statement]:
+def statements(program: Program, function: Function, piece: Chunk, style: Style) -> list[Statement]:
     """The statements of a piece in order."""
     walk = _Walk(program, function, piece, style)
     if not style.lazy:
@@ -148,7 +126,7 @@ def statements(program: Program, function: Function, piece: Piece, style: Style)
 class _Walk:
     """The statements of a piece so far; `ready` are the values that have been read or computed."""
 
-    def __init__(self, program: Program, function: Function, piece: Piece, style: Style) -> None:
+    def __init__(self, program: Program, function: Function, piece: Chunk, style: Style) -> None:
         self.program, self.function, self.piece, self.style = program, function, piece, style
         self.sources = sources(program, function) | {i: (WORK, slot) for i, slot in piece.loads.items()}
         self.computed = frozenset(piece.instructions)
@@ -191,11 +169,11 @@ class _Walk:
 
     def _packs(self, angle: int) -> Iterator[tuple[int, ...]]:
         """The angles that are known by now, as many at a time as there are lanes; the one at hand where there is one lane."""
-        known = [
+        angles = [
             a for a in self.angles if a < self.program.first or a in self.ready or a in self.sources
         ] if self.style.lanes > 1 else [angle]  # fmt: skip
-        for k in range(0, len(known), self.style.lanes):
-            yield tuple(known[k : k + self.style.lanes])
+        for k in range(0, len(angles), self.style.lanes):
+            yield tuple(angles[k : k + self.style.lanes])
 
     def write(self, i: int) -> None:
         """Write value i to its slot and its places among the results."""

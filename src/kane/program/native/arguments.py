@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 _REAL = "biuf"
 
 
-def values(port: Port, given: Any, base: Array | None = None) -> Array:
+def values(port: Port, argument: Any, base: Array | None = None) -> Array:
     """The values of a port: a number or an array of numbers where it is scalar, else (…, n), or by symbol or name.
 
     `base` fills in what is left out.
@@ -31,16 +31,16 @@ def values(port: Port, given: Any, base: Array | None = None) -> Array:
     ValueMissingError
         if a name is unknown or a value is missing
     """
-    if given is None and port.scalar and base is not None:
+    if argument is None and port.scalar and base is not None:
         return complete(port, base)[:1].reshape(())
-    if given is None and (port.optional or base is not None or not port.symbols) and not port.scalar:
-        given = {}
-    if isinstance(given, Mapping) and not port.scalar:
-        return _by_name(port, given, base)
-    array = _real(port.name, given)
+    if argument is None and (port.optional or base is not None or not port.symbols) and not port.scalar:
+        argument = {}
+    if isinstance(argument, Mapping) and not port.scalar:
+        return _by_name(port, argument, base)
+    array = _real(port.name, argument)
     if not port.scalar and (array.ndim < 1 or array.shape[-1] != len(port.symbols)):
         raise ArgumentError(
-            f"Expected {port.name} of shape {_shape(port)}, got shape {array.shape}. The order is {listed(port.symbols)}."
+            f"Expected {port.name} of shape (…, {len(port.symbols)}), got shape {array.shape}. The order is {listed(port.symbols)}."
         )
     return array
 
@@ -50,9 +50,9 @@ def defaults(port: Port) -> Array:
     return np.array([np.nan if s.default is None else float(s.default) for s in port.symbols])
 
 
-def replaced(port: Port, given: Mapping[Any, Any], base: Array) -> Array:
+def replaced(port: Port, argument: Mapping[Any, Any], base: Array) -> Array:
     """`base` with the values given by symbol or name."""
-    own = named_values(port.nouns, port.symbols, given)
+    own = named_values(port.nouns, port.symbols, argument)
     pairs = zip(port.symbols, base, strict=True)
     return np.array([finite_number("value", s.name, own[s]) if s in own else b for s, b in pairs])
 
@@ -88,10 +88,6 @@ def listed(symbols: tuple[Symbol, ...]) -> str:
     return ", ".join(names if len(names) <= 12 else [*names[:6], "…", *names[-3:]]) or "none"
 
 
-def _shape(port: Port) -> str:
-    return f"(…, {len(port.symbols)})"
-
-
 def _real(name: str, value: Any) -> Array:
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise ArgumentError(f"Expected {name} without masked values, got a masked array: fill or drop them.")
@@ -105,8 +101,8 @@ def _real(name: str, value: Any) -> Array:
         raise ArgumentError(f"Expected real numbers as {name}, got {got}: {value!r:.60}.") from error
 
 
-def _by_name(port: Port, given: Mapping[Any, Any], base: Array | None) -> Array:
-    values = named_values(port.nouns, port.symbols, given)
+def _by_name(port: Port, argument: Mapping[Any, Any], base: Array | None) -> Array:
+    values = named_values(port.nouns, port.symbols, argument)
     filled = np.full(len(port.symbols), np.nan) if base is None else base
     columns = [_real(s.name, values[s]) if s in values else b for s, b in zip(port.symbols, filled, strict=True)]
     complete(port, np.array([0.0 if s in values else b for s, b in zip(port.symbols, filled, strict=True)]))

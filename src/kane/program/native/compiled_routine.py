@@ -118,14 +118,14 @@ class CompiledRoutine:
 
     def __call__(self, *values: Any, **named: Any) -> Array:
         """The results at these values of the ports."""
-        given = self._by_port(values, named) if named or len(values) < len(self._standard) else values
+        inputs = self._by_port(values, named) if named or len(values) < len(self._standard) else values
         free = self._free
         try:  # a block that nobody else uses until it is back: calls may nest, in hooks and signal handlers too
             own = free.pop()
         except IndexError:
             own = new_block(self.program, self.routine)
         try:  # the common case without conversions: a memoryview takes doubles of the same shape and nothing else
-            for view, value, standard in zip(own[1:-1], given, self._standard, strict=True):
+            for view, value, standard in zip(own[1:-1], inputs, self._standard, strict=True):
                 kind = type(value)
                 if kind is _ARRAY:
                     view[ALL] = value
@@ -137,20 +137,20 @@ class CompiledRoutine:
                     raise TypeError
         except (AttributeError, TypeError, ValueError, NotImplementedError):
             free.append(own)
-            return self._general(*given)
+            return self._general(*inputs)
         if self._call(own[0]):
-            return self._doubtful(own, given)
+            return self._doubtful(own, inputs)
         results: Array = own[-1].copy()
         free.append(own)
         return results
 
-    def _doubtful(self, own: Block, given: tuple[Any, ...]) -> Array:
+    def _doubtful(self, own: Block, inputs: tuple[Any, ...]) -> Array:
         """The results of a call that met NaN or infinity: names the argument, or the intermediate."""
         ports = self.program.ports
         results: Array = own[-1].copy()
         met = [np.array(view.value if p.scalar else view) for p, view in zip(ports, own[1:-1], strict=True)]
         self._free.append(own)
-        for port, value in zip(ports, given, strict=True):
+        for port, value in zip(ports, inputs, strict=True):
             if value is None and port.hoisted:
                 arguments.complete(port, self._defaults[port.name])
         if self.not_finite != "ignore":
@@ -162,18 +162,18 @@ class CompiledRoutine:
     def _by_port(self, values: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[Any, ...]:
         """Arguments in the ports' order, None for those left out."""
         names = [port.name for port in self.program.ports]
-        found = dict(zip(names, values, strict=False))
-        wrong = [name for name in named if name not in names or name in found]
+        by_name = dict(zip(names, values, strict=False))
+        wrong = [name for name in named if name not in names or name in by_name]
         if wrong or len(values) > len(names):
             raise ArgumentError(
                 f"Expected the arguments {', '.join(names)}, each once, got {', '.join(wrong) or len(values)}."
             )
-        found.update(named)
-        return tuple(found.get(name) for name in names)
+        by_name.update(named)
+        return tuple(by_name.get(name) for name in names)
 
-    def _general(self, *given: Any) -> Array:
+    def _general(self, *inputs: Any) -> Array:
         """The results at values of any kind: converted, checked, with leading axes."""
-        ports, arrays = self.program.ports, self._arrays(given)
+        ports, arrays = self.program.ports, self._arrays(inputs)
         leading = [a.shape if port.scalar else a.shape[:-1] for port, a in zip(ports, arrays, strict=True)]
         try:
             rows = np.broadcast_shapes(*leading)
@@ -185,18 +185,18 @@ class CompiledRoutine:
                 arguments.finite(port, a)
         return self._rows(rows, leading, arrays)
 
-    def _arrays(self, given: tuple[Any, ...]) -> list[Array]:
+    def _arrays(self, inputs: tuple[Any, ...]) -> list[Array]:
         """The arguments as arrays of doubles, the parameters complete."""
         return [
             arguments.values(port, value, self._defaults.get(port.name))
-            for port, value in zip(self.program.ports, given, strict=True)
+            for port, value in zip(self.program.ports, inputs, strict=True)
         ]
 
-    def _rows(self, rows: tuple[int, ...], leading: list[tuple[int, ...]], given: list[Array]) -> Array:
+    def _rows(self, rows: tuple[int, ...], leading: list[tuple[int, ...]], inputs: list[Array]) -> Array:
         """Many evaluations in one native loop; what is the same in all rows is passed once, with stride 0."""
         count = math.prod(rows)
         flat: list[Array] = []
-        for port, lead, a in zip(self.program.ports, leading, given, strict=True):
+        for port, lead, a in zip(self.program.ports, leading, inputs, strict=True):
             width = len(port.symbols)
             shared = math.prod(lead) == 1
             wide = a if shared else np.broadcast_to(a.reshape(*lead, width), (*rows, width))
@@ -212,18 +212,18 @@ class CompiledRoutine:
         return out
 
     def _tell(self, inputs: list[float], where: str) -> None:
-        found = explain(self.program, self.routine, inputs) or (
+        reason = explain(self.program, self.routine, inputs) or (
             "NaN or infinity where separate roundings give none: a difference of equal numbers is not quite zero with fused "
             "multiply-adds or shared reciprocals. Use compile(contract=False)"
         )
-        message = f"Expected finite results of {self.name}{where}, got {found}."
+        message = f"Expected finite results of {self.name}{where}, got {reason}."
         if self.not_finite == "raise":
             raise NotFiniteError(message)
         warnings.warn(message, KaneWarning, stacklevel=outside())
 
-    def explain(self, *given: Any) -> str:
+    def explain(self, *inputs: Any) -> str:
         """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
-        arrays = self._arrays(given)
+        arrays = self._arrays(inputs)
         if any(a.ndim > (not port.scalar) for port, a in zip(self.program.ports, arrays, strict=True)):
             raise ArgumentError(f"Expected one state to explain, got shapes {', '.join(str(a.shape) for a in arrays)}.")
         return explain(self.program, self.routine, [float(v) for a in arrays for v in a.flat])

@@ -121,15 +121,15 @@ def target(cpu: str = "host", features: str = "") -> Target:
         )
     if not isinstance(features, str):
         raise ProgramError(f'Expected features as one text, "+avx2,+fma", got {features!r}.')
-    wanted = [f.strip() for f in features.split(",") if f.strip()]
-    known = [f for f in here.features.split(",") if f[:1] == "+"]
-    missing = [f for f in wanted if f not in known]
+    asked = [f.strip() for f in features.split(",") if f.strip()]
+    own = [f for f in here.features.split(",") if f[:1] == "+"]
+    missing = [f for f in asked if f not in own]
     if missing:
         raise ProgramError(
             f'Expected features that this processor has, each as "+name", got {", ".join(missing)}. It has '
-            f"{', '.join(sorted(f[1:] for f in known))}."
+            f"{', '.join(sorted(f[1:] for f in own))}."
         )
-    return Target(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *wanted) if f))
+    return Target(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *asked) if f))
 
 
 class Library:
@@ -160,9 +160,9 @@ class Library:
     def function(self, symbol: str, result: Any, *arguments: Any, brief: bool = False) -> Any:
         """A callable for a function, which keeps the library alive; a brief one is not worth letting go of the interpreter."""
         kind = ctypes.PYFUNCTYPE if brief else ctypes.CFUNCTYPE
-        found = kind(result, *arguments)(self.address(symbol))
-        found._library = self  # type: ignore[attr-defined]  # ctypes functions take attributes
-        return found
+        function = kind(result, *arguments)(self.address(symbol))
+        function._library = self  # type: ignore[attr-defined]  # ctypes functions take attributes
+        return function
 
 
 def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = True) -> Library:

@@ -35,20 +35,20 @@ _ABANDONED = 3600.0
 
 def key(*parts: str) -> str:
     """SHA-256 of everything the object depends on."""
-    made = hashlib.sha256()
+    digest = hashlib.sha256()
     for part in parts:
         data = part.encode()
-        made.update(len(data).to_bytes(8) + data)
-    return made.hexdigest()
+        digest.update(len(data).to_bytes(8) + data)
+    return digest.hexdigest()
 
 
 def folder() -> Path | None:
     """The cache's folder, or None where it is turned off."""
-    wanted = os.environ.get("KANE_CACHE", "")
-    if wanted.lower() in ("off", "0", "no"):
+    setting = os.environ.get("KANE_CACHE", "")
+    if setting.lower() in ("off", "0", "no"):
         return None
-    if wanted:
-        return Path(os.path.expanduser(wanted)).absolute()
+    if setting:
+        return Path(os.path.expanduser(setting)).absolute()
     from platformdirs import user_cache_path
 
     try:
@@ -69,15 +69,17 @@ def read(name: str) -> bytes | None:
     path = place / (name + _SUFFIX)
     try:
         with path.open("rb") as file:
-            found = os.fstat(file.fileno())  # of what is read: the path may mean something else by now
+            status = os.fstat(file.fileno())  # of what is read: the path may mean something else by now
             head, _, image = file.read().partition(b"\n")
     except FileNotFoundError:
         return None
     except OSError as error:
         _warn(f"Expected to read the cache entry {path}, got {error.strerror or error}. Compiling anew.")
         return None
-    if not _private(found):
-        _warn(f"Expected a cache entry that {_PRIVATE}, got {path} ({_owner(found)}). Compiling anew and replacing it.")
+    if not _private(status):
+        _warn(
+            f"Expected a cache entry that {_PRIVATE}, got {path} ({_owner(status)}). Compiling anew and replacing it."
+        )
         return None
     if head != _head(name, image):
         _warn(f"Expected an intact cache entry, got a damaged one: {path}. Compiling anew and replacing it.")
@@ -143,17 +145,17 @@ def _trusted(make: bool) -> Path | None:
     try:
         if make:
             place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        found = place.stat()
+        status = place.stat()
     except OSError as error:
         if isinstance(error, FileNotFoundError) and not make:
             return None
         _warn(f"Expected to use the cache folder {place}, got {error.strerror or error}. {_CURE}")
         return None
-    if not stat.S_ISDIR(found.st_mode):
+    if not stat.S_ISDIR(status.st_mode):
         _warn(f"Expected a folder for the cache, got something else at {place}. {_CURE}")
         return None
-    if not _private(found):
-        _warn(f"Expected a cache folder that {_PRIVATE}, got {place} ({_owner(found)}): it is not used. {_CURE}")
+    if not _private(status):
+        _warn(f"Expected a cache folder that {_PRIVATE}, got {place} ({_owner(status)}): it is not used. {_CURE}")
         return None
     return place
 
@@ -162,26 +164,26 @@ _CURE = "Set KANE_CACHE to a folder of your own, or to off."
 _PRIVATE = "belongs to this user and that nobody else can write to"
 
 
-def _private(found: os.stat_result) -> bool:
+def _private(status: os.stat_result) -> bool:
     """Whether it belongs to the user as whom this process acts, and nobody else can write to it."""
     if not hasattr(os, "geteuid"):  # where there are no such numbers, the user's folder is the user's
         return True
-    return found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
-def _owner(found: os.stat_result) -> str:
-    return f"owner {found.st_uid}, mode {stat.S_IMODE(found.st_mode):o}"
+def _owner(status: os.stat_result) -> str:
+    return f"owner {status.st_uid}, mode {stat.S_IMODE(status.st_mode):o}"
 
 
 def _files(place: Path, suffix: str) -> list[tuple[float, int, Path]]:
     """(last use, bytes, path) of each file with that suffix."""
-    found = []
+    status = []
     for path in place.glob("*" + suffix):
         with contextlib.suppress(OSError):  # another process may have removed it
             info = path.lstat()
             if stat.S_ISREG(info.st_mode):
-                found.append((info.st_mtime, info.st_size, path))
-    return found
+                status.append((info.st_mtime, info.st_size, path))
+    return status
 
 
 def _shrink(place: Path) -> None:

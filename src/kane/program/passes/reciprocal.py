@@ -49,15 +49,15 @@ def with_reciprocals(draft: Draft) -> Draft:
         inverse = reciprocal[divisor]
         place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
     goals = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in draft.goals)
-    made = dataclasses.replace(draft, constants=constants, ops=tuple(ops), args=tuple(args), goals=goals)
-    return sound(made, "reciprocal")
+    result = dataclasses.replace(draft, constants=constants, ops=tuple(ops), args=tuple(args), goals=goals)
+    return sound(result, "reciprocal")
 
 
 def _divisors(draft: Draft) -> set[int]:
     """The divisors whose reciprocal is worth computing."""
-    found: set[int] = set()
+    divisors: set[int] = set()
     for goal in draft.goals:
         below = draft.below(set(goal.results), True)
         divided = [draft.args[i - draft.first][1] for i in below if draft.ops[i - draft.first] is DIV]
-        found.update(d for d, n in Counter(divided).items() if n >= _WORTH or not draft.varies[d])
-    return found
+        divisors.update(d for d, n in Counter(divided).items() if n >= _WORTH or not draft.varies[d])
+    return divisors

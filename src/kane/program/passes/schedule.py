@@ -22,13 +22,13 @@ def schedule(
 
 def live_ranges(order: Sequence[int], results: Sequence[int], first: int, args: Sequence[tuple[int, ...]]) -> int:
     """The sum over all values of the distance from their instruction to their last reader; results are stored at once."""
-    made = {i: k for k, i in enumerate(order)}
-    last = dict(made)
+    place = {i: k for k, i in enumerate(order)}
+    last = dict(place)
     for k, i in enumerate(order):
         for a in args[i - first]:
-            if a in made:
+            if a in place:
                 last[a] = k
-    return sum(last.values()) - sum(made.values())
+    return sum(last.values()) - sum(place.values())
 
 
 def _larger_first(

@@ -19,11 +19,12 @@ CHUNK = 600
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chunk:
-    """Instructions in order; slots to read before and to write after, by value."""
+    """Instructions in order; slots to read before and to write after, and places among the results, by value."""
 
     instructions: tuple[int, ...]
     loads: dict[int, int]
     stores: dict[int, int]
+    writes: dict[int, list[int]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,21 +35,28 @@ class Split:
     slots: int
 
 
-def split(program: Program, block: Sequence[int], whole: float = WHOLE, chunk: int = CHUNK) -> Split:
-    """`block` as it is, or in chunks of nearly equal length, at most `chunk`."""
+def split(
+    program: Program, block: Sequence[int], whole: float = WHOLE, chunk: int = CHUNK, results: Sequence[int] = ()
+) -> Split:
+    """`block` as it is, or in chunks of nearly equal length, at most `chunk`.
+
+    Results are written where they are computed, in the last chunk where they are not computed at all.
+    """
     count = 1 if len(block) <= whole else -(-len(block) // chunk)
     size = max(1, -(-len(block) // count))
     pieces = [tuple(block[k : k + size]) for k in range(0, len(block), size)] or [()]
+    home = {i: k for k, piece in enumerate(pieces) for i in piece}
+    writes: list[dict[int, list[int]]] = [{} for _ in pieces]
+    for place, i in enumerate(results):
+        writes[home.get(i, len(pieces) - 1)].setdefault(i, []).append(place)
     if len(pieces) == 1:
-        return Split((Chunk(pieces[0], {}, {}),), 0)
+        return Split((Chunk(pieces[0], {}, {}, writes[0]),), 0)
 
-    made: dict[int, int] = {}
     readers: dict[int, list[int]] = {}
     for k, piece in enumerate(pieces):
-        made.update(dict.fromkeys(piece, k))
         for i in piece:
             for a in program.arguments(i):
-                if made.get(a, k) != k:
+                if home.get(a, k) != k:
                     chunks = readers.setdefault(a, [])
                     if not chunks or chunks[-1] != k:
                         chunks.append(k)
@@ -71,4 +79,4 @@ def split(program: Program, block: Sequence[int], whole: float = WHOLE, chunk: i
                 loads[reader][i] = slot
             released[readers[i][-1]].append(slot)
         free.extend(released[k])  # not earlier: this chunk reads them and may write others in the meantime
-    return Split(tuple(map(Chunk, pieces, loads, stores)), slots)
+    return Split(tuple(map(Chunk, pieces, loads, stores, writes)), slots)

@@ -11,7 +11,7 @@ from kane.errors import ProgramError
 from kane.program.draft import Draft
 from kane.program.program import Code, Program
 
-Made = TypeVar("Made", Draft, Program)
+Checked = TypeVar("Checked", Draft, Program)
 
 
 def sound(draft: Draft, after: str) -> Draft:
@@ -36,10 +36,10 @@ def verified(program: Program, after: str = "tiers") -> Program:
     return _or_fail(program, after, _tables(program) or _hoisted(program) or _routines(program))
 
 
-def _or_fail(made: Made, after: str, fault: str) -> Made:
+def _or_fail(code: Checked, after: str, fault: str) -> Checked:
     if fault:
-        raise ProgramError(f"Expected a well-formed program {made.name!r} after the pass {after!r}, got {fault}.")
-    return made
+        raise ProgramError(f"Expected a well-formed program {code.name!r} after the pass {after!r}, got {fault}.")
+    return code
 
 
 def _goals(draft: Draft) -> str:
@@ -76,34 +76,34 @@ def _tables(program: Code) -> str:
 def _hoisted(program: Program) -> str:
     hoisted = [port.hoisted for port in program.ports for _ in port.symbols]
     fixed = {i for i, own in enumerate(hoisted) if own} | set(range(len(hoisted), program.first))
-    known, fault = _defined(program, program.hoisted, fixed, "hoisted")
-    if not fault and not known.issuperset(program.kept):
+    defined, fault = _defined(program, program.hoisted, fixed, "hoisted")
+    if not fault and not defined.issuperset(program.kept):
         return "a kept value that is not hoisted"
     return fault
 
 
 def _routines(program: Program) -> str:
-    given = {*range(program.first), *program.kept}
+    available = {*range(program.first), *program.kept}
     for r in program.routines:
         if not len(r.results) == len(r.labels) == math.prod(r.shape):
             return f"{len(r.results)} results and {len(r.labels)} labels of shape {r.shape} in {r.name}"
-        known, fault = _defined(program, r.body, given, r.name)
+        defined, fault = _defined(program, r.body, available, r.name)
         if fault:
             return fault
-        if not known.issuperset(r.results):
+        if not defined.issuperset(r.results):
             return f"a result in {r.name} that is not computed"
         if not set(r.results).union(*map(program.arguments, r.body)).issuperset(r.body):
             return f"an instruction in {r.name} whose value is not used"
     return ""
 
 
-def _defined(program: Program, block: Iterable[int], given: set[int], where: str) -> tuple[set[int], str]:
+def _defined(program: Program, block: Iterable[int], available: set[int], where: str) -> tuple[set[int], str]:
     """`given` and the values of the block; each must read what stands before it, and stand there once."""
-    known = set(given)
+    defined = set(available)
     for i in block:
-        if i < program.first or i in known:
-            return known, f"value {i} in {where} twice, or not an instruction"
-        if not known.issuperset(program.arguments(i)):
-            return known, f"value {i} = {program.op(i).name}{program.arguments(i)} in {where} before its arguments"
-        known.add(i)
-    return known, ""
+        if i < program.first or i in defined:
+            return defined, f"value {i} in {where} twice, or not an instruction"
+        if not defined.issuperset(program.arguments(i)):
+            return defined, f"value {i} = {program.op(i).name}{program.arguments(i)} in {where} before its arguments"
+        defined.add(i)
+    return defined, ""
