@@ -86,25 +86,25 @@ def assemble(
 
 
 def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]) -> Closed:
-    known = closure(eom.system)
+    constraints = closure(eom.system)
     names = [q.name for q in eom.coordinates]
-    if not known.f:
+    if not constraints.f:
         if start.missing:
             missing = ", ".join(names[i] for i in start.missing)
             raise ValueMissingError(f"Expected a start value for all coordinates, got none for {missing}.")
         return Closed(start.values, np.zeros(0), 0)
-    function = residual_function(eom.system, known, constants)
+    function = residual_function(eom.system, constraints, constants)
     if not start.free:
-        return _as_given(known, function, start.values)
+        return _as_given(constraints, function, start.values)
     spreads = [0.3 + 0.15 * k for k in range(1, _TRIES)] if start.missing else []
     best = closest(function, starts(start.values, start.missing, _SEED, spreads), start.free)
-    _check_closed(known, function, start, best, names)
+    _check_closed(constraints, function, start, best, names)
     _check_determined(function, start, best.x, names)
     return best
 
 
-def _as_given(known: Closure, function: Residual, q: Array) -> Closed:
-    bad = misses(known.names, function(q)[0])
+def _as_given(constraints: Closure, function: Residual, q: Array) -> Closed:
+    bad = misses(constraints.names, function(q)[0])
     if bad:
         raise SimulationError(
             f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them with "
@@ -113,7 +113,7 @@ def _as_given(known: Closure, function: Residual, q: Array) -> Closed:
     return close(function, q, range(len(q)))
 
 
-def _check_closed(known: Closure, function: Residual, start: Entries, best: Closed, names: Sequence[str]) -> None:
+def _check_closed(constraints: Closure, function: Residual, start: Entries, best: Closed, names: Sequence[str]) -> None:
     if best.size <= CLOSED:
         return
     first = np.abs(function(start.values)[0]).max()
@@ -121,7 +121,7 @@ def _check_closed(known: Closure, function: Residual, start: Entries, best: Clos
     worst = int(np.argmax(np.abs(best.residual)))
     raise SimulationError(
         f"Expected a configuration that satisfies the constraints, got none: the residual came from {first:.3g} to {best.size:.3g}, "
-        f"and {known.names[worst]!r} resists most. "
+        f"and {constraints.names[worst]!r} resists most. "
         + (
             f"Only starts near the guesses were tried: guess nearer, or leave {moved} out, so that others are. "
             if moved
@@ -146,8 +146,8 @@ def _check_determined(function: Residual, start: Entries, q: Array, names: Seque
 def _undetermined(block: Array, start: Entries, names: Sequence[str]) -> tuple[list[str], int]:
     """What is left out and may still move where `block`, over what is free, holds the rest; and how many values are too few."""
     directions = singular(block).kernel(STATE_RANK)
-    loose = np.abs(directions).max(axis=0, initial=0) > 1e-7
-    return [names[i] for i, x in zip(start.free, loose, strict=True) if x and i in start.missing], len(directions)
+    open_ = np.abs(directions).max(axis=0, initial=0) > 1e-7
+    return [names[i] for i, x in zip(start.free, open_, strict=True) if x and i in start.missing], len(directions)
 
 
 def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:

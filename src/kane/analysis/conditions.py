@@ -30,17 +30,17 @@ _LINK = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Conditions:
-    """F and ∂F/∂X; `symbols` names X, `still` are the perturbations whose rates must vanish, `steady` the speeds.
+    """F and ∂F/∂X; `symbols` names X, `constant` are the perturbations whose rates must vanish, `steady` the speeds.
 
     Dependent speeds that follow from what matters are among `steady`: at a dead centre the acceleration of the independent ones alone
     may vanish though nothing is at rest.
     """
 
     numeric: Numeric[Equations]
-    known: Perturbations
+    perturbed: Perturbations
     t: float
     symbols: tuple[Symbol, ...]
-    still: tuple[int, ...]
+    constant: tuple[int, ...]
     steady: tuple[int, ...]
     constraints_only: bool = False
 
@@ -52,14 +52,14 @@ class Conditions:
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
         """A name and a unit for each condition."""
-        eom, known = self.eom, self.known
+        eom, perturbed = self.eom, self.perturbed
         held = [c.name for c in eom.system.holonomic], [c.name for c in eom.constraints.constraints]
-        found = [(n, "") for n in held[0]] + [("unit length of Euler parameters", "")] * len(known.sets)
-        found += [(n, "") for n in held[1]]
+        labels = [(n, "") for n in held[0]] + [("unit length of Euler parameters", "")] * len(perturbed.sets)
+        labels += [(n, "") for n in held[1]]
         if self.constraints_only:
-            return tuple(found)
-        found += [(f"{known.names[i]}'", _unit(known.symbols[i])) for i in self.still]
-        return (*found, *((f"{eom.speeds[i].name}'", _unit(eom.speeds[i])) for i in self.steady))
+            return tuple(labels)
+        labels += [(f"{perturbed.names[i]}'", _unit(perturbed.symbols[i])) for i in self.constant]
+        return (*labels, *((f"{eom.speeds[i].name}'", _unit(eom.speeds[i])) for i in self.steady))
 
     def state(self, x: Array) -> State:
         """The state at X."""
@@ -70,7 +70,7 @@ class Conditions:
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """F and ∂F/∂X."""
-        eom, known, state = self.eom, self.known, self.state(x)
+        eom, perturbed, state = self.eom, self.perturbed, self.state(x)
         nq, n, wide = len(eom.coordinates), len(eom.speeds), len(x)
         values = values_at(self.numeric, state)
         if self.constraints_only:
@@ -85,21 +85,21 @@ class Conditions:
             left: Array = getattr(first, name)
             return np.hstack([left, getattr(second, name)]) if second is not None else left
 
-        norms, norm_slopes = np.zeros(len(known.sets)), np.zeros((len(known.sets), wide))
-        for k, places in enumerate(known.sets):
+        norms, norm_slopes = np.zeros(len(perturbed.sets)), np.zeros((len(perturbed.sets), wide))
+        for k, places in enumerate(perturbed.sets):
             e = x[list(places)]
             norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
         f = [values.configuration, norms, values.motion]
         j = [both("configuration"), norm_slopes, both("motion")]
         if not self.constraints_only:
-            plain = list(known.coordinates)
+            plain = list(perturbed.coordinates)
             rates, moved = (
                 np.append(values.rates[plain], values.spins),
                 np.vstack([both("rates")[plain], both("spins")]),
             )
             free = list(self.steady)
-            f += [rates[list(self.still)], z[:n][free]]
-            j += [moved[list(self.still)], -solve(both("residual"))[:n][free]]
+            f += [rates[list(self.constant)], z[:n][free]]
+            j += [moved[list(self.constant)], -solve(both("residual"))[:n][free]]
         assert nq + n + len(eom.inputs) + len(eom.parameters) == wide
         return np.concatenate(f), np.vstack(j)
 
@@ -110,7 +110,7 @@ def _unit(s: Symbol | None) -> str:
 
 def conditions(
     numeric: Numeric[Equations],
-    known: Perturbations,
+    perturbed: Perturbations,
     t: float,
     start: Array,
     choice: Choice,
@@ -119,32 +119,32 @@ def conditions(
     """The conditions that apply: coordinates on which no speed depends near the start may move, and so may `moving`."""
     eom = numeric.equations
     symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs, *eom.parameters)
-    bare = Conditions(numeric, known, t, symbols, (), (), constraints_only=True)
+    bare = Conditions(numeric, perturbed, t, symbols, (), (), constraints_only=True)
     nq, n = len(eom.coordinates), len(eom.speeds)
-    still: set[int] = set()
+    constant: set[int] = set()
     steady = set(range(n))
     for seed in _NEAR:
         x = start.copy()
         x[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
-        flow = flow_at(numeric, known, bare.state(onto(bare, x)), choice)
+        flow = flow_at(numeric, perturbed, bare.state(on_constraints(bare, x)), choice)
         tangent = flow.tangents
         matters = dependence(flow.a, len(tangent.free_q))[: len(tangent.free_q)]
-        still |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
+        constant |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
         by_cyclic = np.abs(tangent.e[:, ~matters]).max(axis=1, initial=0)
         steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
     return Conditions(
         numeric,
-        known,
+        perturbed,
         t,
         symbols,
-        tuple(sorted(i for i in still if known.names[i] not in moving)),
+        tuple(sorted(i for i in constant if perturbed.names[i] not in moving)),
         tuple(sorted(i for i in steady if eom.speeds[i].name not in moving)),
     )
 
 
-def onto(bare: Conditions, x: Array) -> Array:
+def on_constraints(bare: Conditions, x: Array) -> Array:
     """X on the constraints, q and u moved."""
-    if not bare.eom.constraints.constraints and not bare.known.sets:
+    if not bare.eom.constraints.constraints and not bare.perturbed.sets:
         return x
     count = len(bare.eom.coordinates) + len(bare.eom.speeds)
     return close(bare, x, range(count)).x

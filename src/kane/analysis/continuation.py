@@ -14,7 +14,7 @@ from kane.analysis.linear import Linear
 from kane.analysis.linearize import Linearizer, linearizer
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.stability import Crossing, changes, tracked
-from kane.analysis.trim import Problem, loose, null_space, problem, solve_problem
+from kane.analysis.trim import Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
@@ -95,25 +95,25 @@ def continuation(
     """
     wanted = _values(values)
     groups = {"q": q, "u": u, "parameters": parameters, "inputs": inputs}
-    made, place = _problem(eom.numeric(settings), symbol, wanted[0], groups, moving, independent)
-    start = solve_problem(made, CLOSED)
-    unknowns = _unknowns(made, place, start, float(wanted[-1] - wanted[0]))
+    task, place = _problem(eom.numeric(settings), symbol, wanted[0], groups, moving, independent)
+    start = solve_problem(task, CLOSED)
+    unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
     curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
     path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
     return _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
 
 
 def _values(values: Sequence[float]) -> Array:
-    found = np.asarray(values, dtype=float)
-    step = np.diff(found)
+    series = np.asarray(values, dtype=float)
+    step = np.diff(series)
     if (
-        found.ndim != 1
-        or len(found) < 2
-        or not np.all(np.isfinite(found))
+        series.ndim != 1
+        or len(series) < 2
+        or not np.all(np.isfinite(series))
         or not (np.all(step > 0) or np.all(step < 0))
     ):
         raise SimulationError(f"Expected two or more increasing or decreasing values to follow, got {values!r:.60}.")
-    return found
+    return series
 
 
 def _problem(
@@ -129,16 +129,16 @@ def _problem(
     kinds = {"q": eom.coordinates, "u": eom.speeds, "parameters": eom.parameters, "inputs": eom.inputs}
     for kind, symbols in kinds.items():
         if name in [s.name for s in symbols]:
-            given = groups[kind]
-            if given is not None and not isinstance(given, Mapping):
+            values = groups[kind]
+            if values is not None and not isinstance(values, Mapping):
                 raise SimulationError(f"Expected {kind}= by symbol or name where {name} changes, got a sequence.")
-            others = {k: v for k, v in (given or {}).items() if (k.name if isinstance(k, Symbol) else k) != name}
-            made = problem(
+            others = {k: v for k, v in (values or {}).items() if (k.name if isinstance(k, Symbol) else k) != name}
+            task = problem(
                 numeric, t=0.0, moving=moving, independent=independent, **groups | {kind: {**others, name: value}}
             )
-            return made, [s.name for s in made.conditions.symbols].index(name)
-    known = ", ".join(s.name for symbols in kinds.values() for s in symbols)
-    raise ValueMissingError(f"Expected a value of the system to change ({known}), got {symbol!r}.")
+            return task, [s.name for s in task.conditions.symbols].index(name)
+    names = ", ".join(s.name for symbols in kinds.values() for s in symbols)
+    raise ValueMissingError(f"Expected a value of the system to change ({names}), got {symbol!r}.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,40 +166,42 @@ class _Unknowns:
         return f"{self.problem.conditions.symbols[self.places[-1]].name} = {y[-1] * self.scale[-1]:.6g}"
 
 
-def _unknowns(made: Problem, place: int, start: Array, span: float) -> _Unknowns:
+def _unknowns(task: Problem, place: int, start: Array, span: float) -> _Unknowns:
     """Unknowns that nothing depends on stay where they are."""
-    names = loose(made, start, made.free)
+    names = undetermined(task, start, task.free)
     if names:
         raise ValueMissingError(
             f"Expected values that leave one branch, got a family: {', '.join(names)} can take other values at the start. Give some "
             "of them as numbers."
         )
     frozen: set[int] = set()
-    inert = [i for i in made.free if i not in set(made.mattering)]
-    for row in null_space(made, start):
-        part = {i: abs(row[made.free.index(i)]) for i in inert if i not in frozen}
+    inert = [i for i in task.free if i not in set(task.mattering)]
+    for row in null_space(task, start):
+        part = {i: abs(row[task.free.index(i)]) for i in inert if i not in frozen}
         frozen.update(sorted(part, key=part.__getitem__)[-1:])
-    places = (*(i for i in made.free if i not in frozen), place)
-    return _Unknowns(made, places, np.array([*[1.0] * (len(places) - 1), abs(span)]), start)
+    places = (*(i for i in task.free if i not in frozen), place)
+    return _Unknowns(task, places, np.array([*[1.0] * (len(places) - 1), abs(span)]), start)
 
 
 def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
-    found = unknowns.problem.conditions
-    kept = {found.known.names[i] for i in found.still}
+    conditions = unknowns.problem.conditions
+    kept = {conditions.perturbed.names[i] for i in conditions.constant}
     scale = float(unknowns.scale[-1])
 
     def at(y: Array) -> tuple[OperatingPoint, Linear]:
-        point = point_of(found.eom, closed(found.numeric, found.known, found.state(unknowns.spread(y))))
-        made = lin(**point.arguments, independent=independent, steady=False)
-        gone = [n for n in made.coordinates if n not in kept]
-        return point, replace(made, cyclic=tuple(gone)).without("cyclic")
+        point = point_of(
+            conditions.eom, closed(conditions.numeric, conditions.perturbed, conditions.state(unknowns.spread(y)))
+        )
+        at_point = lin(**point.arguments, independent=independent, steady=False)
+        gone = [n for n in at_point.coordinates if n not in kept]
+        return point, replace(at_point, cyclic=tuple(gone)).without("cyclic")
 
     every = [at(y) for y in path.points]
     spectra = [linear.eigenvalues for _, linear in every]
     met = changes(path.points, spectra, curve.middle, lambda y: at(y)[1].eigenvalues)
     points, linear = zip(*(every[k] for k in path.marked), strict=True)
     return Branch(
-        found.symbols[unknowns.places[-1]],
+        conditions.symbols[unknowns.places[-1]],
         np.array([path.points[k][-1] * scale for k in path.marked]),
         points,
         linear,

@@ -55,7 +55,7 @@ class Flow:
     answers: Array
 
 
-def flow_at(numeric: Numeric[Equations], known: Perturbations, state: State, choice: Choice) -> Flow:
+def flow_at(numeric: Numeric[Equations], perturbed: Perturbations, state: State, choice: Choice) -> Flow:
     """F and its derivatives at a state on the constraints."""
     eom = numeric.equations
     nq, n = len(eom.coordinates), len(eom.speeds)
@@ -66,7 +66,7 @@ def flow_at(numeric: Numeric[Equations], known: Perturbations, state: State, cho
     held = values.constraints(n)
     m = values.matrix[:n, :n]
     given_u = choice.u or _own(eom, held, m)
-    t, plain = spread(known, state.x[:nq]), list(known.coordinates)
+    t, plain = spread(perturbed, state.x[:nq]), list(perturbed.coordinates)
 
     def by_xi(slope: Array) -> Array:
         return np.hstack([slope[:, :nq] @ t, slope[:, nq:]])
@@ -108,11 +108,11 @@ class Outputs:
     roots: tuple[Expr, ...]
 
 
-def outputs_of(eom: Equations, given: Mapping[str, Any] | Sequence[Any] | None) -> Outputs:
+def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None) -> Outputs:
     """The outputs with every rate written in speeds; a sequence is named by its expressions."""
-    if given is None:
+    if outputs is None:
         return Outputs((), ())
-    pairs = given.items() if isinstance(given, Mapping) else [(str(e), e) for e in given]
+    pairs = outputs.items() if isinstance(outputs, Mapping) else [(str(e), e) for e in outputs]
     names, roots = [], []
     for name, e in pairs:
         try:

@@ -84,8 +84,8 @@ class Inverse:
             if s in full:
                 r[..., k] = full[s]
         p = np.array([constants[s] for s in eom.parameters])
-        found = self._solved(np.broadcast_to(times, shape), x, p, r, full)
-        return {s: found[..., k][()] for k, s in enumerate(self.unknowns)}
+        solution = self._solved(np.broadcast_to(times, shape), x, p, r, full)
+        return {s: solution[..., k][()] for k, s in enumerate(self.unknowns)}
 
     def _cure(self, missing: Sequence[str]) -> str:
         state = {s.name for s in (*self.eom.coordinates, *self.eom.speeds)}
@@ -114,9 +114,9 @@ class Inverse:
         eom = self.eom
         n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
         size = n + m + s
-        found = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
-        _check_state(eom, found.configuration, found.motion)
-        whole, right = np.concatenate([found.matrix, -found.drive], axis=-1), found.right
+        solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
+        _check_state(eom, solution.configuration, solution.motion)
+        whole, right = np.concatenate([solution.matrix, -solution.drive], axis=-1), solution.right
         rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
         columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
         columns |= {a: n + m + i for i, a in enumerate(eom.reactions)}
@@ -143,10 +143,10 @@ class Inverse:
         count = square.shape[-1]
         for matrix in square.reshape(-1, count, count):
             scaled = balance(matrix, order=(1, 0), rounding=0.0)
-            found = singular(scaled.matrix)
-            if found.regular(INVERSE_RANK):
+            values = singular(scaled.matrix)
+            if values.regular(INVERSE_RANK):
                 continue
-            own = (found.right[-1] / scaled.columns[0])[: len(self.unknowns)]
+            own = (values.right[-1] / scaled.columns[0])[: len(self.unknowns)]
             own = own / (np.abs(own).max(initial=0) or 1.0)
             terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]
             raise SingularError(
@@ -218,12 +218,12 @@ def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | Non
     wanted: list[Symbol] = []
     for item in unknowns:
         name = item.name if isinstance(item, Symbol) else item
-        found = by_name.get(name) if isinstance(name, str) else None
-        if found is None or (isinstance(item, Symbol) and item is not found):
+        symbol = by_name.get(name) if isinstance(name, str) else None
+        if symbol is None or (isinstance(item, Symbol) and item is not symbol):
             raise ValueMissingError(f"Expected unknowns among {', '.join(by_name)}, got {item!r}.")
-        if found in set(wanted):
-            raise SimulationError(f"Expected different unknowns, got {found.name} twice.")
-        wanted.append(found)
+        if symbol in set(wanted):
+            raise SimulationError(f"Expected different unknowns, got {symbol.name} twice.")
+        wanted.append(symbol)
     wanted += _added(eom, wanted)
     driven = tuple(s for s in eom.inputs if s in set(wanted))
     _check_affine(unsolved(eom.derived), driven)
@@ -234,9 +234,9 @@ def _added(eom: Equations, wanted: Sequence[Symbol]) -> list[Symbol]:
     """What completes the unknowns."""
     count = len(eom.speeds) + len(eom.reactions)
     listed = set(wanted)
-    given = [rate(u) for u in eom.dependent_speeds if rate(u) not in listed]
+    dependent = [rate(u) for u in eom.dependent_speeds if rate(u) not in listed]
     felt = [r for r in eom.reactions if r not in listed]
-    choices: list[list[Symbol]] = [[], [*given], [*felt], [*given, *felt]]
+    choices: list[list[Symbol]] = [[], [*dependent], [*felt], [*dependent, *felt]]
     for more in choices:
         if len(wanted) + len(more) == count:
             return more
@@ -253,11 +253,11 @@ def _added(eom: Equations, wanted: Sequence[Symbol]) -> list[Symbol]:
     )
 
 
-def _check_affine(made: Unsolved, driven: Sequence[Symbol]) -> None:
+def _check_affine(equations: Unsolved, driven: Sequence[Symbol]) -> None:
     chosen = set(driven)
-    inside = [s.name for s in free_symbols([x for row in made.matrix for x in row]) if s in chosen]
+    inside = [s.name for s in free_symbols([x for row in equations.matrix for x in row]) if s in chosen]
     try:
-        affine_forms(made.right, driven)
+        affine_forms(equations.right, driven)
     except NotAffineError as error:
         raise NotAffineError(
             f"Expected unknown inputs that enter the loads linearly, got one that does not: {error} Make a force or torque itself the "

@@ -93,29 +93,29 @@ class Linear:
     @cached_property
     def eigenvalues(self) -> Complex:
         """Eigenvalues of A (1/s), by falling real part."""
-        found = np.asarray(np.linalg.eigvals(self.A), dtype=complex)
-        return found[np.lexsort((-found.imag, -found.real))]
+        roots = np.asarray(np.linalg.eigvals(self.A), dtype=complex)
+        return roots[np.lexsort((-roots.imag, -roots.real))]
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
         """The modes, by falling real part; one of each conjugate pair."""
         values, vectors = np.linalg.eig(self.A)
         order = np.lexsort((-values.imag, -values.real))
-        made = []
+        modes = []
         for k in order:
             if values[k].imag < 0:
                 continue
             v = np.asarray(vectors[:, k], dtype=complex)
-            made.append(Mode(complex(values[k]), self.states, v / v[np.argmax(np.abs(v))]))
-        return tuple(made)
+            modes.append(Mode(complex(values[k]), self.states, v / v[np.argmax(np.abs(v))]))
+        return tuple(modes)
 
     @property
     def stable(self) -> bool:
         """Whether every eigenvalue has a negative real part."""
         return bool(np.all(self.eigenvalues.real < 0))
 
-    def _places(self, given: Sequence[Any]) -> list[int]:
-        names = [x.name if isinstance(x, Symbol) else x for x in given]
+    def _places(self, states: Sequence[Any]) -> list[int]:
+        names = [x.name if isinstance(x, Symbol) else x for x in states]
         unknown = [str(n) for n in names if n not in self.states]
         if unknown:
             raise ValueMissingError(

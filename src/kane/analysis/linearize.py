@@ -48,27 +48,27 @@ class Linearizer:
         """See `linearize`."""
         state = state_at(self.eom.numeric(self.settings), self.known, q, u, parameters, inputs, t)
         choice = choice_of(self.eom, self.known, independent)
-        flow, found, choice = self._flow(state, choice, bool(independent), tolerance)
-        if steady and not found.holds:
-            raise SimulationError(_not_steady(self.eom, self.known, flow, found))
+        flow, verdict, choice = self._flow(state, choice, bool(independent), tolerance)
+        if steady and not verdict.holds:
+            raise SimulationError(_not_steady(self.eom, self.known, flow, verdict))
         _check_independent(self.eom, self.known, flow, choice, independent)
-        made = self._linear(flow, found)
-        return made.without(*([leave_out] if isinstance(leave_out, str) else leave_out)) if len(leave_out) else made
+        linear = self._linear(flow, verdict)
+        return linear.without(*([leave_out] if isinstance(leave_out, str) else leave_out)) if len(leave_out) else linear
 
     def _flow(self, state: State, choice: Choice, fixed: bool, tolerance: float) -> tuple[Flow, Steadiness, Choice]:
         """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice."""
         numeric = self.eom.numeric(self.settings)
         flow = flow_at(numeric, self.known, state, choice)
-        found = steadiness(numeric, self.known, flow, choice, tolerance)
-        if found.holds or fixed or self.eom.embedding is None or self.eom.system.dependent_speeds:
-            return flow, found, choice
+        verdict = steadiness(numeric, self.known, flow, choice, tolerance)
+        if verdict.holds or fixed or self.eom.embedding is None or self.eom.system.dependent_speeds:
+            return flow, verdict, choice
         changing = np.flatnonzero(np.abs(flow.z[: len(self.eom.speeds)]) > tolerance)
         other = Choice(choice.q, tuple(changing.tolist()))
         second = flow_at(numeric, self.known, state, other)
         again = steadiness(numeric, self.known, second, other, tolerance)
-        return (second, again, other) if again.holds else (flow, found, choice)
+        return (second, again, other) if again.holds else (flow, verdict, choice)
 
-    def _linear(self, flow: Flow, found: Steadiness) -> Linear:
+    def _linear(self, flow: Flow, verdict: Steadiness) -> Linear:
         eom, tangent = self.eom, flow.tangents
         coordinates = tuple(self.known.names[i] for i in tangent.free_q)
         states = (*coordinates, *(eom.speeds[i].name for i in tangent.free_u))
@@ -86,7 +86,7 @@ class Linearizer:
             flow.rest,
             values,
             flow.mass,
-            tuple(n for n, m in zip(states, found.matters, strict=True) if not m),
+            tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m),
         )
 
 
@@ -146,32 +146,39 @@ def linearize(
     SingularError
         if the constraints lose rank there
     """
-    made = linearizer(eom, outputs=outputs, settings=settings)
-    return made(
+    evaluate = linearizer(eom, outputs=outputs, settings=settings)
+    return evaluate(
         q=q, u=u, parameters=parameters, inputs=inputs, t=t, independent=independent, leave_out=leave_out, steady=steady,
         tolerance=tolerance,
     )  # fmt: skip
 
 
-def choice_of(eom: Equations, known: Perturbations, independent: Iterable[Any]) -> Choice:
+def choice_of(eom: Equations, perturbed: Perturbations, independent: Iterable[Any]) -> Choice:
     """What is to be dependent when `independent` is to be independent, and by the system's own wish."""
     names = [x.name if isinstance(x, Symbol) else x for x in independent]
     speeds = [u.name for u in eom.speeds]
-    unknown = [str(n) for n in names if n not in known.names and n not in speeds]
+    unknown = [str(n) for n in names if n not in perturbed.names and n not in speeds]
     if unknown:
         raise ValueMissingError(
-            f"Expected independent= among {', '.join((*known.names, *speeds))}, got {', '.join(unknown)}."
+            f"Expected independent= among {', '.join((*perturbed.names, *speeds))}, got {', '.join(unknown)}."
         )
     wished = {q.name for q in eom.system.dependent_coordinates}
-    own = [i for i, n in enumerate(known.names) if n in wished]
-    chosen_q = [i for i, n in enumerate(known.names) if n not in names] if set(names) & set(known.names) else own
+    own = [i for i, n in enumerate(perturbed.names) if n in wished]
+    chosen_q = (
+        [i for i, n in enumerate(perturbed.names) if n not in names] if set(names) & set(perturbed.names) else own
+    )
     chosen_u = [i for i, n in enumerate(speeds) if n not in names] if set(names) & set(speeds) else []
     return Choice(tuple(chosen_q), tuple(chosen_u))
 
 
-def _check_independent(eom: Equations, known: Perturbations, flow: Flow, choice: Choice, wanted: Sequence[Any]) -> None:
+def _check_independent(
+    eom: Equations, perturbed: Perturbations, flow: Flow, choice: Choice, wanted: Sequence[Any]
+) -> None:
     names = {x.name if isinstance(x, Symbol) else x for x in wanted}
-    for all_names, free in ((known.names, flow.tangents.free_q), ([u.name for u in eom.speeds], flow.tangents.free_u)):
+    for all_names, free in (
+        (perturbed.names, flow.tangents.free_q),
+        ([u.name for u in eom.speeds], flow.tangents.free_u),
+    ):
         asked = [n for n in all_names if n in names]
         got = [all_names[i] for i in free]
         if asked and set(asked) != set(got):
@@ -181,26 +188,26 @@ def _check_independent(eom: Equations, known: Perturbations, flow: Flow, choice:
             )
 
 
-def _not_steady(eom: Equations, known: Perturbations, flow: Flow, found: Steadiness) -> str:
+def _not_steady(eom: Equations, perturbed: Perturbations, flow: Flow, verdict: Steadiness) -> str:
     count = len(flow.tangents.free_q)
-    symbols = [known.symbols[i] for i in flow.tangents.free_q] + [eom.speeds[i] for i in flow.tangents.free_u]
-    names = [known.names[i] for i in flow.tangents.free_q] + [eom.speeds[i].name for i in flow.tangents.free_u]
+    symbols = [perturbed.symbols[i] for i in flow.tangents.free_q] + [eom.speeds[i] for i in flow.tangents.free_u]
+    names = [perturbed.names[i] for i in flow.tangents.free_q] + [eom.speeds[i].name for i in flow.tangents.free_u]
 
     def rate_of(i: int) -> str:
         s = symbols[i]
         unit = f" {s.unit}/s" if s is not None and s.unit else ""
         return f"{names[i]}' = {flow.rest[i]:.6g}{unit}"
 
-    accelerations = [rate_of(i) for i in found.left if i >= count]
-    rates = [rate_of(i) for i in found.left if i < count]
+    accelerations = [rate_of(i) for i in verdict.left if i >= count]
+    rates = [rate_of(i) for i in verdict.left if i < count]
     head = "Expected an equilibrium or a steady motion to linearize about, got a state"
     if accelerations:
         also = f" (and the rates {', '.join(rates)})" if rates else ""
         what = f"where these accelerations remain: {', '.join(accelerations)}{also}"
     elif rates:
         what = f"that moves coordinates on which the speeds depend: {', '.join(rates)}"
-    elif found.varies == (-1,):
+    elif verdict.varies == (-1,):
         what = "whose equations change with the time t"
     else:
-        what = f"that moves {', '.join(rate_of(i) for i in found.varies)}, with which the equations change"
+        what = f"that moves {', '.join(rate_of(i) for i in verdict.varies)}, with which the equations change"
     return f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False."

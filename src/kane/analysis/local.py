@@ -101,15 +101,15 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     rows = eom.embedding.partition.rows
     if singular(balanced(a[list(rows)])).regular(SURE_RANK):
         return rows
-    found = choose(a)
-    if len(found.rows) < len(rows):
-        names = ", ".join(eom.constraints.constraints[i].name for i in found.redundant)
+    partition = choose(a)
+    if len(partition.rows) < len(rows):
+        names = ", ".join(eom.constraints.constraints[i].name for i in partition.redundant)
         raise SingularError(
-            f"Expected constraints of constant rank {len(rows)}, got rank {len(found.rows)} at this state: it is a singular "
+            f"Expected constraints of constant rank {len(rows)}, got rank {len(partition.rows)} at this state: it is a singular "
             f"configuration, where the motion may branch and has no derivative. {names} follow from the others here only. Take a "
             "state beside it."
         )
-    return found.rows
+    return partition.rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)

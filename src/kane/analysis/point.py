@@ -73,7 +73,7 @@ def point_of(eom: Equations, state: State) -> OperatingPoint:
 
 def state_at(
     numeric: Numeric[Equations],
-    known: Perturbations,
+    perturbed: Perturbations,
     q: Any,
     u: Any,
     parameters: Mapping[Any, Any] | None,
@@ -90,21 +90,21 @@ def state_at(
     eom = numeric.equations
     constants = parameter_values(eom.system, parameters)
     p = np.array([constants[s] for s in eom.parameters])
-    given = named_values("inputs", eom.inputs, inputs)
-    r = np.array([finite_number("value", s.name, given.get(s, 0.0)) for s in eom.inputs])
+    values = named_values("inputs", eom.inputs, inputs)
+    r = np.array([finite_number("value", s.name, values.get(s, 0.0)) for s in eom.inputs])
     if u is None and not eom.constraints.constraints:
         u = np.zeros(len(eom.speeds))
     if eom.constraints.constraints and (
         entries("coordinates", eom.coordinates, q).free or entries("speeds", eom.speeds, u).free
     ):
-        found = assemble(
+        start = assemble(
             eom, q=q, u=u, parameters=parameters, inputs=dict(zip(eom.inputs, r.tolist(), strict=True)), t=t
         )
-        q, u = found.q, found.u
-    return closed(numeric, known, State(float(t), start_state(eom, q, u), p, r))
+        q, u = start.q, start.u
+    return closed(numeric, perturbed, State(float(t), start_state(eom, q, u), p, r))
 
 
-def closed(numeric: Numeric[Equations], known: Perturbations, state: State) -> State:
+def closed(numeric: Numeric[Equations], perturbed: Perturbations, state: State) -> State:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
     eom, values = numeric.equations, values_at(numeric, state)
     _check("coordinates", [c.name for c in eom.system.holonomic], values.configuration)
@@ -114,11 +114,11 @@ def closed(numeric: Numeric[Equations], known: Perturbations, state: State) -> S
     def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
         x, now = at
         g = slopes_at(numeric, replace(state, x=x), zero).configuration[:, :nq]
-        t = spread(known, x[:nq])
+        t = spread(perturbed, x[:nq])
         x = np.append(x[:nq] - t @ least_squares(g @ t, now.configuration), x[nq:])
         return x, values_at(numeric, replace(state, x=x))
 
-    start = of_unit_length(state.x, known.sets), values
+    start = of_unit_length(state.x, perturbed.sets), values
     x, values = improved(start, lambda at: np.abs(at[1].configuration).max(initial=0), closer, _CLOSED, _ROUNDS)
     _check("speeds", [c.name for c in eom.system.constraints], values.motion)
     if len(values.motion):

@@ -52,11 +52,11 @@ class Change:
 
 def tracked(rows: Sequence[Complex]) -> Complex:
     """Rows of numbers, each put in the order that is nearest to the row before."""
-    found = [np.asarray(rows[0])]
+    ordered = [np.asarray(rows[0])]
     for row in rows[1:]:
-        guess = 2 * found[-1] - found[-2] if len(found) > 1 else found[-1]
-        found.append(_matched(row, np.abs(guess[:, None] - row)))
-    return np.array(found)
+        guess = 2 * ordered[-1] - ordered[-2] if len(ordered) > 1 else ordered[-1]
+        ordered.append(_matched(row, np.abs(guess[:, None] - row)))
+    return np.array(ordered)
 
 
 def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spectrum: Spectrum) -> list[Change]:
@@ -71,7 +71,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
     """
     size = max((float(np.abs(r).max(initial=0)) for r in roots), default=0.0)
     least = GROWS * max(size, 1.0)
-    found = []
+    crossings = []
     for k, (first, last) in enumerate(pairwise(roots)):
         before, after = tracked([first, last])
         met: list[Change] = []
@@ -84,8 +84,8 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
             # of a conjugate pair one is enough; where a pair is real at one end only, both of it come here
             if (start.imag == 0 and end.imag == 0) or not any(_same(new, c, least) for c in met):
                 met.append(new)
-        found += met
-    return found
+        crossings += met
+    return crossings
 
 
 def _same(one: Change, other: Change, least: float) -> bool:

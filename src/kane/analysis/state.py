@@ -58,15 +58,15 @@ class Entries:
 
 def entries(what: str, symbols: Sequence[Symbol], given: Any, label: str = "start value") -> Entries:
     """Values by symbol or name, in the order of the symbols; `what` and `label` name them in messages."""
-    found = named_values(what, symbols, given)
+    named = named_values(what, symbols, given)
     values = np.zeros(len(symbols))
     guessed, missing = [], []
     for i, s in enumerate(symbols):
-        value = found.get(s)
+        value = named.get(s)
         if isinstance(value, Guess):
             guessed.append(i)
             value = value.value
-        if s in found:
+        if s in named:
             values[i] = finite_number(label, s.name, value)
         else:
             missing.append(i)

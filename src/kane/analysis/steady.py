@@ -58,23 +58,23 @@ class Steadiness:
 
 
 def steadiness(
-    numeric: Numeric[Equations], known: Perturbations, flow: Flow, choice: Choice, tolerance: float
+    numeric: Numeric[Equations], perturbed: Perturbations, flow: Flow, choice: Choice, tolerance: float
 ) -> Steadiness:
     """Whether nothing that matters changes."""
     count = len(flow.tangents.free_q)
     matters = dependence(flow.a, count)
-    still = np.abs(flow.rest) <= tolerance
-    left = tuple(np.flatnonzero(matters & ~still).tolist())
-    moving = np.flatnonzero(~matters & ~still)
-    if left or not (len(moving) or known.timed):
+    constant = np.abs(flow.rest) <= tolerance
+    left = tuple(np.flatnonzero(matters & ~constant).tolist())
+    moving = np.flatnonzero(~matters & ~constant)
+    if left or not (len(moving) or perturbed.timed):
         return Steadiness(matters, left, ())
-    same = _same(numeric, known, flow, choice, matters, moving)
+    same = _same(numeric, perturbed, flow, choice, matters, moving)
     return Steadiness(matters, (), () if same else tuple(moving.tolist()) or (-1,))
 
 
 def _same(
     numeric: Numeric[Equations],
-    known: Perturbations,
+    perturbed: Perturbations,
     flow: Flow,
     choice: Choice,
     matters: Mask,
@@ -84,14 +84,14 @@ def _same(
     state, tangent = flow.state, flow.tangents
     nq, n = len(numeric.equations.coordinates), len(numeric.equations.speeds)
     x = state.x.copy()
-    step = np.zeros(len(known.names))
+    step = np.zeros(len(perturbed.names))
     step[[tangent.free_q[i] for i in moving]] = _SHIFT * (1 + 0.3 * np.arange(len(moving)))
-    for at, place in enumerate(known.coordinates):
+    for at, place in enumerate(perturbed.coordinates):
         x[place] += step[at]
-    for k, places in enumerate(known.sets):
-        angles = step[len(known.coordinates) + 3 * k :][:3]
+    for k, places in enumerate(perturbed.sets):
+        angles = step[len(perturbed.coordinates) + 3 * k :][:3]
         x[list(places)] = _turned(x[list(places)], angles)
-    moved = State(state.t + _SHIFT if known.timed else state.t, x, state.p, state.r)
+    moved = State(state.t + _SHIFT if perturbed.timed else state.t, x, state.p, state.r)
     values = values_at(numeric, moved)
     if np.abs(values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
         return False
@@ -99,7 +99,7 @@ def _same(
         a = values.constraints(n)
         held = [i for i in range(n) if i not in tangent.free_u]
         x[nq:][held] -= least_squares(a[:, held], values.motion)
-    there = flow_at(numeric, known, moved, Choice(choice.q, tuple(i for i in range(n) if i not in tangent.free_u)))
+    there = flow_at(numeric, perturbed, moved, Choice(choice.q, tuple(i for i in range(n) if i not in tangent.free_u)))
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
     size = np.abs(flow.a).max(initial=1.0)

@@ -64,18 +64,18 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     SimulationError
         if the point is off the constraints, or neither at rest nor in steady motion, at a sample of what stays a symbol
     """
-    known, made = perturbations(eom.derived), unsolved(eom.derived)
-    plain = [made.rates[i] for i in known.coordinates]
-    flow = [*plain, *made.spins, *without_unknowns(eom.solved, eom.accelerations)]
-    turned = spread(known, np.array(eom.coordinates, dtype=object)).T
+    perturbed, equations = perturbations(eom.derived), unsolved(eom.derived)
+    plain = [equations.rates[i] for i in perturbed.coordinates]
+    flow = [*plain, *equations.spins, *without_unknowns(eom.solved, eom.accelerations)]
+    turned = spread(perturbed, np.array(eom.coordinates, dtype=object)).T
     seeds: list[dict[Expr, Expr]] = [dict(zip(eom.coordinates, map(as_expr, row), strict=True)) for row in turned]
     seeds += [{s: ONE} for s in (*eom.speeds, *eom.inputs)]
-    values, slopes = _at_point(eom, point, [*flow, *made.configuration, *made.motion], seeds)
-    width, n, rates, c = len(known.names), len(eom.speeds), len(flow), len(made.configuration)
+    values, slopes = _at_point(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
+    width, n, rates, c = len(perturbed.names), len(eom.speeds), len(flow), len(equations.configuration)
     slopes[:width, :width] = slopes[:width, :width] - turning_rates(values[:width], len(plain))
     sample = partial(_numbers, values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), _SEED))
     _check_held(eom, sample(values[rates:]))
-    wished = [k for k, q in enumerate(known.symbols) if q in set(eom.system.dependent_coordinates)]
+    wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
     own = eom.embedding.partition.dependent if eom.embedding else ()
     tangent = tangents(
         slopes[rates : rates + c],
@@ -87,7 +87,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     )
     rows = [*tangent.free_q, *(width + i for i in tangent.free_u)]
     result = slopes[rows] @ tangent.moves
-    states = (*(known.names[i] for i in tangent.free_q), *(eom.speeds[i].name for i in tangent.free_u))
+    states = (*(perturbed.names[i] for i in tangent.free_q), *(eom.speeds[i].name for i in tangent.free_u))
     a, b = result[:, : len(rows)], result[:, len(rows) :]
     _check_steady(states, len(tangent.free_q), sample(values[rows]), sample(a))
     inputs = tuple(r.name for r in eom.inputs)

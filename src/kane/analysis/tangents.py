@@ -40,12 +40,12 @@ def turning_rates(rates: Entries, plain: int) -> Entries:
     return matrix
 
 
-def spread(known: Perturbations, q: Entries) -> Entries:
+def spread(perturbed: Perturbations, q: Entries) -> Entries:
     """T (coordinates × ξ) of δq = T ξ."""
-    plain = len(known.coordinates)
-    t = np.zeros((len(q), plain + 3 * len(known.sets)), dtype=q.dtype)
-    t[known.coordinates, range(plain)] = 1.0
-    for k, places in enumerate(known.sets):
+    plain = len(perturbed.coordinates)
+    t = np.zeros((len(q), plain + 3 * len(perturbed.sets)), dtype=q.dtype)
+    t[perturbed.coordinates, range(plain)] = 1.0
+    for k, places in enumerate(perturbed.sets):
         t[list(places), plain + 3 * k : plain + 3 * k + 3] = turning(q[list(places)])
     return t
 

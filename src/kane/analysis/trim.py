@@ -39,12 +39,12 @@ class Problem:
     @property
     def mattering(self) -> tuple[int, ...]:
         """Entries of X on which something depends."""
-        found = self.conditions
-        known, eom = found.known, found.eom
+        conditions = self.conditions
+        perturbed, eom = conditions.perturbed, conditions.eom
         nq, n = len(eom.coordinates), len(eom.speeds)
-        plain = len(known.coordinates)
-        own = [known.coordinates[i] for i in found.still if i < plain]
-        return (*own, *(nq + i for i in found.steady), *range(nq + n, len(self.start)))
+        plain = len(perturbed.coordinates)
+        own = [perturbed.coordinates[i] for i in conditions.constant if i < plain]
+        return (*own, *(nq + i for i in conditions.steady), *range(nq + n, len(self.start)))
 
 
 def problem(
@@ -59,7 +59,7 @@ def problem(
 ) -> Problem:
     """What is to be solved, from what is given, guessed and left out."""
     eom = numeric.equations
-    known = perturbations(eom.derived)
+    perturbed = perturbations(eom.derived)
     defaults = {p: p.default for p in eom.parameters if p.default is not None}
     groups: list[tuple[str, tuple[Symbol, ...], Any]] = [
         ("coordinates", eom.coordinates, q),
@@ -78,16 +78,16 @@ def problem(
     first = np.cumsum([0, *(len(part.values) for part in parts)]).tolist()
     free = [k + i for k, part in zip(first, parts, strict=False) for i in part.free]
     missing = [k + i for k, part in zip(first, parts, strict=False) for i in part.missing]
-    for places in known.sets:
+    for places in perturbed.sets:
         e = x[list(places)]
         if not e.any():
             x[places[0]] = 1.0
     names = [m.name if isinstance(m, Symbol) else m for m in moving]
-    unknown = [n for n in names if n not in known.names and n not in {s.name for s in eom.speeds}]
+    unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in eom.speeds}]
     if unknown:
         raise ValueMissingError(f"Expected moving= to name coordinates or speeds, got {', '.join(map(str, unknown))}.")
-    made = conditions(numeric, known, float(t), x, choice_of(eom, known, independent), names)
-    return Problem(made, x, tuple(free), tuple(missing))
+    held = conditions(numeric, perturbed, float(t), x, choice_of(eom, perturbed, independent), names)
+    return Problem(held, x, tuple(free), tuple(missing))
 
 
 def trim(
@@ -125,10 +125,10 @@ def trim(
         if the conditions do not determine what is left out
     """
     numeric = eom.numeric(settings)
-    made = problem(numeric, q, u, parameters, inputs, t, moving, independent)
-    x = solve_problem(made, tolerance)
-    _check_determined(made, x)
-    return point_of(eom, closed(numeric, made.conditions.known, made.conditions.state(x)))
+    task = problem(numeric, q, u, parameters, inputs, t, moving, independent)
+    x = solve_problem(task, tolerance)
+    _check_determined(task, x)
+    return point_of(eom, closed(numeric, task.conditions.perturbed, task.conditions.state(x)))
 
 
 def equilibrium(
@@ -146,7 +146,7 @@ def equilibrium(
     return trim(eom, q=q, u=rest, parameters=parameters, inputs=inputs, t=t, tolerance=tolerance, settings=settings)
 
 
-def solve_problem(made: Problem, tolerance: float) -> Array:
+def solve_problem(task: Problem, tolerance: float) -> Array:
     """X by Gauss–Newton from the start; where something was left out and that fails, from other starts for it.
 
     Raises
@@ -154,16 +154,16 @@ def solve_problem(made: Problem, tolerance: float) -> Array:
     SimulationError
         if there is none; says what remains
     """
-    spreads = [0.2 * k for k in range(1, _TRIES)] if made.missing else []
-    tries = starts(made.start, made.missing, _SEED, spreads)
-    best = closest(made.conditions, tries, made.free, tolerance, limit=1e-14)
+    spreads = [0.2 * k for k in range(1, _TRIES)] if task.missing else []
+    tries = starts(task.start, task.missing, _SEED, spreads)
+    best = closest(task.conditions, tries, task.free, tolerance, limit=1e-14)
     if best.size <= tolerance:
         return best.x
-    raise SimulationError(_failed(made, best.residual, best.steps))
+    raise SimulationError(_failed(task, best.residual, best.steps))
 
 
-def _failed(made: Problem, residual: Array, steps: int) -> str:
-    labels = made.conditions.labels
+def _failed(task: Problem, residual: Array, steps: int) -> str:
+    labels = task.conditions.labels
     order = np.argsort(-np.abs(residual))
     largest = np.abs(residual).max()
     remains = [
@@ -171,34 +171,34 @@ def _failed(made: Problem, residual: Array, steps: int) -> str:
         for i in order[:4]
         if abs(residual[i]) > 1e-3 * largest
     ]
-    solved = [made.conditions.symbols[i].name for i in made.free]
+    solved = [task.conditions.symbols[i].name for i in task.free]
     return (
         f"Expected a steady motion with the values given, got none: after {steps} steps there remains {', '.join(remains)}. Solved "
         f"for were {', '.join(solved) or 'no values'}; guess nearer, or mark more values with kn.guess(…)."
     )
 
 
-def null_space(made: Problem, x: Array) -> Array:
+def null_space(task: Problem, x: Array) -> Array:
     """Directions of the free entries in which the conditions stay satisfied, one a row (k × free)."""
-    _, j = made.conditions(x)
-    return singular(level(j[:, list(made.free)])).kernel(STATE_RANK)
+    _, j = task.conditions(x)
+    return singular(level(j[:, list(task.free)])).kernel(STATE_RANK)
 
 
-def loose(made: Problem, x: Array, among: Sequence[int]) -> list[str]:
+def undetermined(task: Problem, x: Array, among: Sequence[int]) -> list[str]:
     """Entries of X among those given that matter and are not determined."""
-    if not made.free:
+    if not task.free:
         return []
-    directions = np.abs(null_space(made, x)).max(axis=0, initial=0)
-    matter = set(made.mattering) & set(among)
+    directions = np.abs(null_space(task, x)).max(axis=0, initial=0)
+    matter = set(task.mattering) & set(among)
     return [
-        made.conditions.symbols[i].name
-        for i, d in zip(made.free, directions, strict=True)
+        task.conditions.symbols[i].name
+        for i, d in zip(task.free, directions, strict=True)
         if d > TAKES_PART and i in matter
     ]
 
 
-def _check_determined(made: Problem, x: Array) -> None:
-    names = loose(made, x, made.missing)
+def _check_determined(task: Problem, x: Array) -> None:
+    names = undetermined(task, x, task.missing)
     if names:
         raise ValueMissingError(
             f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "

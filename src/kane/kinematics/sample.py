@@ -47,8 +47,8 @@ class Sample:
                 self.values[s] = self.numbers([self.speeds.euler_rates[s]])[0]
             elif s not in self.values:
                 self.values[s] = draw(self.seed, s)
-        found: list[Any] = evaluate(wanted, {s: self.values[s] for s in free_symbols(wanted)})
-        return found
+        numbers: list[Any] = evaluate(wanted, {s: self.values[s] for s in free_symbols(wanted)})
+        return numbers
 
     def turn(self, frame: Basis) -> Array:
         """Direction cosines of the frame in the root."""
@@ -70,8 +70,8 @@ class Sample:
             for i, row in enumerate(self.speeds.rows):
                 for (b, _), x in zip(row.items(), self.numbers(row.values()), strict=True):
                     rows[i, place[b]] = x
-            known = np.linalg.pinv(rows) if np.isfinite(rows).all() else np.full(rows.T.shape, np.nan)
-            self.inverse.append(np.asarray(known, dtype=np.float64))
+            inverse = np.linalg.pinv(rows) if np.isfinite(rows).all() else np.full(rows.T.shape, np.nan)
+            self.inverse.append(np.asarray(inverse, dtype=np.float64))
         total = np.zeros((3, width))
         for frame, triple in v.parts:
             parts = [np.broadcast_to(x, (width,)) for x in self.numbers(triple)]

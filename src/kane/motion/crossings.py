@@ -23,7 +23,7 @@ def crossings(
     `watch` gives the events' quantities at a time and state, `values` those at both ends of the step.
     """
     t_old, t_new = span
-    found: list[tuple[Event, float]] = []
+    met: list[tuple[Event, float]] = []
     for k, event in enumerate(events):
         a, b = values[0][k] - event.threshold, values[1][k] - event.threshold
         falls, rises = a > 0 >= b and event.direction <= 0, a < 0 <= b and event.direction >= 0
@@ -33,8 +33,8 @@ def crossings(
         def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
             return float(watch(t, dense(t))[k] - threshold)
 
-        found.append((event, _located(gap, t_old, t_new, a, b)))
-    return sorted(found, key=lambda pair: pair[1])
+        met.append((event, _located(gap, t_old, t_new, a, b)))
+    return sorted(met, key=lambda pair: pair[1])
 
 
 def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float, b: float) -> float:

@@ -42,8 +42,8 @@ class Signal:
 
     def derivative(self, order: int = 1) -> Function:
         """The nth derivative."""
-        found: Function = self.spline.derivative(order)
-        return found
+        function: Function = self.spline.derivative(order)
+        return function
 
     def __repr__(self) -> str:
         x = self.spline.x
@@ -86,23 +86,23 @@ def input_functions(
     SimulationError
         if a prescribed motion jumps, or its derivatives are not its own
     """
-    given = named_values("inputs", eom.inputs, inputs)
+    values = named_values("inputs", eom.inputs, inputs)
     own = [s for s in eom.inputs if isinstance(s, Input)]
-    missing = [s.name for s in own if s not in given]
+    missing = [s.name for s in own if s not in values]
     if missing:
         raise ValueMissingError(
             f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
         )
-    made: dict[Expr, Function] = {}
+    functions_of: dict[Expr, Function] = {}
     for r in own:
         chain = [s for s in eom.inputs if input_of(s) is r]
-        _check_covered(r, given[r], span)
-        functions = _derivatives(r, given[r], len(chain) - 1)
+        _check_covered(r, values[r], span)
+        functions = _derivatives(r, values[r], len(chain) - 1)
         for k, s in enumerate(chain):
-            made[s] = _function(s.name, given[s]) if k and s in given else functions[k]
+            functions_of[s] = _function(s.name, values[s]) if k and s in values else functions[k]
         for below, above in pairwise(chain):
-            check_smooth(f"input {below.name}", made[below], made[above], span)
-    return {s: made[s] for s in eom.inputs}
+            check_smooth(f"input {below.name}", functions_of[below], functions_of[above], span)
+    return {s: functions_of[s] for s in eom.inputs}
 
 
 def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
@@ -126,12 +126,12 @@ def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
             f"function of time: {r.name}: kn.signal(t, y)."
         )
     if isinstance(value, tuple):
-        found = [_function(r.name, v) for v in value]
-        if len(found) <= order:
+        functions = [_function(r.name, v) for v in value]
+        if len(functions) <= order:
             raise ValueMissingError(
-                f"Expected {order + 1} functions for the input {r.name}, itself and its derivatives, got {len(found)}."
+                f"Expected {order + 1} functions for the input {r.name}, itself and its derivatives, got {len(functions)}."
             )
-        return found
+        return functions
     if not callable(value):
         return [_function(r.name, value), *[_function(r.name, 0.0)] * order]
     if order and not hasattr(value, "derivative"):

@@ -97,11 +97,11 @@ def simulate(
     return _solution(course, end, constants, drives)
 
 
-def _start(eom: Equations, q: Any, u: Any, rates: Any, given: dict[str, Any], t0: float) -> Array:
+def _start(eom: Equations, q: Any, u: Any, rates: Any, at: dict[str, Any], t0: float) -> Array:
     """(q, u), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
     if eom.constraints.constraints or rates is not None:
-        found = assemble(eom, q=q, u=u, rates=rates, **given, t=t0)
-        q, u = found.q, found.u
+        assembled = assemble(eom, q=q, u=u, rates=rates, **at, t=t0)
+        q, u = assembled.q, assembled.u
     return start_state(eom, q, u)
 
 

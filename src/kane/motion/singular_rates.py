@@ -41,13 +41,13 @@ class Vanishing(NamedTuple):
 
 def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
     """The pivots of W that change with the configuration, the smallest first."""
-    found = [p for p in dict.fromkeys(eom.kinematical.pivots) if not is_constant_in_time([p])]
-    if not found:
+    moving = [p for p in dict.fromkeys(eom.kinematical.pivots) if not is_constant_in_time([p])]
+    if not moving:
         return []
-    usual = [abs(x) for x in sample(found, _SEED)]
+    usual = [abs(x) for x in sample(moving, _SEED)]
     rows = [
         Vanishing(p, float(v), abs(float(v)) / (scale or 1.0), _coordinates(p))
-        for p, v, scale in zip(found, evaluate(found, values), usual, strict=True)
+        for p, v, scale in zip(moving, evaluate(moving, values), usual, strict=True)
     ]
     return sorted(rows, key=lambda r: r.relative)
 
@@ -91,8 +91,8 @@ def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array
     if not (np.all(np.isfinite(y)) and np.all(np.isfinite(usual))):
         return None
     size = balance(usual, order=(1, 0), rounding=0.0)
-    found = singular(y / size.rows / size.columns)
-    return None if found.regular(SOLVE_RANK) else found.right[-1]
+    scaled = singular(y / size.rows / size.columns)
+    return None if scaled.regular(SOLVE_RANK) else scaled.right[-1]
 
 
 def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:

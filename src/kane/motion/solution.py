@@ -111,12 +111,12 @@ class Solution:
 
     def _by_name(self, name: str) -> Symbol:
         eom = self.equations
-        known: dict[str, Symbol] = {
+        symbols: dict[str, Symbol] = {
             s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)
         }
-        if name not in known:
-            raise ValueMissingError(f"Expected one of {', '.join(known)}, got {name!r}.{alike(name, known)}")
-        return known[name]
+        if name not in symbols:
+            raise ValueMissingError(f"Expected one of {', '.join(symbols)}, got {name!r}.{alike(name, symbols)}")
+        return symbols[name]
 
     def reaction(self, place: Place, frame: Frame | None = None) -> tuple[Array | None, Array]:
         """Force and torque (each n × 3, along `frame`, by default the inertial one) at a place, by name or as `eom.reaction` takes it.
@@ -126,8 +126,8 @@ class Solution:
         target = self.equations.system.inertial if frame is None else frame
 
         def components(eom: Equations) -> list[Expr]:
-            found = unsolved(eom.solved, place)
-            vectors = [v for v in (found.force, found.torque) if v is not None]
+            exerted = unsolved(eom.solved, place)
+            vectors = [v for v in (exerted.force, exerted.torque) if v is not None]
             return [x for v in vectors for x in v.components(target)]
 
         table = np.stack(self.by_sample(components), axis=-1)
@@ -135,11 +135,11 @@ class Solution:
         return (table[:, :3] if table.shape[1] == 6 else None), table[:, -3:]
 
     def _values(self, exprs: Any) -> list[Array]:
-        found = self.by_sample(lambda eom: exprs)
-        for e, values in zip(exprs, found, strict=True):
+        tables = self.by_sample(lambda eom: exprs)
+        for e, values in zip(exprs, tables, strict=True):
             if any(isinstance(s, Reaction) for s in free_symbols([e])):
                 values[self.lost] = np.nan
-        return found
+        return tables
 
     @cached_property
     def lost(self) -> Mask:
@@ -153,11 +153,11 @@ class Solution:
         for k, eom in enumerate(self.samples or (self.equations,) * len(self)):
             places.setdefault(eom, []).append(k)
         parts = [(at, self._along(eom, exprs(eom), self.t[at], self.states[at])) for eom, at in places.items()]
-        found = [np.empty(len(self)) for _ in parts[0][1]]
+        tables = [np.empty(len(self)) for _ in parts[0][1]]
         for at, values in parts:
-            for whole, part in zip(found, values, strict=True):
+            for whole, part in zip(tables, values, strict=True):
                 whole[at] = part
-        return found
+        return tables
 
     def _along(self, eom: Equations, exprs: Any, t: Array, states: Array) -> list[Array]:
         """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds))."""

@@ -38,14 +38,14 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
     if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
         return ""
     least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach)
-    known, moving = closure(eom.system), set(eom.coordinates)
+    constraints, moving = closure(eom.system), set(eom.coordinates)
     rest = {s: v for s, v in stepper.now.values(later, kept).items() if s not in moving}
-    nearest = close(residual_function(eom.system, known, rest), kept[: len(moving)], range(len(moving)))
+    nearest = close(residual_function(eom.system, constraints, rest), kept[: len(moving)], range(len(moving)))
     if not (least < _SHORT_OF_RANK and OFF < nearest.size < np.inf):
         return ""
     worst = int(np.argmax(np.abs(nearest.residual)))
     return (
-        f"{known.names[worst]!r} cannot be held beyond t = {t:.6g}, where the constraints lose rank (least singular value "
+        f"{constraints.names[worst]!r} cannot be held beyond t = {t:.6g}, where the constraints lose rank (least singular value "
         f"{least:.1e} of the largest): at t = {later:.6g} {nearest.residual[worst]:.2g} is left of it in the nearest "
         "configuration. The drive carries the parts further than they reach: end before, drive them another way, or correct the "
         "lengths"

@@ -26,7 +26,7 @@ def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr,
             )
         return dict(zip(symbols, values, strict=True))
     by_name = {s.name: s for s in symbols}
-    found: dict[Expr, Any] = {}
+    by_symbol: dict[Expr, Any] = {}
     for key, value in given.items():
         name = key.name if isinstance(key, Symbol) else key
         symbol = by_name.get(name) if isinstance(name, str) else None
@@ -35,8 +35,8 @@ def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr,
                 f"Expected values for {what} of the system ({', '.join(by_name) or 'none'}), got one for {key!r}."
                 f"{'' if name in by_name else alike(str(name), by_name)}"
             )
-        found[symbol] = value
-    return found
+        by_symbol[symbol] = value
+    return by_symbol
 
 
 def finite_number(what: str, name: str, value: Any) -> float:

@@ -88,17 +88,17 @@ def reflected(mass: Array, a: Array) -> Array:
     if np.all(mass > 0):
         return mass
     a = np.where(np.abs(a) > ROUNDING * np.abs(a).max(initial=0), np.abs(a), 0.0)
-    found = mass.copy()
+    inertia = mass.copy()
     for _ in range(len(a)):
-        known = found > 0
-        pace = (a[:, known] / np.sqrt(found[known])).max(axis=1, initial=0)
-        joined = np.where(known, 0.0, (a[pace > 0] / pace[pace > 0, None]).max(axis=0, initial=0))
+        heavy = inertia > 0
+        pace = (a[:, heavy] / np.sqrt(inertia[heavy])).max(axis=1, initial=0)
+        joined = np.where(heavy, 0.0, (a[pace > 0] / pace[pace > 0, None]).max(axis=0, initial=0))
         if not joined.any():
             break
-        found = np.where(known, found, joined**2)
+        inertia = np.where(heavy, inertia, joined**2)
     rows = np.maximum(a.max(axis=1, keepdims=True, initial=0), np.finfo(float).tiny)
     alone = (a / rows).max(axis=0, initial=0)
-    return np.asarray(np.where(found > 0, found, np.where(alone > 0, alone, 1.0) ** 2))
+    return np.asarray(np.where(inertia > 0, inertia, np.where(alone > 0, alone, 1.0) ** 2))
 
 
 def of_unit_length(x: Array, sets: Iterable[Sequence[int]]) -> Array:

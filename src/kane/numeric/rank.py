@@ -123,8 +123,8 @@ def null_direction(a: Array, threshold: float) -> Array | None:
     """x (n) with A x = 0, its entries scaled; None where A is regular (or not finite, so that nothing can be said)."""
     if not np.all(np.isfinite(a)):
         return None
-    found = singular(balance(a, rounding=0.0).matrix)
-    return None if found.regular(threshold) else found.right[-1]
+    values = singular(balance(a, rounding=0.0).matrix)
+    return None if values.regular(threshold) else values.right[-1]
 
 
 def dependencies(a: Array) -> Array:
@@ -149,8 +149,8 @@ def combinations(a: Array, reach: Array | float = 0.0) -> tuple[Array, Array]:
     So units do not matter, and a row that vanishes now is not mistaken for one in small units.
     """
     scaled = balance(a, reach, order=(1, 0))
-    found = singular(scaled.matrix)
-    return (found.left / scaled.rows).T[: len(found.values)], found.values
+    values = singular(scaled.matrix)
+    return (values.left / scaled.rows).T[: len(values.values)], values.values
 
 
 def sure_rows(a: Array, reach: Array | float = 0.0) -> Array:

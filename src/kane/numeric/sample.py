@@ -38,9 +38,9 @@ def value_of(symbol: Any, seed: int) -> float:
 
 def values_of(symbols: Iterable[Any], seed: int, values: Mapping[Any, float] | None = None) -> dict[Any, float]:
     """A value for every symbol: the one in `values`, else its default, else a number drawn. Keeps the other `values` too."""
-    found = dict(values or {})
-    found.update((s, value_of(s, seed)) for s in symbols if s not in found)
-    return found
+    complete = dict(values or {})
+    complete.update((s, value_of(s, seed)) for s in symbols if s not in complete)
+    return complete
 
 
 def sample(roots: Iterable[Expr], seed: int) -> list[float]:
