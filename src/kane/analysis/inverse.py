@@ -66,7 +66,7 @@ class Inverse:
         """
         eom = self.eom
         values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
-        values |= self._given(given)
+        values |= named_values("quantities that are given", self.known, given)
         missing = [s.name for s in (*eom.coordinates, *eom.speeds, *self.known) if s not in values]
         if missing:
             raise ValueMissingError(
@@ -93,13 +93,9 @@ class Inverse:
             return "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
         return "Give them, by symbol or name."
 
-    def _given(self, given: Mapping[Any, Any] | None) -> dict[Expr, Any]:
-        found = named_values("quantities that are given", self.known, given)
-        return dict(found)
-
     def along(self, solution: Any, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
         """The unknowns along a motion from `simulate`; what `given` does not hold is taken from the motion itself."""
-        own = self._given(given)
+        own = named_values("quantities that are given", self.known, given)
         rest = [s for s in self.known if s not in own]
         taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}
         return self(

@@ -162,7 +162,7 @@ def solve_linear(matrix: Matrix, b: Sequence[Expr]) -> tuple[Expr, ...]:
     return tuple(solve_lu(matrix.rows, [list(b)])[0])
 
 
-class Inverse(NamedTuple):
+class InverseRows(NamedTuple):
     """The inverse's rows and what its entries divide by: where one of these vanishes, there is no inverse."""
 
     rows: list[list[Expr]]
@@ -217,7 +217,7 @@ def _blocks(rows: Rows, match: list[int]) -> list[list[int]]:
     return list(blocks.values())
 
 
-def invert(rows: Rows) -> Inverse:
+def invert(rows: Rows) -> InverseRows:
     """Inverse of a sparse square matrix, block by block along its block triangular form.
 
     Blocks of one are divided by, blocks up to three are inverted by their adjugate (so that they are singular only where their
@@ -256,7 +256,7 @@ def invert(rows: Rows) -> Inverse:
         for a, c in enumerate(own):
             result[c] = [dot(inverse[a], [r[k] for r in right]) for k in range(n)]
         done.update(own)
-    return Inverse(result, pivots)
+    return InverseRows(result, pivots)
 
 
 def determinant(a: Rows) -> Expr:
