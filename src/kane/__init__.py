@@ -44,7 +44,9 @@ from kane.expr.affine import affine
 from kane.expr.count import Operations, count_operations
 from kane.expr.diff import diff, gradient, jacobian, time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.functions import (
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr, pi
+from kane.expr.operators import (
     abs,
     acos,
     asin,
@@ -65,11 +67,8 @@ from kane.expr.functions import (
     tanh,
     where,
 )
-from kane.expr.matrix import Matrix
-from kane.expr.node import Expr, pi
 from kane.expr.operators import rational as Rational
 from kane.expr.solve import solve_linear
-from kane.expr.substitute import substitute
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -88,6 +87,7 @@ from kane.expr.symbols import (
     speeds,
     time,
 )
+from kane.expr.visit import substitute
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import (
     Constraint,

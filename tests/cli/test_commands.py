@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.cli.starts import STARTS
+from kane.cli.models import STARTS
 from kane.gallery import GALLERY, load
 from tests.cli.command import HEAD, SPRING, from_json, kane, line, written
 from tests.present.page import Page

@@ -4,8 +4,8 @@
 from hypothesis import given
 
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
-from kane.expr.substitute import substitute
 from kane.expr.symbols import coordinates
+from kane.expr.visit import substitute
 from tests.expr.expressions import M, Program, X, Y, programs, value_of
 
 x, y, z = coordinates("x, y, z")

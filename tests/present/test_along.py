@@ -10,8 +10,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import free_body
-from kane.present.along import motion_checks
-from kane.present.checks import Check
+from kane.present.checks import Check, motion_checks
 from tests.present.disk import moved
 from tests.systems import quick_return
 from tests.systems.four_bar import N

@@ -23,8 +23,8 @@ from kane.equations.routines import ports
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.substitute import substitute
 from kane.expr.symbols import time
+from kane.expr.visit import substitute
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility, sizes
 from kane.program.bundle import Bundle

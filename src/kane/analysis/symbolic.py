@@ -28,8 +28,8 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, Expr, as_expr
 from kane.expr.solve import solve_lu
-from kane.expr.substitute import substitute
 from kane.expr.symbols import Symbol
+from kane.expr.visit import substitute
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
 from kane.numeric.sample import values_of

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 from kane.dynamics.solved import Solved
 from kane.expr.build import div
-from kane.expr.evaluate import free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.ops import DIV, SQRT
 from kane.expr.solve import determinant

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.errors import ModelError
-from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter

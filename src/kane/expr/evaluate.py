@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reference evaluator: the graph as a list of NumPy calls, the meaning that every emitter must reproduce."""
+"""The reference evaluator: the graph as a list of NumPy calls, the meaning that every emitter must reproduce; its symbols."""
 
 from __future__ import annotations
 
@@ -92,3 +92,8 @@ def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:
 def free_symbols(roots: Iterable[Expr]) -> tuple[Symbol, ...]:
     """The symbols below `roots`, in the order of their first appearance."""
     return tuple(n for n in postorder(roots) if isinstance(n, Symbol))
+
+
+def is_constant_in_time(exprs: Iterable[Expr]) -> bool:
+    """Whether the expressions hold parameters and numbers only."""
+    return all(isinstance(s, Parameter) for s in free_symbols(exprs))

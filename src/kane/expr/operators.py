@@ -77,3 +77,10 @@ def _dt(self: Expr) -> Expr:
 
 
 setattr(Expr, "dt", property(_dt, doc="Total time derivative; of a coordinate or speed, its rate leaf."))  # noqa: B010
+
+
+sqrt, sin, cos, tan = (BUILDERS[k] for k in ("sqrt", "sin", "cos", "tan"))
+asin, acos, atan, atan2 = (BUILDERS[k] for k in ("asin", "acos", "atan", "atan2"))
+sinh, cosh, tanh = (BUILDERS[k] for k in ("sinh", "cosh", "tanh"))
+exp, log, sign, where, less = (BUILDERS[k] for k in ("exp", "log", "sign", "where", "less"))
+abs, min, max = (BUILDERS[k] for k in ("abs", "min", "max"))

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The visit that rewriting, differentiation and the affine forms share: arguments first, each node once, no recursion."""
+"""The visit that differentiation, the affine forms and `substitute` share: arguments first, each node once, no recursion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
+from kane.expr.build import NODE_BUILDERS
 from kane.expr.node import Expr
 
 R = TypeVar("R")
@@ -29,3 +30,16 @@ def fold(root: Expr, values: dict[Expr, R], combine: Callable[[Expr], R]) -> R:
             stack.pop()
             values[node] = combine(node)
     return values[root]
+
+
+def substitute(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, Expr] | None = None) -> Expr:
+    """`root` with every key of `replacements` replaced; what does not change stays the same object."""
+    images: dict[Expr, Expr] = {} if memo is None else memo
+    images.update(replacements)
+
+    def rebuilt(node: Expr) -> Expr:
+        args = [images[a] for a in node.args]
+        same = all(x is y for x, y in zip(args, node.args, strict=True))
+        return node if same else NODE_BUILDERS[node.op.name](*args)
+
+    return fold(root, images, rebuilt)

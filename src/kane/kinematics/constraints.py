@@ -14,8 +14,7 @@ from kane.errors import ModelError, NotAffineError
 from kane.expr.affine import affine_forms
 from kane.expr.build import add, neg
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Speed

@@ -13,8 +13,8 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert, structural_rank
-from kane.expr.substitute import substitute
 from kane.expr.symbols import QuasiRate, Rate, Speed, input_of, rate
+from kane.expr.visit import substitute
 from kane.kinematics.speeds import Speeds
 from kane.model.system import System
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction

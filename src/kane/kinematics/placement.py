@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.expr.build import add, neg
-from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, constant_value
 from kane.numeric.rotations import Array, about, turned, zx
 from kane.space.frame import Frame

@@ -18,9 +18,8 @@ from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
-from kane.expr.substitute import substitute
 from kane.expr.symbols import Coordinate, Speed, rate
-from kane.expr.visit import fold
+from kane.expr.visit import fold, substitute
 from kane.model.system import System
 from kane.model.variables import EulerParameters
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from kane.expr.affine import affine_forms
 from kane.expr.diff import time_derivative
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.aligned import Aligned, aligned_bases
 from kane.model.bodies import Part, parts_of

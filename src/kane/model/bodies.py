@@ -13,7 +13,7 @@ from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 
 class Part(NamedTuple):

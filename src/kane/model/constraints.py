@@ -19,8 +19,7 @@ from typing import Any, Literal
 from kane.errors import ModelError
 from kane.expr.build import neg
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Symbol, input_of
 from kane.model.directions import check_unit, home_of
@@ -28,7 +27,7 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis, chain
 from kane.space.vector import Vector
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 Kind = Literal["configuration", "motion"]
 

@@ -6,8 +6,7 @@ from __future__ import annotations
 import math
 
 from kane.errors import ModelError
-from kane.expr.evaluate import free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.symbols import Parameter
 from kane.numeric.sample import sample
 from kane.space.frame import Frame, frames_of

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.errors import ModelError
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import Expr, as_expr
 from kane.model.bodies import Body
 from kane.space.frame import Frame

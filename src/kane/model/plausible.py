@@ -19,7 +19,7 @@ from kane.expr.symbols import Parameter
 from kane.numeric.sample import sample
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 SLACK = 1e-9
 """Relative slack of the inequalities: a thin disk meets the triangle inequality with equality."""

@@ -10,8 +10,7 @@ from typing import Any, Literal
 from kane import show
 from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
-from kane.expr.evaluate import free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed
 from kane.model.bodies import Body, Part, RigidBody, parts_of

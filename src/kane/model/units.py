@@ -25,7 +25,7 @@ from kane.units.rules import Known, infer, unit_of
 from kane.units.scales import conflict
 from kane.units.text import spelled
 from kane.units.unit import ANY, NUMBER, ONE, Unit
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
 MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION = map(parse, _QUANTITIES)

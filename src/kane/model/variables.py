@@ -15,7 +15,7 @@ from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol,
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.vector import Vector
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,8 +13,7 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate

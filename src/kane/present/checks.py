@@ -1,11 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A check with its figure, as the demo prints it and a report shows it."""
+"""Checks with their figures, as the demo prints them and a report shows them; those of a motion need nothing but itself."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
-from kane.motion.solution import Solution
+import numpy as np
+import numpy.typing as npt
+
+from kane.expr.matrix import Matrix
+from kane.expr.symbols import rate
+from kane.motion.solution import EnergyCheck, Solution
+from kane.numeric.arrays import Array
 
 ENERGY_LIMIT = 1e-6
 
@@ -35,3 +43,135 @@ def energy_check(solution: Solution, *, of: str = "the loads", limit: float = EN
     """Whether the energy changed by the work done, and by nothing else."""
     energy = solution.energy_check
     return Check(f"energy less the work of {of}, along the motion", energy.relative, limit, str(energy))
+
+
+_SAMPLES = 101
+"""At most as many instants are looked at."""
+_EXACT = 1e-9
+_CONDITION = 1e10
+
+
+def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Check, ...]:
+    """The checks of a motion; that of the energy is left out where `others` has it already."""
+    energy = energy_check(solution)
+    checks = [] if any(c.detail == energy.detail for c in others) else [energy]
+    few = _thinned(solution, np.arange(len(solution)))
+    # where the constraints lose rank, reactions have no value
+    told = _thinned(solution, np.flatnonzero(~solution.lost))
+    residual = [_residual(told)] if len(told) else []
+    checks += [_power(few, solution.energy_check), *residual, _mass(few), _kinematical(few)]
+    if len(solution.equations.b):
+        checks.append(_constraints(solution))
+    if len(solution.equations.reactions) > 1 and len(told):
+        checks.append(_reactions(told))
+    return tuple(checks)
+
+
+def _thinned(solution: Solution, places: npt.NDArray[np.int_]) -> Solution:
+    at = places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int))]
+    equations = tuple(solution.samples[i] for i in at) if solution.samples else ()
+    return replace(solution, t=solution.t[at], states=solution.states[at], work=solution.work[at], samples=equations)
+
+
+def _at(solution: Solution) -> str:
+    return f"at {len(solution)} instants of the motion"
+
+
+def _power(solution: Solution, energy: EnergyCheck) -> Check:
+    eom = solution.equations
+    kinetic, potential = (eom.time_derivative(e) for e in (eom.kinetic_energy, eom.potential_energy))
+    k, v, p = solution[[kinetic, potential, eom.power]]
+    pace = energy.scale / (np.ptp(solution.t) or 1.0)
+    scale = max(pace, *(np.abs(x).max() for x in (k, v, p)))
+    detail = f"largest |dE/dt − P| over the largest of |dK/dt|, |dV/dt|, |P|, energy over duration, {_at(solution)}"
+    return Check("dE/dt less the power P", _ratio(np.abs(k + v - p).max(), scale), _EXACT, detail)
+
+
+def _residual(solution: Solution) -> Check:
+    """Over the size of M u̇, F_r, F*_r and Aᵀλ, a row at a time; a row that is all but zero is measured by the largest."""
+    eom = solution.equations
+    active, inertia = np.array(solution[list(eom.Fr)]), np.array(solution[list(eom.Fr_star)])
+    u_dot = np.array(solution[[rate(u) for u in eom.speeds]])
+    mass = _matrix(solution, Matrix([*eom.mass_matrix.rows, *eom.auxiliary_mass_matrix.rows]))
+    held, terms = _held(solution, active + inertia)
+    size = (np.abs(active) + np.abs(inertia) + terms).T + np.einsum("nij,jn->ni", np.abs(mass), np.abs(u_dot))
+    scale = size.max(axis=0)
+    scale = np.maximum(scale, 1e-6 * scale.max())
+    off = np.abs(active + inertia + held).max(axis=1)
+    detail = f"Fᵣ and F*ᵣ from their terms, at the u̇ and reactions that were solved for, {_at(solution)}"
+    name = "residual of Fᵣ + F*ᵣ + Aᵀλ = 0" if len(eom.b) else "residual of Fᵣ + F*ᵣ = 0"
+    return Check(name, max(map(_ratio, off, scale)), _EXACT, detail)
+
+
+def _held(solution: Solution, left: Array) -> tuple[Array, Array]:
+    """What the constraints exert on each row, and the size of its terms: Aᵀλ, with the λ that balance the speeds' rows best."""
+    eom, n = solution.equations, len(solution.equations.speeds)
+    if not len(eom.b):
+        return np.zeros_like(left), np.zeros_like(left)
+    rows = [(*own, *more) for own, more in zip(eom.A.rows, eom.constraints.a_auxiliary, strict=True)]
+    a = _matrix(solution, Matrix(rows, (len(eom.b), len(left))))
+    forces = np.array([np.linalg.lstsq(m[:, :n].T, -f, rcond=1e-10)[0] for m, f in zip(a, left[:n].T, strict=True)])
+    return np.einsum("nkr,nk->rn", a, forces), np.einsum("nkr,nk->rn", np.abs(a), np.abs(forces))
+
+
+def _mass(solution: Solution) -> Check:
+    mass = _permitted(solution, _matrix(solution, solution.equations.mass_matrix))
+    diagonal = np.sqrt(np.abs(np.einsum("nii->ni", mass)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scaled = mass / diagonal[:, :, None] / diagonal[:, None, :]
+    regular = bool(np.isfinite(scaled).all())
+    values = np.linalg.eigvalsh(scaled) if regular else np.full((1, 1), np.nan)
+    least, most = float(values.min()), float(values.max())
+    condition = float((values[:, -1] / values[:, 0]).max()) if least > 0 else np.inf
+    detail = f"scaled to a unit diagonal; eigenvalues {least:.3g} to {most:.3g}, {_at(solution)}"
+    what = "BᵀMB of the motions that the constraints permit" if len(solution.equations.b) else "M"
+    return Check(f"{what} is positive definite; its condition number", condition, _CONDITION, detail)
+
+
+def _permitted(solution: Solution, mass: Array) -> Array:
+    """M for the motions that the constraints permit, Nᵀ M N with A N = 0."""
+    eom = solution.equations
+    if not len(eom.b):
+        return mass
+    free = len(eom.independent_speeds)
+    bases = [np.linalg.svd(a)[2][len(eom.speeds) - free :].T for a in _matrix(solution, eom.A)]
+    return np.array([b.T @ m @ b for b, m in zip(bases, mass, strict=True)])
+
+
+def _kinematical(solution: Solution) -> Check:
+    y = _matrix(solution, solution.equations.Y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scaled = y / np.linalg.norm(y, axis=2, keepdims=True)
+    detail = f"of Y, its inverse, with rows of unit length, {_at(solution)}"
+    return Check("condition number of W in q̇ = W u + X", _condition(scaled), _CONDITION, detail)
+
+
+def _constraints(solution: Solution) -> Check:
+    left = {c.name: float(np.abs(r).max()) for c, r in solution.constraint_residuals.items()}
+    worst = max(left, key=left.__getitem__)
+    return Check("what is left of the constraints", left[worst], _EXACT, f"largest at {worst!r}")
+
+
+def _reactions(solution: Solution) -> Check:
+    # it holds the dependent speeds eliminated, and these change
+    size = len(solution.equations.reactions)
+    flat = solution.by_sample(lambda eom: [x for row in eom.solved.reaction_matrix.rows for x in row])
+    matrix = np.moveaxis(np.array(flat).reshape(size, size, len(solution)), -1, 0)
+    return Check("condition number of the reactions' equations", _condition(matrix), _CONDITION, _at(solution))
+
+
+def _condition(matrices: Array) -> float:
+    if not np.isfinite(matrices).all():
+        return np.inf
+    return float(np.linalg.cond(matrices).max())
+
+
+def _matrix(solution: Solution, matrix: Matrix) -> Array:
+    """Values (samples, rows, columns)."""
+    flat = np.array(solution[[x for row in matrix.rows for x in row]])
+    values: Array = np.moveaxis(flat.reshape(*matrix.shape, len(solution)), -1, 0)
+    return values
+
+
+def _ratio(off: Any, scale: Any) -> float:
+    return float(off / scale) if scale > 0 else float(off)

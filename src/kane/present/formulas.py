@@ -9,7 +9,6 @@ from typing import Any
 
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
-from kane.space.latex import unit_vector_latex
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.latex import LATEX, latex_name
@@ -44,7 +43,7 @@ def formulas(
         Formula(name, TEXT.write(t), latex_name(name), LATEX.write(t), shared=True) for name, t in shown.intermediates
     ]
     written = [
-        Formula(str(label), _written(value, TEXT, _text_unit), left(label), _written(value, LATEX, unit_vector_latex))
+        Formula(str(label), _written(value, TEXT), left(label), _written(value, LATEX))
         for (label, _), value in zip(items, values, strict=True)
     ]
     return between, written
@@ -53,7 +52,7 @@ def formulas(
 def text_formulas(items: Sequence[tuple[object, Any]]) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
     """The shared intermediates and the items, as (name, text)."""
     shown, values = _laid_out(value for _, value in items)
-    written = [(str(label), _written(value, TEXT, _text_unit)) for (label, _), value in zip(items, values, strict=True)]
+    written = [(str(label), _written(value, TEXT)) for (label, _), value in zip(items, values, strict=True)]
     return [(name, TEXT.write(tree)) for name, tree in shown.intermediates], written
 
 
@@ -84,11 +83,7 @@ def _signed(minus: bool, tree: Tree) -> Tree:
     return tree.body if isinstance(tree, Minus) else Minus(tree, tree.tokens)
 
 
-def _written(terms: _Terms, notation: Notation, unit: Callable[[Basis, str], str]) -> str:
-    units = [unit(basis, axis) for _, basis, axis in terms if basis is not None]
+def _written(terms: _Terms, notation: Notation) -> str:
+    units = [notation.unit_vector(basis.name, axis) for _, basis, axis in terms if basis is not None]
     trees = [tree for tree, _, _ in terms]
     return notation.along(trees, units) if units or not trees else notation.write(trees[0])
-
-
-def _text_unit(basis: Basis, axis: str) -> str:
-    return f"{basis.name}.{axis}"

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from kane.dynamics.readings.steps import Kind, Quantity
 from kane.space.frame import Frame
-from kane.space.latex import place_latex
-from kane.write.latex import latex_name
+from kane.write.latex import latex_name, place_latex
 
 _VECTORS = {
     Kind.ANGULAR_VELOCITY: r"\boldsymbol{\omega}",

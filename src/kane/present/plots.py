@@ -8,18 +8,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.model.bodies import parts_of
 from kane.model.reactions import cut_of
 from kane.motion.solution import Solution
 from kane.present.svg import FAINT, INK, SERIES, legend, panels, to_svg
-from kane.space.latex import place_latex
 from kane.space.point import Point
 from kane.units.text import unit_text
-from kane.write.latex import latex_name
+from kane.write.latex import latex_name, place_latex
 
-Array = npt.NDArray[np.float64]
 _PANELS = 7
 """Quantities beyond which those of one unit share a panel."""
 _LABELS = 12

@@ -17,9 +17,8 @@ from kane.model.loads import Load
 from kane.present.formulas import Formula, formulas
 from kane.present.names import quantity_latex
 from kane.present.tables import Cell, PageTable, Tex
-from kane.space.latex import place_latex
 from kane.space.point import Point
-from kane.write.latex import latex_name
+from kane.write.latex import latex_name, place_latex
 
 _MOST = 400
 """Terms beyond which provenance is left out of a report."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import cache
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +16,8 @@ from markupsafe import Markup
 
 from kane.equations.equations import Equations
 from kane.motion.solution import Solution
-from kane.present.along import motion_checks
-from kane.present.assets import asset
 from kane.present.chapters import LONG, chapters
-from kane.present.checks import Check
+from kane.present.checks import Check, motion_checks
 from kane.present.costs import costs
 from kane.present.tables import PageTable, Tex, declared_tables
 from kane.units.text import unit_text
@@ -126,3 +126,9 @@ def _start(solution: Solution) -> PageTable:
     return PageTable(
         "Start and end", ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit"), rows, False
     )
+
+
+@cache
+def asset(name: str) -> str:
+    """Text of a file in present/assets."""
+    return files("kane.present").joinpath("assets", name).read_text(encoding="utf-8")

@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from kane.analysis.continuation import Branch
 from kane.analysis.stability import GROWS
 from kane.errors import SimulationError
+from kane.numeric.arrays import Array
 from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
-Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 
 _ENDS = np.array([0.0, 1.0])

@@ -15,12 +15,11 @@ from kane.model.loads import Load
 from kane.present.declared import DECLARED, Row, holds, reactions
 from kane.present.formulas import formulas
 from kane.space.frame import Frame
-from kane.space.latex import place_latex, unit_vector_latex
 from kane.space.point import Point
 from kane.space.rotation import Orientation
 from kane.space.vector import Vector
 from kane.units.text import unit_text
-from kane.write.latex import latex_name, to_latex
+from kane.write.latex import latex_name, place_latex, to_latex, unit_vector_latex
 
 _FEW = 4
 """Places of a load that are listed."""
@@ -120,7 +119,7 @@ def _inertia(part: Part) -> Tex:
     used = part.inertia.frames()
     frame = used[0] if len(used) == 1 else part.frame
     rows = part.inertia.components(frame).rows
-    axes = [unit_vector_latex(frame, a) for a in "xyz"]
+    axes = [unit_vector_latex(frame.name, a) for a in "xyz"]
     if all(x is ZERO for i, row in enumerate(rows) for k, x in enumerate(row) if i != k):
         terms = [rf"{_factor(to_latex(rows[i][i]))}\,{a}{a}" for i, a in enumerate(axes) if rows[i][i] is not ZERO]
         return Tex(" + ".join(terms) or "0")
@@ -152,7 +151,7 @@ def _orientation(o: Orientation | None) -> Cell:
         return "inertial"
     if o.axis is not None and o.angle is not None:
         return Tex(
-            rf"\text{{turned about }} {unit_vector_latex(o.base, 'xyz'[o.axis])} \text{{ by }} {to_latex(o.angle)}"
+            rf"\text{{turned about }} {unit_vector_latex(o.base.name, 'xyz'[o.axis])} \text{{ by }} {to_latex(o.angle)}"
         )
     if o.parameters:
         return Tex(r"\text{Euler parameters } " + _names(o.parameters))

@@ -12,7 +12,8 @@ from kane.errors import SpaceError
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
+from kane.expr.ops import ADD, NEG, SUB
 from kane.space.rotation import (
     NOTHING,
     UNITS,
@@ -27,7 +28,7 @@ from kane.space.rotation import (
     single,
 )
 from kane.space.rotation import Basis as Frame  # public signatures say Frame: a vector needs no more of one
-from kane.space.text import parts_text
+from kane.write.text import to_text
 
 Parts = tuple[tuple[Frame, Triple], ...]
 
@@ -357,3 +358,27 @@ class Dyadic:
     __repr__ = __str__
 
     _repr_latex_ = show.latex
+
+
+def parts_text(parts: Iterable[tuple[Frame, Triple]]) -> str:
+    """One line of text for the parts of a vector."""
+    line = ""
+    for basis, triple in parts:
+        for x, axis in zip(triple, "xyz", strict=True):
+            if x is ZERO:
+                continue
+            negative = _is_negative(x)
+            lead = (" - " if negative else " + ") if line else ("-" if negative else "")
+            line += f"{lead}{_factor(neg(x) if negative else x)}{basis.name}.{axis}"
+    return line or "0"
+
+
+def _is_negative(x: Expr) -> bool:
+    value = constant_value(x)
+    return x.op is NEG or (value is not None and value < 0)
+
+
+def _factor(x: Expr) -> str:
+    if x is ONE:
+        return ""
+    return f"({to_text(x)}) " if x.op in (ADD, SUB) else f"{to_text(x)} "

@@ -19,7 +19,7 @@ from kane.expr.visit import fold
 from kane.units.parse import parse
 from kane.units.text import spelled
 from kane.units.unit import ANY, NUMBER, ONE, Unit, power, product, quotient
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 Known = dict[Expr, Unit | None]
 Rule = Callable[..., Unit]

@@ -70,6 +70,25 @@ def _subscript(word: str) -> str:
     return _word(digits[1]) + digits[2] if digits else _word(word)
 
 
+def place_latex(name: str) -> str:
+    r"""LaTeX of a frame's or point's name: C* is C^{*}, C^ is \hat{C}, B1* is B_{1}^{*}."""
+    stem = name.rstrip("*^'")
+    marks = name[len(stem) :]
+    text = latex_name(stem) if stem else latex_name(name)
+    if "^" in marks:
+        text = rf"\hat{{{text}}}"
+    raised = "*" * marks.count("*") + r"\prime" * marks.count("'")
+    return f"{text}^{{{raised}}}" if raised else text
+
+
+def unit_vector_latex(frame: str, axis: str) -> str:
+    r"""\hat{b}_{x} of a frame named B, \hat{b}_{1x} of a frame B1, \widehat{\mathrm{rod}}_{x} of a frame rod."""
+    parts = re.fullmatch(r"([A-Za-z])([0-9]*)", frame)
+    if parts:
+        return rf"\hat{{{parts[1].lower()}}}_{{{parts[2]}{axis}}}"
+    return rf"\widehat{{{latex_name(frame)}}}_{{{axis}}}"
+
+
 # Trees -------------------------------------------------------------------------------------------------
 
 _FUNCTIONS = {
@@ -101,6 +120,9 @@ class _Latex(Notation):
 
     def name(self, text: str) -> str:
         return latex_name(text)
+
+    def unit_vector(self, frame: str, axis: str) -> str:
+        return unit_vector_latex(frame, axis)
 
     def number(self, value: Number) -> str:
         if isinstance(value, Fraction):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import ClassVar, TypeAlias
 
@@ -36,6 +36,10 @@ class Notation(ABC):
     @abstractmethod
     def name(self, text: str) -> str:
         """A symbol or an intermediate."""
+
+    @abstractmethod
+    def unit_vector(self, frame: str, axis: str) -> str:
+        """A unit vector of the frame of that name."""
 
     @abstractmethod
     def number(self, value: Number) -> str:
@@ -108,7 +112,7 @@ class Notation(ABC):
         head, comma = self.where
         return self.write(shown.trees[0]) + (head + comma.join(definitions) if definitions else "")
 
-    def along(self, trees: Sequence[Tree], units: Sequence[str]) -> str:
+    def along(self, trees: Iterable[Tree], units: Iterable[str]) -> str:
         """The sum of measure numbers, each along its unit vector; "0" where there are none."""
         line = ""
         for tree, unit in zip(trees, units, strict=True):

@@ -36,6 +36,9 @@ class _Text(Notation):
     def name(self, text: str) -> str:
         return text
 
+    def unit_vector(self, frame: str, axis: str) -> str:
+        return f"{frame}.{axis}"
+
     def number(self, value: Number) -> str:
         return repr(value) if isinstance(value, float) else str(value)
 
@@ -64,3 +67,11 @@ class _Text(Notation):
 
 TEXT = _Text()
 show.TEXT[Expr] = to_text
+
+
+def excerpt(shown: object, most: int = 60) -> str:
+    """What `shown` prints as in at most so many letters; "…" stands for what is left out, definitions of intermediates too."""
+    text, where, _ = str(shown).partition(", where ")
+    if not where and len(text) <= most:
+        return text
+    return f"{text[: most - 2].rstrip(' +-*/^(')} …"

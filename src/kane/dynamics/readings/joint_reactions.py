@@ -37,7 +37,7 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 Share = Callable[[Constraint], tuple[Vector, Vector]]
 """The force and torque, about the place's point, that a multiplier of one exerts on the side asked for."""

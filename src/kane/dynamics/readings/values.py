@@ -14,8 +14,8 @@ from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols, stacked
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.substitute import substitute
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Time, input_of, rate, time
+from kane.expr.visit import substitute
 from kane.model.system import System
 from kane.numeric.named import finite_number, named_values
 

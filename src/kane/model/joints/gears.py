@@ -15,7 +15,7 @@ from typing import Any
 
 from kane.errors import ModelError
 from kane.expr.build import add, div, mul, sqrt, sub
-from kane.expr.kinds import is_constant_in_time
+from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.expr.patterns import split
@@ -24,7 +24,7 @@ from kane.model.joints.joint import Joint, fixed, numbers
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-from kane.write.excerpt import excerpt
+from kane.write.text import excerpt
 
 Gear = Joint | tuple[Frame, Point]
 

@@ -18,10 +18,10 @@ from kane.present.notebook.pieces import either, escaped, folded, listed, math, 
 from kane.present.notebook.typeset import expression
 from kane.present.notebook.vectors import dyadic, vector
 from kane.space.frame import Frame
-from kane.space.latex import place_latex
 from kane.space.point import Point
 from kane.space.vector import Vector
 from kane.units.text import unit_text
+from kane.write.latex import place_latex
 
 _PLACES = 4
 """Forces and torques of one load that are listed."""

@@ -8,16 +8,15 @@ from collections.abc import Sequence
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr
 from kane.present.notebook.typeset import Typeset, typeset
-from kane.space.latex import unit_vector_latex
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector
-from kane.write.latex import LATEX
+from kane.write.latex import LATEX, unit_vector_latex
 
 
 def vector(v: Vector) -> Typeset:
     """A vector, as it is written: along the axes of all its frames."""
     terms = _terms(v)
-    return _linear([x for x, _, _ in terms], [unit_vector_latex(f, axis) for _, f, axis in terms])
+    return _linear([x for x, _, _ in terms], [unit_vector_latex(f.name, axis) for _, f, axis in terms])
 
 
 def dyadic(d: Dyadic) -> Typeset:
@@ -28,7 +27,7 @@ def dyadic(d: Dyadic) -> Typeset:
             for y, g, k in _terms(b):
                 terms[f, i, g, k] = add(terms.get((f, i, g, k), ZERO), mul(x, y))
     kept = {key: x for key, x in terms.items() if x is not ZERO}
-    pairs = [f"{unit_vector_latex(f, i)} {unit_vector_latex(g, k)}" for f, i, g, k in kept]
+    pairs = [f"{unit_vector_latex(f.name, i)} {unit_vector_latex(g.name, k)}" for f, i, g, k in kept]
     return _linear(list(kept.values()), pairs)
 
 
