@@ -35,6 +35,8 @@ K = TypeVar("K")
 V = TypeVar("V")
 Exprs = tuple[Expr, ...]
 Pairs = dict[tuple[Expr, Expr], Expr]
+OfFrames = Mapping[Frame, Vector]
+OfPoints = Mapping[Point, Vector]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,29 +74,23 @@ class Derived:
     z = read[Exprs](lambda d: d.matrices[1], "z of u = Y q̇ + z.")
     W = read[Matrix](lambda d: d.matrices[2], "W = Y⁻¹ of q̇ = W u + X.")
     X = read[Exprs](lambda d: d.matrices[3], "X of q̇ = W u + X.")
-    angular_velocities = read[Mapping[Frame, Vector]](
-        lambda d: d._by_frame(velocity_form), "ω of each frame in the inertial frame, in speeds."
+    angular_velocities = read[OfFrames](
+        lambda d: d._turns(velocity_form), "ω of each frame in the inertial frame, in speeds."
     )
-    velocities = read[Mapping[Point, Vector]](
-        lambda d: d._by_point(velocity_form), "v of each point in the inertial frame, in speeds."
-    )
-    angular_accelerations = read[Mapping[Frame, Vector]](
-        lambda d: d._by_frame(acceleration_form), "α of each frame, in speeds and u̇."
-    )
-    point_accelerations = read[Mapping[Point, Vector]](
-        lambda d: d._by_point(acceleration_form), "a of each point, in speeds and u̇."
-    )
+    velocities = read[OfPoints](lambda d: d._shifts(velocity_form), "v of each point in the inertial frame, in speeds.")
+    angular_accelerations = read[OfFrames](lambda d: d._turns(acceleration_form), "α of each frame, in speeds and u̇.")
+    point_accelerations = read[OfPoints](lambda d: d._shifts(acceleration_form), "a of each point, in speeds and u̇.")
     partial_angular_velocities = read[Mapping[Frame, Mapping[Expr, Vector]]](
-        lambda d: d._by_frame(d._partials), "ω_r of each frame for each speed, auxiliary ones too."
+        lambda d: d._turns(d._partials), "ω_r of each frame for each speed, auxiliary ones too."
     )
     partial_velocities = read[Mapping[Point, Mapping[Expr, Vector]]](
-        lambda d: d._by_point(d._partials), "v_r of each point for each speed, auxiliary ones too."
+        lambda d: d._shifts(d._partials), "v_r of each point for each speed, auxiliary ones too."
     )
 
-    def _by_frame(self, reading: Callable[[Motion], V]) -> Mapping[Frame, V]:
+    def _turns(self, reading: Callable[[Motion], V]) -> Mapping[Frame, V]:
         return LazyMapping(self.system.frames, lambda frame: reading(self.kinematics.frame(frame)))
 
-    def _by_point(self, reading: Callable[[Motion], V]) -> Mapping[Point, V]:
+    def _shifts(self, reading: Callable[[Motion], V]) -> Mapping[Point, V]:
         return LazyMapping(self.system.points, lambda point: reading(self.kinematics.point(point)))
 
     def _partials(self, motion: Motion) -> Mapping[Expr, Vector]:

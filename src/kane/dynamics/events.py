@@ -28,6 +28,23 @@ SINGULAR = "singular kinematics"
 
 _LARGEST_WATCHED = 3
 
+_STOPS_SLIPPING = (
+    f"the slip speed of the {{}} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the load takes from the slip "
+    "is lost. The sliding model ends here"
+)
+_OPENS = (
+    "the {0} takes its size from {1}, which must press: at {1} = 0 the contact opens, and the model ends here. If it presses where it "
+    "is negative, declare it along the opposite direction"
+)
+_HAS_NO_RATES = (
+    "W of q' = W u + X divides by {}, which vanishes here. Choose coordinates that are regular along this motion (another sequence of "
+    "angles, Euler parameters), or speeds that need no such division"
+)
+_HAS_NO_REACTIONS = (
+    "the friction multiplies the reactions that it depends on so strongly that they have no unique finite solution. Lower the "
+    "friction coefficient, or model the contact as compliant"
+)
+
 
 def watched_events(solved: Solved) -> tuple[Event, ...]:
     """Painlevé's case, the ends of slip and of the kinematics, and the events that the system declares."""
@@ -56,27 +73,11 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
                     contacts.setdefault(s, load.name)
     return (
         *(
-            Event(
-                f"onset of rolling ({name})",
-                speed,
-                SLIP_THRESHOLD,
-                -1,
-                True,
-                f"the slip speed of the {name} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the "
-                "load takes from the slip is lost. The sliding model ends here",
-            )
+            Event(f"onset of rolling ({name})", speed, SLIP_THRESHOLD, -1, message=_STOPS_SLIPPING.format(name))
             for speed, name in slips.items()
         ),
         *(
-            Event(
-                f"contact lost ({reaction} = 0)",
-                reaction,
-                0.0,
-                -1,
-                True,
-                f"the {name} takes its size from {reaction}, which must press: at {reaction} = 0 the contact opens, and the "
-                "model ends here. If it presses where it is negative, declare it along the opposite direction",
-            )
+            Event(f"contact lost ({reaction} = 0)", reaction, direction=-1, message=_OPENS.format(name, reaction))
             for reaction, name in contacts.items()
         ),
     )
@@ -85,15 +86,7 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
 def singular_events(speeds: Speeds) -> tuple[Event, ...]:
     """Each pivot of W through zero: there the coordinates' rates are not determined by the speeds."""
     return tuple(
-        Event(
-            f"{SINGULAR} ({pivot} = 0)",
-            pivot,
-            0.0,
-            0,
-            True,
-            f"W of q' = W u + X divides by {pivot}, which vanishes here. Choose coordinates that are regular along this motion "
-            "(another sequence of angles, Euler parameters), or speeds that need no such division",
-        )
+        Event(f"{SINGULAR} ({pivot} = 0)", pivot, message=_HAS_NO_RATES.format(pivot))
         for pivot in dict.fromkeys(speeds.pivots)
         if not is_constant_in_time([pivot])
     )
@@ -112,14 +105,4 @@ def painleve_events(solved: Solved) -> tuple[Event, ...]:
     ratio = div(determinant(matrix.rows), determinant(bare.rows))
     if ratio is ONE:
         return ()
-    return (
-        Event(
-            "Painlevé's case",
-            ratio,
-            PAINLEVE_THRESHOLD,
-            -1,
-            True,
-            "the friction multiplies the reactions that it depends on so strongly that they have no unique finite solution. Lower "
-            "the friction coefficient, or model the contact as compliant",
-        ),
-    )
+    return (Event("Painlevé's case", ratio, PAINLEVE_THRESHOLD, -1, message=_HAS_NO_REACTIONS),)

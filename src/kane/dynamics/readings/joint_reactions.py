@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import takewhile
 from typing import Any
 
@@ -109,17 +110,13 @@ def _looked_up(system: System, place: Any) -> Joint | Point | Frame | tuple[Cons
 
 
 def _by_name(system: System, name: str) -> Joint | Point | Frame | tuple[Constraint, ...]:
-    for joint in system.joints:
-        if joint.name == name:
-            return joint
     group = tuple(c for c in system.constraints if c.name == name)
     group = group or tuple(c for c in system.constraints if c.name.rpartition(" ")[0] == name)
-    if group:
-        return group
     places: tuple[Point | Frame, ...] = (*system.points, *system.frames)
-    for item in places:
-        if item.name == name:
-            return item
+    joint = next((x for x in system.joints if x.name == name), None)
+    place = joint or group or next((x for x in places if x.name == name), None)
+    if place:
+        return place
     names = [x.name for x in system.joints] + [c.name for c in system.constraints] + [x.name for x in places]
     raise ReactionError(
         f"Expected the name of a joint (listed in System(joints=…)), constraint, point or frame ({', '.join(names)}), got {name!r}."
@@ -141,10 +138,7 @@ def _far_side(derived: Derived, place: Joint | Point | Frame) -> _Side:
     else:
         _check_cut(place)
         turned = _through_frame(place)
-
-        def arm(p: Point) -> Vector:
-            return _turned_arm(p, turned)
-
+        arm = partial(_turned_arm, turned=turned)
         side = _Side(place.name, lambda p: not arm(p).is_zero, turned, arm, None)
     if not any(_holds(side, b) for b in derived.bodies):
         raise ReactionError(
@@ -267,8 +261,14 @@ def _closure(solved: Solved, constraints: tuple[Constraint, ...]) -> JointReacti
     check_placed(f"reaction {name} feels", constraints, _CLOSED)
     points = {c.forces[0][0]: c for c in constraints if c.forces}
     frames = {c.torques[0][0]: c for c in constraints if c.torques and not c.forces}
-    _check_one_place(name, points)
-    _check_one_place(name, frames)
+    both: tuple[Mapping[Any, Constraint], ...] = (points, frames)
+    several = next((places for places in both if len(places) > 1), None)
+    if several is not None:
+        listed = ", ".join(f"{c.name!r} on {x.name}" for x, c in several.items())
+        raise ReactionError(
+            f"Expected the constraints of one closure, which act on one point and one frame, got {listed} for {name!r}. Ask for each "
+            "of them."
+        )
     point, frame = next(iter(points), None), next(iter(frames), None)
 
     def share(c: Constraint) -> tuple[Vector, Vector]:
@@ -297,16 +297,6 @@ def _common_name(names: Sequence[str]) -> str:
 
 
 # Checks ----------------------------------------------------------------------------------------------------------------------
-
-
-def _check_one_place(name: str, places: Mapping[Point, Constraint] | Mapping[Frame, Constraint]) -> None:
-    """A closure acts on one point and one frame; what acts on several is no reaction at a place."""
-    if len(places) > 1:
-        several = ", ".join(f"{c.name!r} on {x.name}" for x, c in places.items())
-        raise ReactionError(
-            f"Expected the constraints of one closure, which act on one point and one frame, got {several} for {name!r}. Ask for each "
-            "of them."
-        )
 
 
 def _check_determinate(solved: Solved, name: str, share: Share) -> None:
