@@ -10,33 +10,13 @@ from typing import Any, Literal
 
 from kane.errors import ModelError
 
-GALLERY: dict[str, str] = {
-    "particle_on_spring": "kane.gallery.particle_on_spring",
-    "pendulum": "kane.gallery.pendulum",
-    "double_pendulum": "kane.gallery.double_pendulum",
-    "pendulums": "kane.gallery.pendulums",
-    "pendulum_on_cart": "kane.gallery.pendulum_on_cart",
-    "spherical_pendulum": "kane.gallery.spherical_pendulum",
-    "spinning_top": "kane.gallery.spinning_top",
-    "free_body": "kane.gallery.free_body",
-    "gimbal_gyroscope": "kane.gallery.gimbal_gyroscope",
-    "whipple_bicycle": "kane.gallery.whipple_bicycle",
-    "furuta_pendulum": "kane.gallery.furuta_pendulum",
-    "slider_crank": "kane.gallery.slider_crank",
-    "four_bar": "kane.gallery.four_bar",
-    "n_four_bar": "kane.gallery.n_four_bar",
-    "flyball_governor": "kane.gallery.flyball_governor",
-    "bricard": "kane.gallery.bricard",
-    "andrews_squeezer": "kane.gallery.andrews_squeezer",
-    "rolling_disk": "kane.gallery.rolling_disk",
-    "pure_rolling_disk": "kane.gallery.pure_rolling_disk",
-    "knife_edge": "kane.gallery.knife_edge",
-    "chaplygin_sleigh": "kane.gallery.chaplygin_sleigh",
-    "sphere_on_turntable": "kane.gallery.sphere_on_turntable",
-    "snakeboard": "kane.gallery.snakeboard",
-    "car_with_trailer": "kane.gallery.car_with_trailer",
-    "rattleback": "kane.gallery.rattleback",
-}
+_NAMES = """
+    particle_on_spring pendulum double_pendulum pendulums pendulum_on_cart spherical_pendulum spinning_top free_body
+    gimbal_gyroscope whipple_bicycle furuta_pendulum slider_crank four_bar n_four_bar flyball_governor bricard
+    andrews_squeezer rolling_disk pure_rolling_disk knife_edge chaplygin_sleigh sphere_on_turntable snakeboard
+    car_with_trailer rattleback
+"""
+GALLERY: dict[str, str] = {name: f"kane.gallery.{name}" for name in _NAMES.split()}
 """Module path of each system by name, from simple to rich."""
 
 Definitions = Mapping[Any, Any] | Literal["rates"]

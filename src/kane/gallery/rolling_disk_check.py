@@ -135,6 +135,6 @@ def _values(disk: Model, eom: kn.Equations, q: Array, u: Array) -> Array:
     return np.stack([np.broadcast_to(v, q.shape[1:]) for v in eom.evaluate(exprs, q=list(q), u=list(u))])
 
 
-def _off(found: Array, expected: Array) -> float:
+def _off(values: Array, expected: Array) -> float:
     """Largest relative difference over the states."""
-    return float(np.max(np.linalg.norm(found - expected, axis=0) / np.linalg.norm(expected, axis=0)))
+    return float(np.max(np.linalg.norm(values - expected, axis=0) / np.linalg.norm(expected, axis=0)))
