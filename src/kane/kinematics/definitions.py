@@ -80,11 +80,11 @@ def _definitions(
 ) -> tuple[list[dict[Expr, Expr]], list[Expr]]:
     rows: list[dict[Expr, Expr]] = []
     z: list[Expr] = []
-    known = set(rates)
+    basic = set(rates)
     for u, definition in system.speeds.items():
         e = substitute(definition, euler_rates) if euler_rates else definition
         for s in free_symbols([e]):
-            if isinstance(s, Rate | QuasiRate) and s not in known and input_of(s) is None:
+            if isinstance(s, Rate | QuasiRate) and s not in basic and input_of(s) is None:
                 raise SpeedsError(
                     f"Expected the definition of {u} in rates of the system's coordinates, got {s}, but no frame or point of the "
                     "system depends on that coordinate. Is a body missing from bodies=? Only what bodies and loads need is part of a "

@@ -256,19 +256,19 @@ def _measures(v: Vector, frame: Basis) -> tuple[Triple, ...]:
 
 def _vectors(forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:
     """Partial velocities and remainder from three scalar forms along a frame."""
-    found: dict[Expr, list[Expr]] = {}
+    columns: dict[Expr, list[Expr]] = {}
     rest: list[Expr] = []
     for i, form in enumerate(forms):
         for s, c in form.coefficients.items():
-            found.setdefault(s, list(NOTHING))[i] = c
+            columns.setdefault(s, list(NOTHING))[i] = c
         rest.append(form.rest)
-    partials = {s: Vector(((frame, (t[0], t[1], t[2])),)) for s, t in found.items()}
+    partials = {s: Vector(((frame, (t[0], t[1], t[2])),)) for s, t in columns.items()}
     return partials, Vector(((frame, (rest[0], rest[1], rest[2])),))
 
 
 def _accumulate(partials: Partials, s: Expr, v: Vector) -> None:
-    known = partials.get(s)
-    partials[s] = v if known is None else (known + v).gathered()
+    before = partials.get(s)
+    partials[s] = v if before is None else (before + v).gathered()
 
 
 def _moves(r: Triple) -> bool:
@@ -295,9 +295,9 @@ def acceleration_form(motion: Motion) -> Vector:
 
 def cuts_of(symbols: Iterable[AuxiliarySpeed]) -> dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]:
     """Auxiliary speeds by the place where they act."""
-    found: dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]] = {}
+    places: dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]] = {}
     for u in symbols:
         cut = cut_of(u)
         if cut is not None:  # that of a constraint moves nothing of the tree
-            found[cut.at] = (*found.get(cut.at, ()), (u, cut.along))
-    return found
+            places[cut.at] = (*places.get(cut.at, ()), (u, cut.along))
+    return places

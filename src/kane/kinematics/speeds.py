@@ -111,19 +111,19 @@ class Speeds:
 
     def _peeled(self, part: dict[Expr, Expr]) -> dict[int, Expr] | None:
         """The part as a sum of whole rows of Y, each with its sign, by peeling off rows that agree with it on their support."""
-        left, found = dict(part), {}
+        left, whole = dict(part), {}
         for i, row in enumerate(self.rows):
             if not left or not row.keys() <= left.keys():
                 continue
             if all(left[b] is c for b, c in row.items()):
-                found[i] = ONE
+                whole[i] = ONE
             elif all(left[b] is neg(c) for b, c in row.items()):
-                found[i] = neg(ONE)
+                whole[i] = neg(ONE)
             else:
                 continue
             for b in row:
                 del left[b]
-        return None if left else found
+        return None if left else whole
 
     def _proportional(self, part: dict[Expr, Expr]) -> dict[int, Expr] | None:
         """The part as one row of Y times a factor."""

@@ -11,15 +11,35 @@ from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
+from kane.model.loads import Gravity, Load
 from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters
+from kane.space.frame import Frame
 
 
-def listed(what: str, given: Any) -> tuple[Any, ...]:
+def listed(what: str, items: Any) -> tuple[Any, ...]:
     """What stands in a list."""
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ModelError(f"Expected {what}= to be a list, got {given!r:.60}. Write {what}=[…] around it.")
-    return tuple(given)
+    if isinstance(items, str) or not isinstance(items, Iterable):
+        raise ModelError(f"Expected {what}= to be a list, got {items!r:.60}. Write {what}=[…] around it.")
+    return tuple(items)
+
+
+def check_inertial(frame: Any) -> None:
+    """A root frame."""
+    if not isinstance(frame, Frame) or frame.parent is not None:
+        raise ModelError(
+            f'Expected a root frame as the inertial frame, got {frame!r:.60}. Make one with kn.Frame("N") and give it first.'
+        )
+
+
+def check_loads(loads: Iterable[Any]) -> None:
+    """Loads and gravity."""
+    for x in loads:
+        if not isinstance(x, Load | Gravity):
+            raise ModelError(
+                f"Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …, got {x!r:.60}. Say where it acts: "
+                "kn.Force(point, vector), kn.Torque(frame, vector)."
+            )
 
 
 def check_bodies(bodies: tuple[Body, ...]) -> None:
@@ -88,12 +108,12 @@ def check_strays(
     euler: tuple[EulerParameters, ...],
 ) -> None:
     """Loads and events use the system's own symbols."""
-    known: set[Symbol] = {*coordinates, *speeds, *(w for s in euler for w in s.quasi)}
+    own: set[Symbol] = {*coordinates, *speeds, *(w for s in euler for w in s.quasi)}
     for s in symbols:
         origin: Any = s
         while isinstance(origin, Rate):
             origin = origin.place
-        if isinstance(origin, Coordinate | Speed | QuasiRate) and origin not in known:
+        if isinstance(origin, Coordinate | Speed | QuasiRate) and origin not in own:
             raise ModelError(
                 f"Expected loads, masses and events in symbols of the system, got {s}: no frame or point depends on it and it is not "
                 "among the keys of speeds=. Use the system's own symbol, or a kn.parameter or kn.input for what is given."
@@ -135,10 +155,10 @@ def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reac
             )
 
 
-def check_dependent(what: str, dependent: tuple[Any, ...], known: Iterable[Any], most: int, argument: str) -> None:
+def check_dependent(what: str, dependent: tuple[Any, ...], own: Iterable[Any], most: int, argument: str) -> None:
     """Dependent coordinates or speeds are the system's own, each once, and as many as the constraints can fix."""
     names = ", ".join(map(str, dependent))
-    strangers = [str(s) for s in dependent if s not in set(known)]
+    strangers = [str(s) for s in dependent if s not in set(own)]
     if strangers or len(set(dependent)) < len(dependent):
         raise ModelError(f"Expected {argument}= to list {what} of the system, each once, got {names}.")
     if len(dependent) > most:

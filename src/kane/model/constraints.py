@@ -54,26 +54,26 @@ class Constraint:
         return f"Constraint({self.name!r}: {f if f.endswith('…') else f'{f} = 0'}, {self.kind})"
 
 
-def as_constraints(given: Any, kind: Kind) -> tuple[Constraint, ...]:
+def as_constraints(declared: Any, kind: Kind) -> tuple[Constraint, ...]:
     """Constraints from one or several of them, or from scalar expressions that must vanish."""
-    items = list(given) if isinstance(given, Iterable) and not isinstance(given, Expr) else [given]
-    found: list[Constraint] = []
+    items = list(declared) if isinstance(declared, Iterable) and not isinstance(declared, Expr) else [declared]
+    constraints: list[Constraint] = []
     for item in items:
         if isinstance(item, list | tuple):
-            found += as_constraints(item, kind)
+            constraints += as_constraints(item, kind)
         elif isinstance(item, Constraint):
             if item.kind != kind:
                 other = {"configuration": "holonomic", "motion": "nonholonomic"}[item.kind]
                 raise ModelError(f"Expected {kind} constraints here, got {item.name!r}: list it in {other}=.")
-            found.append(item)
+            constraints.append(item)
         elif isinstance(item, Vector):
             raise ModelError(
                 f"Expected a scalar that must vanish as a {kind} constraint, got the vector {item}. Use .dot(…)."
             )
         else:
             word = "holonomic" if kind == "configuration" else "nonholonomic"
-            found.append(Constraint(f"{word} {len(found) + 1}", kind, as_expr(item)))
-    return tuple(found)
+            constraints.append(Constraint(f"{word} {len(constraints) + 1}", kind, as_expr(item)))
+    return tuple(constraints)
 
 
 def _names(name: str, count: int) -> list[str]:
@@ -128,15 +128,15 @@ def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: st
     _points("keep together", p, q)
     directions = [along] if isinstance(along, Vector) else list(along)
     apart = p.position(q)
-    made = []
+    constraints = []
     label = name or f"{p.name} = {q.name}"
     for title, n in zip(_names(label, len(directions)), directions, strict=True):
         check_unit(n, f"direction of {label!r}")
         home = home_of(n, f"direction of {label!r}")
         arm = apart.cross(n)
         torques = () if home.parent is None or arm.is_zero else ((home, -arm),)
-        made.append(Constraint(title, "configuration", apart.dot(n), ((p, n), (q, -n)), torques, "N"))
-    return tuple(made)
+        constraints.append(Constraint(title, "configuration", apart.dot(n), ((p, n), (q, -n)), torques, "N"))
+    return tuple(constraints)
 
 
 def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Constraint:
@@ -146,8 +146,8 @@ def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Cons
     the particle's velocity along n. `ground` and n are at rest, or fixed in the body that carries the plane. The multiplier is the
     contact force on `p` along n.
     """
-    (made,) = coincident(p, ground, normal, name=name or f"{p.name} on the plane")
-    return made
+    (height,) = coincident(p, ground, normal, name=name or f"{p.name} on the plane")
+    return height
 
 
 def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
@@ -200,12 +200,12 @@ def no_slip(
     if q is not None:
         slip = slip - q.velocity(inertial)
     label = name or f"no slip of {p.name}"
-    made = []
+    constraints = []
     for title, e in zip(_names(label, len(directions)), directions, strict=True):
         check_unit(e, f"direction of {label!r}")
         pair = ((p, e),) if q is None else ((p, e), (q, -e))
-        made.append(Constraint(title, "motion", slip.dot(e), pair, (), "N"))
-    return tuple(made)
+        constraints.append(Constraint(title, "motion", slip.dot(e), pair, (), "N"))
+    return tuple(constraints)
 
 
 def rolling(

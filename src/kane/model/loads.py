@@ -60,20 +60,20 @@ def _vector(what: str, vector: Any) -> Vector:
     return vector
 
 
-def _point_instead(given: Any) -> str:
-    if isinstance(given, Body):
-        place = given.parts()[0].mass_center.name
+def _point_instead(item: Any) -> str:
+    if isinstance(item, Body):
+        place = item.parts()[0].mass_center.name
         return f"Name the point of the body it acts on, such as its mass centre: kn.Force({place}, …)."
-    if isinstance(given, Frame):
+    if isinstance(item, Frame):
         return "Name a point of the body, such as its mass centre; what turns a frame is a kn.Torque."
     return "Make one with at(…), or with fixed_in(…) for a particle of a body."
 
 
-def _frame_instead(given: Any) -> str:
-    for part in given.parts() if isinstance(given, Body) else ():
+def _frame_instead(item: Any) -> str:
+    for part in item.parts() if isinstance(item, Body) else ():
         if part.frame is not None:
             return f"Name the body's frame: kn.Torque({part.frame.name}, …)."
-    if isinstance(given, Point):
+    if isinstance(item, Point):
         return "What pulls at a point is a kn.Force; a torque needs the frame of a rigid body."
     return "Name the frame of a rigid body."
 

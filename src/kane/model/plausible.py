@@ -98,13 +98,13 @@ def _numbers(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | No
         entries = [x for a, b in inertia.dyads for v in (a, b) for x in v.parts[0][1]]
     else:
         entries = [x for row in inertia.components(frame).rows for x in row]
-    loose = [s for s in free_symbols(entries) if s.default is None]
-    if any(isinstance(s, Parameter) for s in loose) or (loose and one):
+    missing = [s for s in free_symbols(entries) if s.default is None]
+    if any(isinstance(s, Parameter) for s in missing) or (missing and one):
         return None
-    found = sample(entries, _SEED)
-    if not all(map(math.isfinite, found)):
+    values = sample(entries, _SEED)
+    if not all(map(math.isfinite, values)):
         return None
     if not one:
-        return [found[0:3], found[3:6], found[6:9]]
-    dyads = [(found[k : k + 3], found[k + 3 : k + 6]) for k in range(0, len(found), 6)]
+        return [values[0:3], values[3:6], values[6:9]]
+    dyads = [(values[k : k + 3], values[k + 3 : k + 6]) for k in range(0, len(values), 6)]
     return [[sum(a[i] * b[j] for a, b in dyads) for j in range(3)] for i in range(3)]

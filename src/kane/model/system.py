@@ -19,6 +19,8 @@ from kane.model.checks import (
     check_constraints,
     check_dependent,
     check_geometry,
+    check_inertial,
+    check_loads,
     check_names,
     check_no_accelerations,
     check_reactions,
@@ -82,20 +84,12 @@ class System(Declarations):
         dependent_speeds: Sequence[Speed] = (),
         joints: Sequence[Joint] = (),
     ) -> None:
-        if not isinstance(inertial, Frame) or inertial.parent is not None:
-            raise ModelError(
-                f'Expected a root frame as the inertial frame, got {inertial!r:.60}. Make one with kn.Frame("N") and give it first.'
-            )
+        check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
         check_bodies(bodies)
+        check_loads(loads)
         own = tuple(x for x in loads if isinstance(x, Load))
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
-        if len(own) + len(gravities) != len(loads):
-            (odd, *_) = (x for x in loads if not isinstance(x, Load | Gravity))
-            raise ModelError(
-                f"Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …, got {odd!r:.60}. Say where it acts: "
-                "kn.Force(point, vector), kn.Torque(frame, vector)."
-            )
         reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
         events, joints = listed("events", events), tuple(joints)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
@@ -103,45 +97,26 @@ class System(Declarations):
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
-        found = free_symbols(shape)
-        ordered = ordered_coordinates(found, coordinates)
+        ordered = ordered_coordinates(free_symbols(shape), coordinates)
         definitions = speed_definitions(with_joints(speeds, joints), ordered, euler)
         matter = list(contents(bodies, own, gravities))
-        watched = [e.quantity for e in events]
-        held = [c.expr for c in constraints]
-        roots = [*shape, *definitions.values(), *matter, *watched, *held]
-        symbols = free_symbols(roots)
-        check_geometry(found)
+        watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints)]
+        symbols = free_symbols([*shape, *definitions.values(), *watched])
+        check_geometry(free_symbols(shape))
         check_no_accelerations(free_symbols(matter))
-        check_strays(free_symbols([*matter, *watched, *held]), ordered, definitions, euler)
+        check_strays(free_symbols(watched), ordered, definitions, euler)
         check_names((*symbols, *definitions, *reactions, *auxiliary))
         check_reactions(symbols, reactions, auxiliary)
-        dependent = (tuple(dependent_coordinates), tuple(dependent_speeds))
+        dependent_q, dependent_u = tuple(dependent_coordinates), tuple(dependent_speeds)
         holding = sum(c.kind == "configuration" for c in constraints)
-        check_dependent("coordinates", dependent[0], ordered, holding, "dependent_coordinates")
-        check_dependent("speeds", dependent[1], definitions, len(constraints), "dependent_speeds")
-        values = {
-            "inertial": inertial,
-            "bodies": bodies,
-            "speeds": definitions,
-            "loads": own,
-            "gravities": gravities,
-            "reactions": reactions,
-            "auxiliary_speeds": auxiliary,
-            "events": tuple(events),
-            "coordinates": ordered,
-            "constraints": constraints,
-            "dependent_coordinates": dependent[0],
-            "dependent_speeds": dependent[1],
-            "joints": joints,
-            "euler_parameters": euler,
-            "parameters": tuple(s for s in symbols if isinstance(s, Parameter)),
-            "inputs": inputs_with_rates(symbols, shape + list(definitions.values()), constraints),
-            "frames": frames,
-            "points": points,
-        }
-        for slot, value in values.items():
-            object.__setattr__(self, slot, value)
+        check_dependent("coordinates", dependent_q, ordered, holding, "dependent_coordinates")
+        check_dependent("speeds", dependent_u, definitions, len(constraints), "dependent_speeds")
+        parameters = tuple(s for s in symbols if isinstance(s, Parameter))
+        inputs = inputs_with_rates(symbols, shape + list(definitions.values()), constraints)
+        Declarations.__init__(
+            self, inertial, bodies, definitions, own, gravities, reactions, auxiliary, tuple(events), ordered, constraints,
+            dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
+        )  # fmt: skip
         check_units(self, symbols)
 
     @property

@@ -28,38 +28,38 @@ class EulerParameters:
 
 def euler_sets(frames: tuple[Frame, ...]) -> tuple[EulerParameters, ...]:
     """The sets of Euler parameters that frames are oriented by."""
-    found: dict[tuple[int, ...], EulerParameters] = {}
+    by_coordinates: dict[tuple[int, ...], EulerParameters] = {}
     for f in frames:
         o = f.orientation
         if o is not None and o.parameters:
-            found[tuple(id(x) for x in o.parameters)] = EulerParameters(o.parameters, o.quasi)
-    sets = tuple(found.values())
+            by_coordinates[tuple(id(x) for x in o.parameters)] = EulerParameters(o.parameters, o.quasi)
+    sets = tuple(by_coordinates.values())
     used = [x for s in sets for x in s.coordinates]
     if len(set(used)) < len(used):
         raise ModelError("Expected different coordinates in different sets of Euler parameters, got one in two sets.")
     return sets
 
 
-def ordered_coordinates(found: tuple[Symbol, ...], order: Sequence[Coordinate] | None) -> tuple[Coordinate, ...]:
+def ordered_coordinates(symbols: tuple[Symbol, ...], order: Sequence[Coordinate] | None) -> tuple[Coordinate, ...]:
     """The coordinates in the order given, else as they first appear, those of positions first; q1, q2, … stay together."""
-    seen = dict.fromkeys(s for s in found if isinstance(s, Coordinate))
+    seen = dict.fromkeys(s for s in symbols if isinstance(s, Coordinate))
     if order is None:
         groups: dict[str, list[Coordinate]] = {}
         for q in seen:
             groups.setdefault(q.name.rstrip("0123456789"), []).append(q)
         return tuple(q for stem, group in groups.items() for q in sorted(group, key=lambda q: _number(q, stem)))
-    given = _coordinates(order)
-    unused = [q for q in given if q not in seen]
+    listed = _coordinates(order)
+    unused = [q for q in listed if q not in seen]
     if unused:
         raise ModelError(
             f"Expected coordinates= to list those that frames and points depend on ({_names(seen)}), got {_names(unused)}, which "
             "nothing uses. Leave it out, or write it into a position or orientation; is a body missing from bodies=?"
         )
-    absent = [q for q in seen if q not in set(given)]
-    if absent or len(given) != len(seen):
+    absent = [q for q in seen if q not in set(listed)]
+    if absent or len(listed) != len(seen):
         cure = f"Add {_names(absent)}" if absent else "List none twice"
-        raise ModelError(f"Expected coordinates= to list each of {_names(seen)} once, got {_names(given)}. {cure}.")
-    return given
+        raise ModelError(f"Expected coordinates= to list each of {_names(seen)} once, got {_names(listed)}. {cure}.")
+    return listed
 
 
 def _coordinates(order: Any) -> tuple[Any, ...]:
@@ -90,7 +90,7 @@ def speed_definitions(
             f'Expected speeds= to be a dict {{u1: definition, …}} or "rates", got {speeds!r:.60}. Each definition needs its speed: '
             "{u1: q1.dt, u2: q2.dt}."
         )
-    made: dict[Speed, Expr] = {}
+    definitions: dict[Speed, Expr] = {}
     for u, definition in speeds.items():
         if not isinstance(u, Speed):
             raise SpeedsError(
@@ -101,9 +101,9 @@ def speed_definitions(
             raise SpeedsError(
                 f"Expected a scalar definition of {u}, got the vector {definition}. Use .dot(unit vector)."
             )
-        made[u] = as_expr(definition)
-        _check_definition(u, made[u])
-    return made
+        definitions[u] = as_expr(definition)
+        _check_definition(u, definitions[u])
+    return definitions
 
 
 def inputs_with_rates(
@@ -115,8 +115,8 @@ def inputs_with_rates(
     """
     orders: dict[Input, int] = {}
 
-    def need(found: Iterable[Symbol], more: int) -> None:
-        for s in found:
+    def need(used: Iterable[Symbol], more: int) -> None:
+        for s in used:
             r, order, at = input_of(s), 0, s
             while isinstance(at, Rate):
                 order, at = order + 1, cast(Symbol, at.place)
@@ -127,14 +127,14 @@ def inputs_with_rates(
     held = {kind: [c.expr for c in constraints if c.kind == kind] for kind in ("configuration", "motion")}
     need(free_symbols([*shape, *held["configuration"]]), 2)
     need(free_symbols(held["motion"]), 1)
-    found: list[Input | Rate] = []
+    listed: list[Input | Rate] = []
     for r, order in orders.items():
-        found.append(r)
+        listed.append(r)
         at: Symbol = r
         for _ in range(order):
             at = rate(at)
-            found.append(at)
-    return tuple(found)
+            listed.append(at)
+    return tuple(listed)
 
 
 def _check_definition(u: Speed, definition: Expr) -> None:

@@ -103,10 +103,10 @@ class Seat(NamedTuple):
     def symbols(self, **units: str) -> tuple[Coordinate, ...]:
         """The coordinates: as given, by name, or these stems and the joint's name; with their units."""
         names = tuple(units)
-        found: tuple[Coordinate, ...] = _symbols(
+        chosen: tuple[Coordinate, ...] = _symbols(
             Coordinate, "coordinates", self.name, self.coordinates, names, tuple(units.values())
         )
-        return found
+        return chosen
 
     def turned(self, angle: Any, axis: Vector) -> Frame:
         """The child frame, turned about an axis of the parent."""
@@ -186,32 +186,32 @@ def _rate_unit(definition: Expr) -> str:
     if isinstance(definition, Symbol):
         return definition.unit
     try:
-        found = unit_of(definition)
+        unit = unit_of(definition)
     except UnitError:  # the System that the joint comes into says so, and where
         return ""
-    return "rad/s" if found and parse(found) is parse("rad/s") else found
+    return "rad/s" if unit and parse(unit) is parse("rad/s") else unit
 
 
-def _chosen(symbols: Sequence[Symbol], given: Any) -> tuple[Symbol, ...]:
+def _chosen(symbols: Sequence[Symbol], names: Any) -> tuple[Symbol, ...]:
     """Of these symbols, those that came as no symbol."""
-    own = {given} if isinstance(given, str | Symbol) else set(given or ())
+    own = {names} if isinstance(names, str | Symbol) else set(names or ())
     return tuple(s for s in symbols if s not in own)
 
 
 def _symbols(
-    kind: type[Any], what: str, name: str, given: Any, stems: Sequence[str], units: Sequence[str]
+    kind: type[Any], what: str, name: str, names: Any, stems: Sequence[str], units: Sequence[str]
 ) -> tuple[Any, ...]:
     label, count = "_".join(name.split()), len(units)
-    if given is None:
+    if names is None:
         if len(stems) == count:
             wanted: list[Any] = [f"{stem}_{label}" for stem in stems]
         else:
             wanted = [f"{stems[0]}{k}_{label}" for k in range(1, count + 1)]
     else:
-        wanted = [given] if isinstance(given, str | kind) else list(given)
+        wanted = [names] if isinstance(names, str | kind) else list(names)
     if len(wanted) != count or len(set(wanted)) < count or not all(isinstance(x, str | kind) for x in wanted):
         raise ModelError(
-            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {given!r:.80}. Left out, they are named after "
+            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {names!r:.80}. Left out, they are named after "
             "the joint."
         )
     return tuple(

@@ -20,13 +20,13 @@ def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint
         return speeds  # what is no mapping is refused where the definitions are read
     if speeds is None and not joints:
         raise ModelError('Expected speeds={u: definition, …}, "rates", or joints= with speeds of their own, got none.')
-    given = dict(speeds or {})
-    scalars = {u: as_expr(e) for u, e in given.items() if not isinstance(e, Vector)}
-    made: dict[Speed, Any] = {}
+    definitions = dict(speeds or {})
+    scalars = {u: as_expr(e) for u, e in definitions.items() if not isinstance(e, Vector)}
+    own: dict[Speed, Any] = {}
     for joint in joints:
         if not joint.defined_by(scalars):
-            made.update(joint.speeds)
-    return made | given
+            own.update(joint.speeds)
+    return own | definitions
 
 
 def check_joints(joints: Sequence[Any]) -> None:
