@@ -18,9 +18,8 @@ from hypothesis import strategies as st
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import OPS
 from kane.expr.symbols import Symbol, coordinates, input, parameters, time
-from kane.program.draft import Draft, Goal
 from kane.program.passes.tiers import assembled
-from kane.program.program import Port, Program
+from kane.program.program import Code, Port, Program, Routine
 from tests.expr.expressions import Program as Drawn
 
 EXACT = ("add", "sub", "mul", "div", "neg", "sqrt", "abs", "sign", "min", "max", "less", "where")
@@ -73,13 +72,13 @@ def small(
     constants: Sequence[float] = (),
     name: str = "small",
     labels: Sequence[str] | None = None,
-    goals: Sequence[Goal] | None = None,
+    goals: Sequence[Routine] | None = None,
 ) -> Program:
     """A program with the routine "f" of the values `results`, which are numbered: t, x, p, r, constants, steps."""
     named = tuple(labels) if labels is not None else tuple(f"y{k}" for k in range(len(results)))
-    wanted = tuple(goals or [Goal("f", (len(results),), named, tuple(results))])
+    wanted = tuple(goals or [Routine("f", (len(results),), named, tuple(results))])
     ops, args = tuple(OPS[op] for op, _ in steps), tuple(tuple(reads) for _, reads in steps)
-    return assembled(Draft(name, "equations of motion", ports(x, p, r), tuple(constants), ops, args, wanted))
+    return assembled(Code(name, "equations of motion", ports(x, p, r), tuple(constants), ops, args, wanted))
 
 
 @st.composite
@@ -98,9 +97,9 @@ def programs(draw: st.DrawFn, operations: Sequence[str] = EXACT + LIBRARY, most:
         count += 1
     some = draw(st.lists(st.integers(0, count - 1), max_size=6))
     goals = [
-        Goal("all", (count,), tuple(f"v{i}" for i in range(count)), tuple(range(count))),
-        Goal("some", (1, len(some)), tuple(f"w{i}" for i in some), tuple(some)),
-        Goal("none", (0,), (), ()),
+        Routine("all", (count,), tuple(f"v{i}" for i in range(count)), tuple(range(count))),
+        Routine("some", (1, len(some)), tuple(f"w{i}" for i in some), tuple(some)),
+        Routine("none", (0,), (), ()),
     ]
     made = small(steps, x=x, p=p, r=r, constants=constants, goals=goals, name="random")
     assert made.first == first
@@ -122,7 +121,7 @@ def every_operation() -> Program:
     """Each operation once, of the first states."""
     steps = [(name, range(1, 1 + op.arity)) for name, op in OPS.items() if op.arity]
     results = range(4 + len(steps))
-    goal = Goal("all", (len(results),), ("",) * len(results), tuple(results))
+    goal = Routine("all", (len(results),), ("",) * len(results), tuple(results))
     return small(steps, x=coordinates("a, b, c"), p=(), goals=[goal], name="every")
 
 
@@ -187,7 +186,7 @@ EDGES: dict[str, Callable[[], Program]] = {
     "constants alone": lambda: small(
         [("div", (5, 6)), ("neg", (5,)), ("sub", (6, 5))], (7, 8, 9), constants=(-1.0, 0.0)
     ),
-    "a number": lambda: small(goals=[Goal("f", (), ("y",), (1,))]),
+    "a number": lambda: small(goals=[Routine("f", (), ("y",), (1,))]),
     "numbers that are hard to print": lambda: small(
         [("add", (1, k)) for k in range(5, 5 + len(SPECIAL))], range(5, 5 + 2 * len(SPECIAL)), constants=SPECIAL
     ),

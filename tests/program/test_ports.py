@@ -11,11 +11,10 @@ import kane as kn
 from kane.errors import ArgumentError, ProgramError, ValueMissingError
 from kane.expr.ops import ADD, COS, SIN
 from kane.program.build import Task, build_program
-from kane.program.draft import Draft, Goal
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.machine import Settings
 from kane.program.passes.tiers import assembled
-from kane.program.program import Port
+from kane.program.program import Code, Port, Routine
 from kane.program.receipt import receipt
 from kane.program.reference import values
 from tests.program.emitted import from_c, from_numpy
@@ -178,13 +177,13 @@ def test_ports_that_cannot_be(ports, message):
         build_program("wrong", ports, [])
 
 
-GOALS = (Goal("all", (5,), tuple("abcde"), (1, 2, 3, 4, 5)),)
+GOALS = (Routine("all", (5,), tuple("abcde"), (1, 2, 3, 4, 5)),)
 
 
 def test_sines_that_stand_twice(tmp_path):
     """A Program may compute one sine twice, though expressions never do."""
     (a1, _), subject = A, "a sine"
-    draft = Draft(
+    draft = Code(
         "model", subject, (Port("a", (a1,)),), (), (SIN, COS, SIN, SIN, ADD), ((0,), (0,), (0,), (1,), (1, 3)), GOALS
     )
     program = assembled(draft)

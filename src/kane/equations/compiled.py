@@ -8,21 +8,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NoReturn, Protocol
 
-import numpy as np
-import numpy.typing as npt
-
 from kane import show
+from kane.dynamics.lazy import read
 from kane.dynamics.solved import Solved
 from kane.equations.handle import Handle
 from kane.equations.routines import ROUTINES, Outputs, output_bundle, ports, program
 from kane.errors import ArgumentError
+from kane.numeric.arrays import Array
 from kane.program.native import arguments
 from kane.program.native.compiled_routine import NotFinite
 from kane.program.native.machine import Settings
 from kane.program.program import Program
 from kane.program.receipt import Receipt, receipt
-
-Array = npt.NDArray[np.float64]
 
 
 class HasSolved(Protocol):
@@ -61,24 +58,10 @@ class Compiled:
     def _handle(self, name: str) -> Handle:
         return Handle(self._program((name,)), name, self.settings, self.default, self.not_finite)
 
-    @cached_property
-    def mass_matrix(self) -> Handle:
-        """M, n × n."""
-        return self._handle("mass_matrix")
-
-    @cached_property
-    def forcing(self) -> Handle:
-        """f of M u̇ = f, with the reactions at their solved values."""
-        return self._handle("forcing")
-
-    @cached_property
-    def reactions(self) -> Handle:
-        """The reactions."""
-        return self._handle("reactions")
-
-    @cached_property
-    def _outputs(self) -> Handle:
-        return self._handle("outputs")
+    mass_matrix = read[Handle](lambda c: c._handle("mass_matrix"), "M, n × n.")
+    forcing = read[Handle](lambda c: c._handle("forcing"), "f of M u̇ = f, with the reactions at their solved values.")
+    reactions = read[Handle](lambda c: c._handle("reactions"), "The reactions.")
+    _outputs = read[Handle](lambda c: c._handle("outputs"), "The outputs as one vector.")
 
     def outputs(self, t: Any, x: Any, p: Any = None, r: Any = None) -> dict[str, Array]:
         """The named outputs, each with the leading axes of the arguments, then its own shape."""
@@ -96,10 +79,7 @@ class Compiled:
         """All routines in one Program: what `emit` prints."""
         return self._program((*ROUTINES, "outputs") if self.bundle else ROUTINES)
 
-    @cached_property
-    def operations(self) -> Receipt:
-        """The operation receipt by routine."""
-        return receipt(self.program)
+    operations = read[Receipt](lambda c: receipt(c.program), "The operation receipt by routine.")
 
     def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str:
         """Source text: "c" (C99), "h" (its header), "numpy" (a module).

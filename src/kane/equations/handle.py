@@ -6,15 +6,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane import show
+from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import ALL, CompiledRoutine, NotFinite, new_block
 from kane.program.native.machine import Settings
 from kane.program.native.machine_code import Library
 from kane.program.program import Program
-
-Array = npt.NDArray[np.float64]
 
 _ARRAY: Any = np.ndarray
 

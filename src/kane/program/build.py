@@ -12,11 +12,10 @@ from kane.errors import ValueMissingError
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, SYMBOL, Op
 from kane.expr.symbols import Symbol
-from kane.program.draft import Draft, Goal
 from kane.program.passes.reciprocal import with_reciprocals
 from kane.program.passes.tiers import assembled
 from kane.program.passes.verify import sound
-from kane.program.program import Port, Program
+from kane.program.program import Code, Port, Program, Routine
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,11 +38,11 @@ def build_program(
     ValueMissingError
         if an expression holds a symbol that no port gives
     """
-    draft = _draft(name, subject, ports, tasks)
-    return assembled(with_reciprocals(draft) if reciprocals else draft)
+    code = _numbered(name, subject, ports, tasks)
+    return assembled(with_reciprocals(code) if reciprocals else code)
 
 
-def _draft(name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task]) -> Draft:
+def _numbered(name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task]) -> Code:
     """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
     order = postorder(root for w in tasks for root in w.roots)
     inputs = [s for port in ports for s in port.symbols]
@@ -63,9 +62,9 @@ def _draft(name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task]
             place[node] = first + len(ops)
             ops.append(node.op)
             args.append(tuple([place[a] for a in node.args]))
-    goals = tuple(Goal(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in tasks)
-    draft = Draft(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), goals)
-    return sound(draft, "build")
+    routines = tuple(Routine(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in tasks)
+    code = Code(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), routines)
+    return sound(code, "build")
 
 
 def _key(value: float) -> tuple[float, bool]:

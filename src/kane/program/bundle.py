@@ -9,16 +9,15 @@ from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.errors import ProgramError
 from kane.expr.evaluate import compile_reference
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
+from kane.numeric.arrays import Array
 from kane.program.build import Task
 from kane.program.program import Port
 
-Array = npt.NDArray[np.float64]
 R = TypeVar("R")
 
 

@@ -47,18 +47,18 @@ class Port:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Routine:
-    """What one call computes: `results` in row-major order of `shape`, by the instructions of `body` in this order."""
+    """What one call computes: `results` in row-major order of `shape`, by the instructions of `body` once they are chosen."""
 
     name: str
     shape: tuple[int, ...]
     labels: tuple[str, ...]
     results: tuple[int, ...]
-    body: tuple[int, ...]
+    body: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Code:
-    """Numbered values: `ops[k]` and `args[k]` belong to the value `first + k`. `subject` says what they are of, in comments."""
+    """Numbered values, from pass to pass: `ops[k]` and `args[k]` belong to the value `first + k`; `subject` says what they are of."""
 
     name: str
     subject: str
@@ -66,6 +66,7 @@ class Code:
     constants: tuple[float, ...]
     ops: tuple[Op, ...]
     args: tuple[tuple[int, ...], ...]
+    routines: tuple[Routine, ...]
 
     @cached_property
     def inputs(self) -> tuple[Symbol, ...]:
@@ -77,6 +78,26 @@ class Code:
         """The number of the first instruction's value."""
         return len(self.inputs) + len(self.constants)
 
+    @cached_property
+    def varies(self) -> list[bool]:
+        """Of each value, whether it depends on more than parameters."""
+        varying = [not port.hoisted for port in self.ports for _ in port.symbols] + [False] * len(self.constants)
+        for reads in self.args:
+            varying.append(True in [varying[i] for i in reads])
+        return varying
+
+    def below(self, values: set[int], varies: bool) -> list[int]:
+        """The instructions of one tier that `values` need, in ascending order."""
+        first, args, tier = self.first, self.args, self.varies
+        needed = {i for i in values if i >= first and tier[i] is varies}
+        waiting = list(needed)
+        while waiting:
+            for a in args[waiting.pop() - first]:
+                if a >= first and tier[a] is varies and a not in needed:
+                    needed.add(a)
+                    waiting.append(a)
+        return sorted(needed)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Program(Code):
@@ -87,7 +108,6 @@ class Program(Code):
 
     hoisted: tuple[int, ...]
     kept: tuple[int, ...]
-    routines: tuple[Routine, ...]
 
     def port(self, name: str) -> Port:
         """The port of that name."""

@@ -11,8 +11,8 @@ import kane as kn
 from kane.expr.evaluate import compile_reference
 from kane.expr.symbols import input, parameter
 from kane.program.build import Task, build_program
-from kane.program.draft import Goal
 from kane.program.emit.numpy import emit_numpy
+from kane.program.program import Routine
 from tests.expr import expressions
 from tests.program.emitted import module
 from tests.program.programs import (
@@ -92,7 +92,11 @@ def test_results_are_those_of_the_reference_evaluator_bit_by_bit(load, example):
 def test_leading_axes_of_all_arguments_are_broadcast(load):
     steps = [("mul", (0, 1)), ("add", (4, 2)), ("sub", (5, 3))]
     x, p, r = [kn.coordinate("q")], [parameter("m", 0.25)], [input("F")]
-    goals = [Goal("a", (1, 2), ("", ""), (6, 6)), Goal("b", (), ("",), (6,)), Goal("c", (2,), ("", ""), (1, 2))]
+    goals = [
+        Routine("a", (1, 2), ("", ""), (6, 6)),
+        Routine("b", (), ("",), (6,)),
+        Routine("c", (2,), ("", ""), (1, 2)),
+    ]
     module = load(emit_numpy(small(steps, x=x, p=p, r=r, goals=goals)))
     generator = np.random.default_rng(1)
     t, x, p, r = (generator.normal(size=s) for s in ((5,), (3, 1, 1), (1, 5, 1), (2, 1, 1, 1)))
@@ -185,7 +189,7 @@ def test_names_that_python_cannot_have_or_needs_itself(load):
 
 def test_any_name_of_a_routine(load):
     names = ("hoist", "np", "None", "f", "f", "STATE", "2", "", "_vector", "match", "float")
-    goals = [Goal(name, (1,), ("",), (k % 3,)) for k, name in enumerate(names)]
+    goals = [Routine(name, (1,), ("",), (k % 3,)) for k, name in enumerate(names)]
     module = load(emit_numpy(small(goals=goals)))
     found = re.findall(r"^    (\w+)\(t, x, p, r\)", module.__doc__, re.MULTILINE)
     assert len(set(found)) == len(names)

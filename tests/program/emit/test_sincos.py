@@ -15,7 +15,7 @@ import mpmath  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 
-from kane.program.emit.c_sincos import C_SINCOS
+from kane.program.emit.c import C_SINCOS
 from kane.program.emit.llvm_sincos import llvm_sincos
 from kane.program.emit.sincos import CONSTANTS, LIMIT
 

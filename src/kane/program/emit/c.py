@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
-from kane.program.emit.c_sincos import C_SINCOS
 from kane.program.emit.c_tables import (
     CFile,
     CFunction,
@@ -23,6 +22,7 @@ from kane.program.emit.c_tables import (
     made_by,
 )
 from kane.program.emit.names import c_comment, operand_values
+from kane.program.emit.sincos import LIMIT, STEPS, constant
 from kane.program.emit.walk import Compute, Read, SinCos, Statement, Style, pieces, statements
 from kane.program.program import Program
 
@@ -196,3 +196,49 @@ class _Writer:
         self.helpers.add("sincos")
         sine, cosine = names[SIN], names[COS]
         return [f"    double {sine}, {cosine};", f"    kane_sincos({angle}, &{sine}, &{cosine});"]
+
+
+# --------------------------------------------------------------------------------------------------- sine and cosine
+
+_STEP = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "{0} * {1} + {2}"}
+
+_SINCOS = """\
+/* Sine and cosine of x, below 1 ulp for |x| <= {limit:.0f}; the library's beyond. */
+static void kane_sincos(double x, double *s, double *c)
+{{
+    if (!(fabs(x) <= {limit:.1f})) {{
+        *s = sin(x);
+        *c = cos(x);
+        return;
+    }}
+{steps}
+    uint64_t n_bits, s_bits, c_bits, change;
+    memcpy(&n_bits, &t, sizeof t);
+    memcpy(&s_bits, &sine, sizeof sine);
+    memcpy(&c_bits, &cosine, sizeof cosine);
+    change = ((s_bits ^ c_bits) & (0 - (n_bits & 1))) ^ ((n_bits & 2) << 62);
+    s_bits ^= change;
+    c_bits ^= change ^ ((n_bits & 1) << 63);
+    memcpy(s, &s_bits, sizeof *s);
+    memcpy(c, &c_bits, sizeof *c);
+}}
+"""
+
+
+def _sincos_steps() -> str:
+    lines = [
+        f"    const double {name} = {_STEP[form].format(*map(_sincos_operand, operands))};"
+        for name, form, *operands in STEPS
+    ]
+    return "\n".join(lines)
+
+
+def _sincos_operand(operand: str) -> str:
+    value = constant(operand)
+    if value is None:
+        return operand
+    return repr(value) if (2 * value).is_integer() else value.hex()
+
+
+C_SINCOS = _SINCOS.format(limit=LIMIT, steps=_sincos_steps())
+"""`static void kane_sincos(double x, double *s, double *c)` in C99; needs <math.h>, <stdint.h> and <string.h>."""

@@ -18,24 +18,10 @@ from dataclasses import dataclass, field
 
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
+from kane.program.emit import walk
 from kane.program.emit.llvm_entries import batch_entry, call_entry, pointer, shared
 from kane.program.emit.llvm_lanes import Lanes, bits
 from kane.program.emit.llvm_sincos import llvm_sincos
-from kane.program.emit.walk import (
-    KEPT,
-    VECTORS,
-    Compute,
-    Function,
-    Read,
-    SinCos,
-    Statement,
-    Style,
-    Write,
-    hoisting,
-    kernel,
-    pieces,
-    statements,
-)
 from kane.program.passes.split import Chunk
 from kane.program.program import Program
 
@@ -82,9 +68,9 @@ def emit_llvm(programs: Sequence[Program], options: Options) -> str:
     module = _Module(options)
     texts = [shared()]
     for program, hoist in zip(programs, hoists(programs), strict=True):
-        texts.append(module.function(program, hoisting(program), hoist))
+        texts.append(module.function(program, walk.hoisting(program), hoist))
         for routine in program.routines:
-            texts.append(module.function(program, kernel(program, routine), routine.name))
+            texts.append(module.function(program, walk.kernel(program, routine), routine.name))
             texts += [call_entry(program, routine, hoist), batch_entry(program, routine, hoist)]
     sines = [llvm_sincos(width, options.contract) for width in sorted(module.widths)]
     called = module.called | ({"sin": 1, "cos": 1} if sines else {})
@@ -114,12 +100,12 @@ class _Module:
     called: dict[str, int] = field(default_factory=dict)
     widths: set[int] = field(default_factory=set)
 
-    def function(self, program: Program, function: Function, name: str) -> str:
+    def function(self, program: Program, function: walk.Function, name: str) -> str:
         """One function, or several with one that calls them in turn."""
-        style = Style(lazy=True, lanes=self.options.lanes)
-        parts = pieces(program, function, style)
+        style = walk.Style(lazy=True, lanes=self.options.lanes)
+        parts = walk.pieces(program, function, style)
         kinds = [("double" if p.scalar else "ptr", pointer(p.name)) for p in function.ports]
-        kinds += [("ptr", f"%{VECTORS[base]}") for base in dict.fromkeys((KEPT, function.target))]
+        kinds += [("ptr", f"%{walk.VECTORS[base]}") for base in dict.fromkeys((walk.KEPT, function.target))]
         signature = ", ".join(f"{kind}{' noalias' * (kind == 'ptr')} {value}" for kind, value in kinds)
         if len(parts.chunks) == 1:
             return self._piece(f"define void @{name}({signature}) nounwind", program, function, parts.chunks[0], style)
@@ -133,8 +119,8 @@ class _Module:
         work = f"  %w = alloca [{max(1, parts.slots)} x double], align 64"
         return "\n".join([*texts, head, work, *calls, "  ret void", "}"])
 
-    def _piece(self, head: str, program: Program, function: Function, piece: Chunk, style: Style) -> str:
-        body = statements(program, function, piece, style)
+    def _piece(self, head: str, program: Program, function: walk.Function, piece: Chunk, style: walk.Style) -> str:
+        body = walk.statements(program, function, piece, style)
         writer = _Writer(program, self.options, body)
         for statement in body:
             writer.write(statement)
@@ -146,7 +132,7 @@ class _Module:
 class _Writer:
     """The lines of one piece."""
 
-    def __init__(self, program: Program, options: Options, body: Sequence[Statement]) -> None:
+    def __init__(self, program: Program, options: Options, body: Sequence[walk.Statement]) -> None:
         self.options = options
         self.lines: list[str] = []
         self.called: dict[str, int] = {}
@@ -156,24 +142,24 @@ class _Writer:
         scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
         self.names |= {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
         # Else LLVM would load neighbours as one vector, which waits where they have just been stored one by one.
-        self.volatile = {a for s in body if isinstance(s, SinCos) for a in s.angles}
+        self.volatile = {a for s in body if isinstance(s, walk.SinCos) for a in s.angles}
 
-    def write(self, s: Statement) -> None:
+    def write(self, s: walk.Statement) -> None:
         """The lines of one statement."""
-        if isinstance(s, Read):
+        if isinstance(s, walk.Read):
             self._read(s)
-        elif isinstance(s, Compute):
+        elif isinstance(s, walk.Compute):
             name = f"%v{s.value}"
             text, callee = _spelled(s.op, name, [self.names[a] for a in s.arguments], self.options.flags)
             self.lines += [f"  {line}" for line in text.split("\n")]
             self.names[s.value] = name
             self.called |= {callee: s.op.arity} if callee else {}
-        elif isinstance(s, SinCos):
+        elif isinstance(s, walk.SinCos):
             self._sincos(s.angles, s.values)
         else:
             self._store(s)
 
-    def _read(self, s: Read) -> None:
+    def _read(self, s: walk.Read) -> None:
         load = "load volatile" if s.value in self.volatile else "load"
         base = _base(s.base)
         self.names[s.value] = f"%v{s.value}"
@@ -182,7 +168,7 @@ class _Writer:
             f"  %v{s.value} = {load} double, ptr %a{s.value}, align 8",
         ]
 
-    def _store(self, s: Write) -> None:
+    def _store(self, s: walk.Write) -> None:
         address = f"%s{len(self.lines)}"
         self.lines += [
             f"  {address} = getelementptr inbounds double, ptr {_base(s.base)}, i64 {s.place}",
@@ -216,4 +202,4 @@ class _Writer:
 
 
 def _base(name: str) -> str:
-    return f"%{VECTORS[name]}" if name in VECTORS else pointer(name)
+    return f"%{walk.VECTORS[name]}" if name in walk.VECTORS else pointer(name)

@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.errors import ArgumentError, ValueMissingError
 from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
 from kane.program.program import Port
-
-Array = npt.NDArray[np.float64]
 
 _REAL = "biuf"
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.errors import ArgumentError, KaneWarning, NotFiniteError
+from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 from kane.program.emit.llvm_entries import block
 from kane.program.native import arguments
@@ -23,7 +23,6 @@ from kane.program.native.machine_code import Library
 from kane.program.program import Program, Routine
 from kane.program.reference import explain
 
-Array = npt.NDArray[np.float64]
 R = TypeVar("R")
 NotFinite = Literal["warn", "raise", "ignore"]
 Block: TypeAlias = tuple[Any, ...]

@@ -50,9 +50,7 @@ def _llvm() -> Any:
 
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
-    alone = (
-        getattr(binding.ffi.lib, "_lock", None) or nullcontext()
-    )  # llvmlite's lock: without it no more than the hooks go
+    alone = _alone()
     # A child of fork would wait for ever for a lock that a thread which it does not have holds.
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(before=alone.__enter__, after_in_parent=alone.__exit__, after_in_child=alone.__exit__)

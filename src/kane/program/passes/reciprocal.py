@@ -12,23 +12,23 @@ import dataclasses
 from collections import Counter
 
 from kane.expr.ops import DIV, MUL, Op
-from kane.program.draft import Draft
 from kane.program.passes.verify import sound
+from kane.program.program import Code
 
 _WORTH = 2
 """Divisions by one divisor from which a reciprocal is computed."""
 
 
-def with_reciprocals(draft: Draft) -> Draft:
-    """The draft with shared reciprocals."""
-    chosen = _divisors(draft)
+def with_reciprocals(code: Code) -> Code:
+    """The code with shared reciprocals."""
+    chosen = _divisors(code)
     if not chosen:
-        return draft
-    count = len(draft.inputs)
-    one = next((count + k for k, v in enumerate(draft.constants) if v == 1.0), draft.first)
-    constants = draft.constants if one < draft.first else (*draft.constants, 1.0)
+        return code
+    count = len(code.inputs)
+    one = next((count + k for k, v in enumerate(code.constants) if v == 1.0), code.first)
+    constants = code.constants if one < code.first else (*code.constants, 1.0)
     first = count + len(constants)
-    place = list(range(draft.first))
+    place = list(range(code.first))
     reciprocal: dict[int, int] = {}
     ops: list[Op] = []
     args: list[tuple[int, ...]] = []
@@ -38,7 +38,7 @@ def with_reciprocals(draft: Draft) -> Draft:
         args.append(reads)
         return first + len(ops) - 1
 
-    for op, reads in zip(draft.ops, draft.args, strict=True):
+    for op, reads in zip(code.ops, code.args, strict=True):
         now = tuple([place[a] for a in reads])
         if op is not DIV or reads[1] not in chosen:
             place.append(emit(op, now))
@@ -48,16 +48,16 @@ def with_reciprocals(draft: Draft) -> Draft:
             reciprocal[divisor] = emit(DIV, (one, now[1]))
         inverse = reciprocal[divisor]
         place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
-    goals = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in draft.goals)
-    result = dataclasses.replace(draft, constants=constants, ops=tuple(ops), args=tuple(args), goals=goals)
+    routines = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in code.routines)
+    result = dataclasses.replace(code, constants=constants, ops=tuple(ops), args=tuple(args), routines=routines)
     return sound(result, "reciprocal")
 
 
-def _divisors(draft: Draft) -> set[int]:
+def _divisors(code: Code) -> set[int]:
     """The divisors whose reciprocal is worth computing."""
     divisors: set[int] = set()
-    for goal in draft.goals:
-        below = draft.below(set(goal.results), True)
-        divided = [draft.args[i - draft.first][1] for i in below if draft.ops[i - draft.first] is DIV]
-        divisors.update(d for d, n in Counter(divided).items() if n >= _WORTH or not draft.varies[d])
+    for routine in code.routines:
+        below = code.below(set(routine.results), True)
+        divided = [code.args[i - code.first][1] for i in below if code.ops[i - code.first] is DIV]
+        divisors.update(d for d, n in Counter(divided).items() if n >= _WORTH or not code.varies[d])
     return divisors

@@ -8,21 +8,20 @@ from collections.abc import Iterable
 from typing import TypeVar
 
 from kane.errors import ProgramError
-from kane.program.draft import Draft
 from kane.program.program import Code, Program
 
-Checked = TypeVar("Checked", Draft, Program)
+Checked = TypeVar("Checked", Code, Program)
 
 
-def sound(draft: Draft, after: str) -> Draft:
-    """`draft`, if its tables are well formed after the pass of that name.
+def sound(code: Code, after: str) -> Code:
+    """`code`, if its tables are well formed after the pass of that name.
 
     Raises
     ------
     ProgramError
         naming the pass and the instruction where they are not
     """
-    return _or_fail(draft, after, _tables(draft) or _goals(draft))
+    return _or_fail(code, after, _tables(code) or _results(code))
 
 
 def verified(program: Program, after: str = "tiers") -> Program:
@@ -33,7 +32,7 @@ def verified(program: Program, after: str = "tiers") -> Program:
     ProgramError
         naming the pass after which, the place and the instruction where it is not
     """
-    return _or_fail(program, after, _tables(program) or _hoisted(program) or _routines(program))
+    return _or_fail(program, after, _tables(program) or _results(program) or _hoisted(program) or _routines(program))
 
 
 def _or_fail(code: Checked, after: str, fault: str) -> Checked:
@@ -42,13 +41,13 @@ def _or_fail(code: Checked, after: str, fault: str) -> Checked:
     return code
 
 
-def _goals(draft: Draft) -> str:
-    count = draft.first + len(draft.ops)
-    for g in draft.goals:
-        if not len(g.results) == len(g.labels) == math.prod(g.shape):
-            return f"{len(g.results)} results and {len(g.labels)} labels of shape {g.shape} in {g.name}"
-        if not all(0 <= i < count for i in g.results):
-            return f"a result in {g.name} that no instruction computes"
+def _results(code: Code) -> str:
+    count = code.first + len(code.ops)
+    for r in code.routines:
+        if not len(r.results) == len(r.labels) == math.prod(r.shape):
+            return f"{len(r.results)} results and {len(r.labels)} labels of shape {r.shape} in {r.name}"
+        if not all(0 <= i < count for i in r.results):
+            return f"a result in {r.name} that no instruction computes"
     return ""
 
 
@@ -85,8 +84,6 @@ def _hoisted(program: Program) -> str:
 def _routines(program: Program) -> str:
     available = {*range(program.first), *program.kept}
     for r in program.routines:
-        if not len(r.results) == len(r.labels) == math.prod(r.shape):
-            return f"{len(r.results)} results and {len(r.labels)} labels of shape {r.shape} in {r.name}"
         defined, fault = _defined(program, r.body, available, r.name)
         if fault:
             return fault
