@@ -9,13 +9,13 @@ import numpy as np
 
 from kane.errors import ModelError
 from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter
 from kane.kinematics.aligned import Aligned
 from kane.numeric.sample import draw
 from kane.space.frame import Frame
-from kane.space.rotation import Basis, Cosines, Triple, dot3
+from kane.space.rotation import Basis, Cosines, Triple
 from kane.space.vector import Dyadic, Vector
 
 _SEEDS = (20043, 20068)
@@ -31,7 +31,7 @@ class ConstantInertia:
     def times(self, w: Vector) -> Vector:
         """I · w."""
         components: Triple = w.components(self.frame)
-        a, b, c = (dot3(row, components) for row in self.rows)
+        a, b, c = (dot(row, components) for row in self.rows)
         return Vector(((self.frame, (a, b, c)),))
 
 

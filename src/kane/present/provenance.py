@@ -98,7 +98,9 @@ def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> s
     names = [load.name for load in eom.loads if all(load in some for some in idle)]
     if not names:
         return ""
-    return f"{_listed(names)} {'enters' if len(names) == 1 else 'enter'} no generalized active force: noncontributing."
+    return (
+        f"{', '.join(names)} {'enters' if len(names) == 1 else 'enter'} no generalized active force: noncontributing."
+    )
 
 
 def _provenance(
@@ -142,15 +144,7 @@ def _terms(n: int) -> str:
 
 
 def _idle(some: Idle, one: str, many: str) -> str:
-    names = _listed([x.name for x in some])
-    if not names:
-        return ""
-    return (
-        f"1 {one} contributes nothing: {names}."
-        if len(some) == 1
-        else f"{len(some)} {many} contribute nothing: {names}."
-    )
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names)
+    names = ", ".join(x.name for x in some)
+    if len(some) == 1:
+        return f"1 {one} contributes nothing: {names}."
+    return f"{len(some)} {many} contribute nothing: {names}." if some else ""

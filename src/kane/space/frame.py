@@ -12,11 +12,11 @@ from kane.errors import SpaceError
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
 from kane.numeric.sample import sample
-from kane.space.rotation import UNITS, Basis, Cosines, Orientation, Triple, connected, dot3, express, transposed
+from kane.space.rotation import UNITS, Basis, Cosines, Orientation, Triple, connected, express, transposed
 from kane.space.vector import Vector, angular_velocity, axes
 
 _SLACK = 1e-12
@@ -114,7 +114,7 @@ class Frame(Basis):
                 f"Expected an axis fixed in frame {self.name}, got {axis}: it depends on {', '.join(map(str, moving))}. "
                 "Rotate about an axis of the parent, or start from the frame in which the axis is fixed."
             )
-        square = _number(dot3(direction, direction))
+        square = _number(dot(direction, direction))
         if square is not None:
             if square == 0:
                 raise SpaceError(
@@ -177,17 +177,8 @@ class Frame(Basis):
         matrix: Cosines = (a, b, c)
         columns = transposed(matrix)
         _check_orthogonal(columns)
-        d = [tuple(time_derivative(x) for x in column) for column in columns]
-        constant_axes = all(x is ZERO for column in d for x in column)
-        rates: Triple = (
-            (ZERO, ZERO, ZERO)
-            if constant_axes
-            else (
-                dot3((d[1][0], d[1][1], d[1][2]), columns[2]),
-                dot3((d[2][0], d[2][1], d[2][2]), columns[0]),
-                dot3((d[0][0], d[0][1], d[0][2]), columns[1]),
-            )
-        )
+        x, y, z = ([time_derivative(e) for e in column] for column in columns)
+        rates = (dot(y, columns[2]), dot(z, columns[0]), dot(x, columns[1]))
         return self._child(name, Orientation(self, rates, cosines=matrix))
 
     # Reading --------------------------------------------------------------------------------------------------------

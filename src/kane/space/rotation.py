@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from kane.expr.build import add, cos, mul, neg, sin, sub
+from kane.expr.matrix import dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.ops import NEG, SUB
 from kane.expr.symbols import Coordinate, QuasiRate
@@ -126,17 +127,8 @@ def _turn(o: Orientation, v: Triple, s: Expr) -> Triple:
 
 def product(rows: Cosines, v: Triple) -> Triple:
     """C v."""
-    a, b, c = (dot3(row, v) for row in rows)
+    a, b, c = (dot(row, v) for row in rows)
     return (a, b, c)
-
-
-def dot3(a: Triple, b: Triple) -> Expr:
-    """a₁b₁ + a₂b₂ + a₃b₃."""
-    total = ZERO
-    for x, y in zip(a, b, strict=True):
-        if x is not ZERO and y is not ZERO:
-            total = add(total, mul(x, y))
-    return total
 
 
 def cross3(a: Triple, b: Triple) -> Triple:

@@ -11,7 +11,7 @@ from kane import show
 from kane.errors import SpaceError
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
 from kane.expr.ops import ADD, NEG, SUB
 from kane.space.rotation import (
@@ -22,7 +22,6 @@ from kane.space.rotation import (
     connected,
     cost,
     cross3,
-    dot3,
     express,
     path,
     single,
@@ -266,17 +265,17 @@ def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, 
 def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
     """Scalar product of two parts; multiples of unit vectors meet in one direction cosine."""
     if f is g:
-        return dot3(v, w)
+        return dot(v, w)
     i, j = single(v), single(w)
     if i is not None:
         _check_connected(f, g)
         row = express(UNITS[i], f, g)
-        return mul(mul(v[i], w[j]), row[j]) if j is not None else mul(v[i], dot3(row, w))
+        return mul(mul(v[i], w[j]), row[j]) if j is not None else mul(v[i], dot(row, w))
     if j is not None:
         _check_connected(f, g)
-        return mul(w[j], dot3(express(UNITS[j], g, f), v))
+        return mul(w[j], dot(express(UNITS[j], g, f), v))
     _, a, b = _together(f, v, g, w)
-    return dot3(a, b)
+    return dot(a, b)
 
 
 class Dyadic:
