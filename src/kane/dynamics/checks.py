@@ -127,10 +127,7 @@ def _free_rate(cut: Cut, kinematics: Kinematics) -> Expr:
         assert o is not None
         relative = frame.angular_velocity(frame.parent) if frame.parent is not None else Vector()
         return _without_prescribed(relative.dot(cut.along), kinematics)
-    slide = Vector()
-    for f, (x, y, z) in cut.at.offset.parts:
-        slide = slide + Vector(((f, (time_derivative(x), time_derivative(y), time_derivative(z))),))
-    return _without_prescribed(slide.dot(cut.along), kinematics)
+    return _without_prescribed(cut.at.offset.map(time_derivative).dot(cut.along), kinematics)
 
 
 def _without_prescribed(e: Expr, kinematics: Kinematics) -> Expr:
