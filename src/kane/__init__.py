@@ -115,7 +115,6 @@ from kane.model.inertia import (
     spherical_shell,
     thin_disk,
 )
-from kane.model.joints.ball import ball
 from kane.model.joints.closing import (
     close_ball,
     close_cylindrical,
@@ -126,21 +125,11 @@ from kane.model.joints.closing import (
     close_universal,
     close_weld,
 )
-from kane.model.joints.contact import Contact
-from kane.model.joints.cylindrical import cylindrical
-from kane.model.joints.free import free
-from kane.model.joints.gears import gear_pair
+from kane.model.joints.contact import Contact, disk_on_plane, sphere_on_plane, torus_on_plane
+from kane.model.joints.gears import gear_pair, rack_and_pinion
 from kane.model.joints.joint import Joint
-from kane.model.joints.pin import pin
-from kane.model.joints.planar import planar
-from kane.model.joints.rack import rack_and_pinion
-from kane.model.joints.rolling_disk import disk_on_plane
-from kane.model.joints.rolling_sphere import sphere_on_plane
-from kane.model.joints.rolling_torus import torus_on_plane
-from kane.model.joints.screw import screw
-from kane.model.joints.slider import slider
-from kane.model.joints.universal import universal
-from kane.model.joints.weld import weld
+from kane.model.joints.lower_pairs import cylindrical, pin, planar, screw, slider, universal, weld
+from kane.model.joints.spherical import ball, free
 from kane.model.loads import (
     Force,
     Gravity,

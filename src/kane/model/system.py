@@ -30,8 +30,7 @@ from kane.model.checks import (
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.declarations import Declarations
 from kane.model.events import Event
-from kane.model.joints.joint import Joint
-from kane.model.joints.listed import with_joints
+from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
 from kane.model.units import check_units

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joints: functions over frames and points, one a file, each with the constraints that close a loop by it."""
+"""Joints: functions over frames and points; what closes a loop by them; contacts and gears."""

@@ -13,9 +13,10 @@ the relative velocity, along n, of the particles in contact: the multiplier of h
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from kane.errors import ModelError
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ZERO, Expr, as_expr
 from kane.model.constraints import Constraint, rolling, touching
 from kane.model.directions import check_unit, home_of
 from kane.model.joints.joint import check_place, fixed
@@ -115,3 +116,73 @@ def positive(e: Expr, what: str) -> None:
     value = sample([e], _SEEDS[0])[0]
     if not value > 0:
         raise ModelError(f"Expected a positive {what}, got {e} = {value:.6g}.")
+
+
+def disk_on_plane(
+    name: str,
+    wheel: Frame,
+    center: Point,
+    plane: Point,
+    *,
+    axis: Vector,
+    radius: Any,
+    normal: Vector,
+    along: Vector | None = None,
+    down: Vector | None = None,
+) -> Contact:
+    """The edge of a disk on a plane: contact at centre + R d, d down the disk's plane; valid for any lean but the flat one.
+
+    Parameters
+    ----------
+    name : of the contact; its constraints are "name normal", "name 1" and "name 2"
+    wheel, center : the disk's frame and centre
+    plane : a point of the plane, fixed in the frame that `normal` is written in
+    axis : of the disk, a unit vector fixed in it
+    radius : of its edge, m
+    normal : of the plane, a unit vector to the side on which the disk is
+    along : the first direction of rolling, a unit vector in the plane; by default an axis of the normal's frame
+    down : the unit vector d itself, where frames of the model have it: shorter equations
+    """
+    size = as_expr(radius)
+    positive(size, f"radius of {name!r}")
+    return wheel_contact(name, wheel, center, plane, normal, (size, axis), ZERO, along, down)
+
+
+def sphere_on_plane(
+    name: str,
+    wheel: Frame,
+    center: Point,
+    plane: Point,
+    *,
+    radius: Any,
+    normal: Vector,
+    along: Vector | None = None,
+) -> Contact:
+    """A sphere on a plane: contact at centre − r n. Arguments as for `kn.disk_on_plane`."""
+    size = as_expr(radius)
+    positive(size, f"radius of {name!r}")
+    return wheel_contact(name, wheel, center, plane, normal, None, size, along, None)
+
+
+def torus_on_plane(
+    name: str,
+    wheel: Frame,
+    center: Point,
+    plane: Point,
+    *,
+    axis: Vector,
+    radius: Any,
+    crown: Any,
+    normal: Vector,
+    along: Vector | None = None,
+    down: Vector | None = None,
+) -> Contact:
+    """A torus-rimmed wheel on a plane: contact at centre + R d − r n; valid for any lean but the flat one.
+
+    `radius` R is that of the circle on which the crown's centres lie, `crown` r that of the rounding: upright, the centre is
+    R + r high. Other arguments as for `kn.disk_on_plane`.
+    """
+    large, small = as_expr(radius), as_expr(crown)
+    positive(large, f"radius of {name!r}")
+    positive(small, f"crown radius of {name!r}")
+    return wheel_contact(name, wheel, center, plane, normal, (large, axis), small, along, down)

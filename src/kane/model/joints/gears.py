@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A pair of gears, external or internal, on any carriers: teeth do not slip at the pitch point.
+"""Gears, external or internal, on any carriers, and rack and pinion: teeth do not slip at the pitch point.
 
 The particles of both gears at the pitch point have one velocity along the common tangent. The multiplier is the tangential tooth
 force on the first gear, so that bearings feel the teeth too. With both gears on pins of one carrier it is a configuration constraint,
@@ -7,6 +7,9 @@ force on the first gear, so that bearings feel the teeth too. With both gears on
     r_a θ_a + r_b θ_b = r_a φ  (external)        r_a θ_a − r_b θ_b = r_a φ  (internal, b the ring),
 
 otherwise a motion constraint. The pitch radii divide the distance of the centres as the numbers of teeth do.
+
+With the pinion on a pin and the rack on a slider of one carrier, their constraint is r (θ − φ) − s = 0; its multiplier is the
+tangential tooth force on the pinion along the rack.
 """
 
 from __future__ import annotations
@@ -55,7 +58,7 @@ def gear_pair(
     Constraint
         a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
-    (frame_a, at_a), (frame_b, at_b) = _gear(name, a), _gear(name, b)
+    (frame_a, at_a), (frame_b, at_b) = _side(name, a), _side(name, b)
     n = axis if axis is not None else a.axis if isinstance(a, Joint) else None
     if n is None:
         raise ModelError(f"Expected axis=unit vector for the gears {name!r}, which are not given by pin joints.")
@@ -101,14 +104,20 @@ def _pitch_radius(size: Expr, teeth: Expr, whole: Expr) -> Expr:
     return teeth if size is whole else mul(size, div(teeth, whole))
 
 
-def _gear(name: str, gear: Any) -> tuple[Frame, Point]:
-    if isinstance(gear, Joint):
-        if gear.kind != "pin":
-            raise ModelError(f"Expected gears on pins for {name!r}, got {gear.name!r}, a {gear.kind} joint.")
-        return gear.frame, gear.point
-    if isinstance(gear, tuple) and len(gear) == 2 and isinstance(gear[0], Frame) and isinstance(gear[1], Point):
-        return gear
-    raise ModelError(f"Expected a gear as a pin joint or (frame, centre) for {name!r}, got {gear!r:.60}.")
+def _side(
+    name: str,
+    part: Any,
+    kind: str = "pin",
+    joint: str = "gears on pins",
+    pair: str = "a gear as a pin joint or (frame, centre)",
+) -> tuple[Frame, Point]:
+    if isinstance(part, Joint):
+        if part.kind != kind:
+            raise ModelError(f"Expected {joint} for {name!r}, got {part.name!r}, a {part.kind} joint.")
+        return part.frame, part.point
+    if isinstance(part, tuple) and len(part) == 2 and isinstance(part[0], Frame) and isinstance(part[1], Point):
+        return part
+    raise ModelError(f"Expected {pair} for {name!r}, got {part!r:.60}.")
 
 
 def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b: Expr, internal: bool) -> None:
@@ -125,3 +134,54 @@ def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b
         raise ModelError(
             f"Expected positive numbers of teeth{', more on the ring' if internal else ''} for {name!r}, got {ta:g} and {tb:g}."
         )
+
+
+def rack_and_pinion(
+    name: str,
+    pinion: Joint | tuple[Frame, Point],
+    rack: Joint | tuple[Frame, Point],
+    *,
+    radius: Any,
+    axis: Vector | None = None,
+    along: Vector | None = None,
+    phase: Any = 0,
+) -> Constraint:
+    """A pinion meshes with a rack.
+
+    Parameters
+    ----------
+    name : of the constraint
+    pinion : its pin joint, or (frame, centre)
+    rack : its slider, or (frame, any point fixed in it)
+    radius : of the pinion's pitch circle, m
+    axis : unit vector of the pinion's axis; that of its pin
+    along : unit vector along the rack, fixed in a carrier of the pinion; the slider's axis. The teeth are on the side
+        along × axis of the pinion, so that turning about +axis moves the rack along +along; for the other side reverse `along`
+    phase : the angle φ of the pinion at s = 0, for joints of one carrier: list the constraint in holonomic=
+
+    Returns
+    -------
+    Constraint
+        a configuration constraint for a pin and a slider of one carrier, else a motion constraint, for nonholonomic=
+    """
+    n = axis if axis is not None else pinion.axis if isinstance(pinion, Joint) else None
+    d = along if along is not None else rack.axis if isinstance(rack, Joint) else None
+    if n is None or d is None:
+        raise ModelError(f"Expected axis= and along= for {name!r}, which is not given by a pin and a slider.")
+    (wheel, center), (bar, foot) = (
+        _side(name, part, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)")
+        for part, kind in ((pinion, "pin"), (rack, "slider"))
+    )
+    r = as_expr(radius)
+    if abs(numbers([n.dot(d)])[0]) > 1e-9:
+        raise ModelError(f"Expected the rack {name!r} across the pinion's axis, got {d} and {n}.")
+    arm = d.cross(n) * r
+    p = center.fixed_in(wheel, f"{name} {wheel.name}", arm)
+    q = foot.fixed_in(bar, f"{name} {bar.name}", center.position(foot) + arm)
+    slip = no_slip(p, q, along=d, name=name)[0]
+    if not (isinstance(pinion, Joint) and isinstance(rack, Joint) and pinion.parent is rack.parent):
+        return slip
+    forward = numbers([fixed(rack.axis, rack.parent, "axis").dot(d), pinion.axis.dot(n)])
+    s, turn = rack.coordinates[0], sub(pinion.coordinates[0], as_expr(phase))
+    way = sub(mul(r, turn if forward[1] > 0 else -turn), s if forward[0] > 0 else -s)
+    return Constraint(name, "configuration", way, slip.forces, slip.torques, "N")

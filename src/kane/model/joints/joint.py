@@ -256,3 +256,30 @@ def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vect
 def mirrored(v: Vector, frame: Frame, other: Frame) -> Vector:
     """The vector with the same measure numbers in the other frame."""
     return Vector(((other, v.components(frame)),))
+
+
+def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint]) -> Mapping[Speed, Any] | str:
+    """The definitions of the speeds: the joints', in order, but for those whose rates are defined otherwise, then the others."""
+    check_joints(joints)
+    if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
+        return speeds  # what is no mapping is refused where the definitions are read
+    if speeds is None and not joints:
+        raise ModelError('Expected speeds={u: definition, …}, "rates", or joints= with speeds of their own, got none.')
+    definitions = dict(speeds or {})
+    scalars = {u: as_expr(e) for u, e in definitions.items() if not isinstance(e, Vector)}
+    own: dict[Speed, Any] = {}
+    for joint in joints:
+        if not joint.defined_by(scalars):
+            own.update(joint.speeds)
+    return own | definitions
+
+
+def check_joints(joints: Sequence[Any]) -> None:
+    """Joints, no two of one name."""
+    for joint in joints:
+        if not isinstance(joint, Joint):
+            raise ModelError(f"Expected joints= made by kn.pin, kn.slider, …, got {joint!r:.60}.")
+    names = [joint.name for joint in joints]
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise ModelError(f"Expected joints of different names, got {', '.join(map(repr, twice))} more than once.")

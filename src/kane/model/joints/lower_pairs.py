@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Joints with axes: pin, slider, cylindrical joint, screw, planar joint, universal joint; and the weld, which has none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kane.expr.node import as_expr
+from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, across, mirrored, perpendicular_axes, seat
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+
+def pin(
+    name: str,
+    at: Point,
+    parent: Frame,
+    *,
+    axis: Vector,
+    child: str = "",
+    coordinates: Names = None,
+    speeds: SpeedNames = None,
+) -> Joint:
+    """A child frame turned by an angle q about `axis`; u = q̇.
+
+    Parameters
+    ----------
+    name : of the joint; child, coordinate (q_name) and speed (u_name) are named after it where they are not given
+    at, parent : the parent's joint point and frame
+    axis : a unit vector fixed in the parent frame
+    child : name of the child frame
+    coordinates, speeds : names or symbols; speeds also as a mapping to definitions. By name they are in rad, m and per second
+    """
+    s = seat("pin", name, at, parent, child, coordinates, speeds)
+    a = s.axis(axis)
+    (q,) = s.symbols(q="rad")
+    return s.joint([q], s.turned(q, a), axes=[a], free=[Twist(a, Vector())])
+
+
+def slider(
+    name: str,
+    at: Point,
+    parent: Frame,
+    *,
+    axis: Vector,
+    child: str = "",
+    coordinates: Names = None,
+    speeds: SpeedNames = None,
+) -> Joint:
+    """A child that slides by q along `axis` of the parent; u = q̇. Arguments as for `kn.pin`."""
+    s = seat("slider", name, at, parent, child, coordinates, speeds)
+    a = s.axis(axis)
+    (q,) = s.symbols(q="m")
+    return s.joint([q], s.turned(0, parent.x), a * q, axes=[a], free=[Twist(Vector(), a)])
+
+
+def cylindrical(
+    name: str,
+    at: Point,
+    parent: Frame,
+    *,
+    axis: Vector,
+    child: str = "",
+    coordinates: Names = None,
+    speeds: SpeedNames = None,
+) -> Joint:
+    """A child that turns by q about `axis` and slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
+    seated = seat("cylindrical", name, at, parent, child, coordinates, speeds)
+    a = seated.axis(axis)
+    q, s = seated.symbols(q="rad", s="m")
+    free = [Twist(a, Vector()), Twist(Vector(), a)]
+    return seated.joint([q, s], seated.turned(q, a), a * s, axes=[a], free=free, stems=("u_q", "u_s"))
+
+
+def screw(
+    name: str,
+    at: Point,
+    parent: Frame,
+    *,
+    axis: Vector,
+    pitch: Any,
+    child: str = "",
+    coordinates: Names = None,
+    speeds: SpeedNames = None,
+) -> Joint:
+    """A child that turns by q about `axis` and advances by `pitch`·q along it; u = q̇. Other arguments as for `kn.pin`.
+
+    `pitch` is in m/rad, positive for a right-hand thread: a lead of l a turn is l/(2π).
+    """
+    s = seat("screw", name, at, parent, child, coordinates, speeds)
+    a, h = s.axis(axis), as_expr(pitch)
+    (q,) = s.symbols(q="rad")
+    return s.joint([q], s.turned(q, a), a * (h * q), axes=[a], free=[Twist(a, a * h)])
+
+
+def planar(
+    name: str,
+    at: Point,
+    parent: Frame,
+    *,
+    normal: Vector,
+    child: str = "",
+    coordinates: Names = None,
+    speeds: SpeedNames = None,
+) -> Joint:
+    """A child displaced by x e₁ + y e₂ in the plane across `normal`, then turned by q about it; u = (ẋ, ẏ, q̇).
+
+    `normal` is a unit vector fixed in the parent frame, e₁ and e₂ are parent's, e₁ × e₂ = normal (x and y for z), in `joint.axes`
+    after it. Other arguments as for `kn.pin`.
+    """
+    s = seat("planar", name, at, parent, child, coordinates, speeds)
+    n = s.axis(normal, "normal")
+    e1, e2 = across(n, parent)
+    x, y, q = s.symbols(x="m", y="m", q="rad")
+    free = [Twist(Vector(), e1), Twist(Vector(), e2), Twist(n, Vector())]
+    stems = ("u_x", "u_y", "u_q")
+    return s.joint([x, y, q], s.turned(q, n), e1 * x + e2 * y, axes=[n, e1, e2], free=free, stems=stems)
+
+
+def universal(
+    name: str,
+    at: Point,
+    parent: Frame,
+    *,
+    axes: tuple[Vector, Vector],
+    child: str = "",
+    coordinates: Names = None,
+    speeds: SpeedNames = None,
+) -> Joint:
+    """A child that turns by q1 about the first axis, fixed in the parent, then by q2 about the second, which turns with the cross.
+
+    `axes` are two perpendicular unit vectors as they lie in the parent at q1 = 0; the second is fixed in the child too. u = q̇.
+    The cross is the frame `joint.frame.parent`; it bears no mass. Other arguments as for `kn.pin`.
+    """
+    s = seat("universal", name, at, parent, child, coordinates, speeds)
+    first, second = perpendicular_axes(name, axes, parent)
+    q1, q2 = s.symbols(q1="rad", q2="rad")
+    cross = parent.rotate(f"{s.child}'", q1, first)
+    turned = mirrored(second, parent, cross)
+    free = [Twist(first, Vector()), Twist(turned, Vector())]
+    frame = cross.rotate(s.child, q2, turned)
+    return s.joint([q1, q2], frame, axes=[first, turned], free=free, stems=("u1", "u2"))
+
+
+def weld(name: str, at: Point, parent: Frame, *, child: str = "") -> Joint:
+    """A child fixed to the parent: no coordinate, no speed."""
+    s = seat("weld", name, at, parent, child)
+    return s.joint([], s.turned(0, parent.x))
