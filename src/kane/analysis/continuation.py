@@ -14,7 +14,7 @@ from kane.analysis.linear import Linear
 from kane.analysis.linearize import Linearizer, linearizer
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.stability import Crossing, changes, tracked
-from kane.analysis.trim import Problem, null_space, problem, solve_problem, undetermined
+from kane.analysis.trim import KINDS, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
@@ -106,12 +106,8 @@ def continuation(
 def _values(values: Sequence[float]) -> Array:
     series = np.asarray(values, dtype=float)
     step = np.diff(series)
-    if (
-        series.ndim != 1
-        or len(series) < 2
-        or not np.all(np.isfinite(series))
-        or not (np.all(step > 0) or np.all(step < 0))
-    ):
+    monotonic = series.ndim == 1 and len(series) > 1 and (np.all(step > 0) or np.all(step < 0))
+    if not (monotonic and np.all(np.isfinite(series))):
         raise SimulationError(f"Expected two or more increasing or decreasing values to follow, got {values!r:.60}.")
     return series
 
@@ -126,16 +122,14 @@ def _problem(
 ) -> tuple[Problem, int]:
     eom = numeric.equations
     name = symbol.name if isinstance(symbol, Symbol) else symbol
-    kinds = {"q": eom.coordinates, "u": eom.speeds, "parameters": eom.parameters, "inputs": eom.inputs}
+    kinds: dict[str, tuple[Symbol, ...]] = {k: getattr(eom, KINDS[k]) for k in ("q", "u", "parameters", "inputs")}
     for kind, symbols in kinds.items():
         if name in [s.name for s in symbols]:
             values = groups[kind]
             if values is not None and not isinstance(values, Mapping):
                 raise SimulationError(f"Expected {kind}= by symbol or name where {name} changes, got a sequence.")
             others = {k: v for k, v in (values or {}).items() if (k.name if isinstance(k, Symbol) else k) != name}
-            task = problem(
-                numeric, t=0.0, moving=moving, independent=independent, **groups | {kind: {**others, name: value}}
-            )
+            task = problem(numeric, groups | {kind: {**others, name: value}}, 0.0, moving, independent)
             return task, [s.name for s in task.conditions.symbols].index(name)
     names = ", ".join(s.name for symbols in kinds.values() for s in symbols)
     raise ValueMissingError(f"Expected a value of the system to change ({names}), got {symbol!r}.")

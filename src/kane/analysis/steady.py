@@ -15,6 +15,7 @@ import numpy.typing as npt
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import values_at
 from kane.analysis.state import GIVEN, State
+from kane.analysis.tangents import turning
 from kane.dynamics.readings.unsolved import Perturbations
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -92,14 +93,13 @@ def _same(
         angles = step[len(perturbed.coordinates) + 3 * k :][:3]
         x[list(places)] = _turned(x[list(places)], angles)
     moved = State(state.t + _SHIFT if perturbed.timed else state.t, x, state.p, state.r)
+    held = [i for i in range(n) if i not in tangent.free_u]
     values = values_at(numeric, moved)
     if np.abs(values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
         return False
     if len(values.motion):
-        a = values.constraints(n)
-        held = [i for i in range(n) if i not in tangent.free_u]
-        x[nq:][held] -= least_squares(a[:, held], values.motion)
-    there = flow_at(numeric, perturbed, moved, Choice(choice.q, tuple(i for i in range(n) if i not in tangent.free_u)))
+        x[nq:][held] -= least_squares(values.constraints(n)[:, held], values.motion)
+    there = flow_at(numeric, perturbed, moved, Choice(choice.q, tuple(held)))
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
     size = np.abs(flow.a).max(initial=1.0)
@@ -111,17 +111,6 @@ def _same(
 
 
 def _turned(e: Array, angles: Array) -> Array:
-    """e after a turn about the frame's own axes."""
-    size = float(np.linalg.norm(angles))
-    if not size:
-        return e
-    c, (x, y, z) = np.cos(size / 2), np.sin(size / 2) * angles / size
-    e0, e1, e2, e3 = e
-    return np.array(
-        [
-            e0 * c - e1 * x - e2 * y - e3 * z,
-            e0 * x + e1 * c + e2 * z - e3 * y,
-            e0 * y + e2 * c + e3 * x - e1 * z,
-            e0 * z + e3 * c + e1 * y - e2 * x,
-        ]
-    )
+    """e (4) after a turn about the frame's own axes: e cos φ/2 + E(e) n sin φ/2, the angles being φ n."""
+    half = np.linalg.norm(angles) / 2
+    return np.asarray(e * np.cos(half) + turning(e) @ angles * np.sinc(half / np.pi))

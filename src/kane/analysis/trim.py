@@ -25,6 +25,8 @@ from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
 from kane.program.native.machine import Settings
 
 _TRIES, _SEED = 12, 20049
+KINDS = {"q": "coordinates", "u": "speeds", "inputs": "inputs", "parameters": "parameters"}
+"""Groups of values by the arguments that give them, in the order of X."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,31 +50,19 @@ class Problem:
 
 
 def problem(
-    numeric: Numeric[Equations],
-    q: Any,
-    u: Any,
-    parameters: Any,
-    inputs: Any,
-    t: float,
-    moving: Sequence[Any],
-    independent: Sequence[Any],
+    numeric: Numeric[Equations], groups: Mapping[str, Any], t: float, moving: Sequence[Any], independent: Sequence[Any]
 ) -> Problem:
-    """What is to be solved, from what is given, guessed and left out."""
+    """What is to be solved, from what the `groups` of `KINDS` give, guess and leave out."""
     eom = numeric.equations
     perturbed = perturbations(eom.derived)
     defaults = {p: p.default for p in eom.parameters if p.default is not None}
-    groups: list[tuple[str, tuple[Symbol, ...], Any]] = [
-        ("coordinates", eom.coordinates, q),
-        ("speeds", eom.speeds, u),
-        ("inputs", eom.inputs, inputs),
-        ("parameters", eom.parameters, defaults | named_values("parameters", eom.parameters, parameters)),
-    ]
-    parts = [entries(what, symbols, given, "value") for what, symbols, given in groups]
-    for (what, symbols, _), part in zip(groups[2:], parts[2:], strict=True):
-        if part.missing:
+    complete = {**groups, "parameters": defaults | named_values("parameters", eom.parameters, groups["parameters"])}
+    parts = [entries(what, getattr(eom, what), complete[kind], "value") for kind, what in KINDS.items()]
+    for what, part in zip(KINDS.values(), parts, strict=True):
+        if part.missing and what in ("inputs", "parameters"):
             raise ValueMissingError(
-                f"Expected a value for every one of the {what}, got none for {symbols[part.missing[0]].name}: give a number to keep, "
-                "or kn.guess(value) to have it solved for."
+                f"Expected a value for every one of the {what}, got none for {getattr(eom, what)[part.missing[0]].name}: give a "
+                "number to keep, or kn.guess(value) to have it solved for."
             )
     x = np.concatenate([part.values for part in parts])
     first = np.cumsum([0, *(len(part.values) for part in parts)]).tolist()
@@ -125,7 +115,7 @@ def trim(
         if the conditions do not determine what is left out
     """
     numeric = eom.numeric(settings)
-    task = problem(numeric, q, u, parameters, inputs, t, moving, independent)
+    task = problem(numeric, {"q": q, "u": u, "inputs": inputs, "parameters": parameters}, t, moving, independent)
     x = solve_problem(task, tolerance)
     _check_determined(task, x)
     return point_of(eom, closed(numeric, task.conditions.perturbed, task.conditions.state(x)))

@@ -16,13 +16,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 import kane as kn
 from kane.gallery.rolling_disk import Model, model
+from kane.numeric.arrays import Array
 from kane.present.checks import Check
 
-Array = npt.NDArray[np.float64]
 _Z = np.array([0.0, 0.0, 1.0])
 
 

@@ -26,7 +26,8 @@ from kane.expr.build import add, cos, div, mul, sin
 from kane.expr.diff import time_derivative
 from kane.expr.node import ZERO, Expr, constant, pi
 from kane.kinematics.placement import Node, Placed, Seat, placed_frames, shifts
-from kane.numeric.rotations import ROUNDING, Array, about, rounded, zxz
+from kane.numeric.arrays import Array
+from kane.numeric.rotations import ROUNDING, about, rounded, zxz
 from kane.space.frame import Frame
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Cosines, Orientation, Triple, product, turned_symmetric
 from kane.space.vector import Vector

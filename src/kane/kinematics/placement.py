@@ -13,7 +13,8 @@ import numpy as np
 from kane.expr.build import add, neg
 from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, constant_value
-from kane.numeric.rotations import Array, about, turned, zx
+from kane.numeric.arrays import Array
+from kane.numeric.rotations import about, turned, zx
 from kane.space.frame import Frame
 from kane.space.rotation import Basis, Orientation
 

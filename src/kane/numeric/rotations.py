@@ -6,9 +6,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from kane.numeric.arrays import Array
 
 ROUNDING = 1e-15
 """Up to which a direction cosine, or an angle, is taken for 0 or another value that is exact."""

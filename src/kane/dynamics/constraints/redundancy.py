@@ -44,9 +44,7 @@ def _check_affine(system: System) -> None:
     if len(plain) < 2:
         return
     values = values_of(free_symbols(conditions.f[k] for k in plain), _SEED)
-    g = np.array(evaluate([x for k in plain for x in conditions.gradient.rows[k]], values), dtype=float).reshape(
-        len(plain), -1
-    )
+    g = np.asarray(evaluate(conditions.gradient.take(plain), values), dtype=float)
     f = np.array(evaluate([conditions.f[k] for k in plain], values), dtype=float)
     size = np.abs(g).max(axis=1)  # numbers as they were written: however small, none is rounding's
     against = _against(g / size[:, None], f / size)
