@@ -21,7 +21,7 @@ from kane.program.emit.c_tables import (
     c_tables,
     made_by,
 )
-from kane.program.emit.names import c_comment, operand_values
+from kane.program.emit.names import c_comment
 from kane.program.emit.sincos import LIMIT, STEPS, constant
 from kane.program.emit.walk import Compute, Read, SinCos, Statement, Style, pieces, statements
 from kane.program.program import Program
@@ -168,10 +168,10 @@ class _Writer:
         """The arguments that a piece uses."""
         names = self.file.names.arguments
         bases = {s.base for s in body if not isinstance(s, Compute | SinCos)}
-        values, at = operand_values(body), 0
-        for port in self.file.program.ports:
-            bases |= {port.name} if port.scalar and at in values else set()
-            at += len(port.symbols)
+        ports = [port for port in self.file.program.ports for _ in port.symbols]
+        for s in body:
+            operands = s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else (s.value,)
+            bases.update(ports[i].name for i in operands if i < len(ports) and ports[i].scalar)
         return {names[base] for base in bases}
 
     def _lines(self, s: Statement, names: Mapping[int, str]) -> list[str]:

@@ -57,11 +57,6 @@ class Options:
     contract: bool = True
     lanes: int = 4
 
-    @property
-    def flags(self) -> str:
-        """What stands before the type in operations that may be contracted."""
-        return "contract " if self.contract else ""
-
 
 def emit_llvm(programs: Sequence[Program], options: Options) -> str:
     """The module's text; the same programs and options give the same text. The names of all routines must differ."""
@@ -133,7 +128,7 @@ class _Writer:
     """The lines of one piece."""
 
     def __init__(self, program: Program, options: Options, body: Sequence[walk.Statement]) -> None:
-        self.options = options
+        self.flags = "contract " if options.contract else ""
         self.lines: list[str] = []
         self.called: dict[str, int] = {}
         self.widths: set[int] = set()
@@ -150,7 +145,7 @@ class _Writer:
             self._read(s)
         elif isinstance(s, walk.Compute):
             name = f"%v{s.value}"
-            text, callee = _spelled(s.op, name, [self.names[a] for a in s.arguments], self.options.flags)
+            text, callee = _spelled(s.op, name, [self.names[a] for a in s.arguments], self.flags)
             self.lines += [f"  {line}" for line in text.split("\n")]
             self.names[s.value] = name
             self.called |= {callee: s.op.arity} if callee else {}

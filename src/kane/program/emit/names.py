@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
-from kane.program.emit.walk import VECTORS, Compute, Function, SinCos, Statement
+from kane.program.emit.walk import VECTORS, Function
 from kane.program.program import Program
 
 _WORDS = """
@@ -114,14 +114,6 @@ def local_names(program: Program, is_free: IsFree) -> Names:
             name = names[len(inputs)]
             inputs.append(arguments[port.name] if port.scalar else name if name in own else f"{base}{k}")
     return Names(program, arguments, tuple(inputs))
-
-
-def operand_values(statements: Iterable[Statement]) -> set[int]:
-    """The values that statements read, compute with or write."""
-    values: set[int] = set()
-    for s in statements:
-        values.update(s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else (s.value,))
-    return values
 
 
 def stem(base: str, taken: Iterable[str]) -> str:
