@@ -29,7 +29,17 @@ from kane.kinematics.placement import Node, Placed, Seat, placed_frames, shifts
 from kane.numeric.arrays import Array
 from kane.numeric.rotations import ROUNDING, about, rounded, zxz
 from kane.space.frame import Frame
-from kane.space.rotation import NOTHING, AlignedBasis, Basis, Cosines, Orientation, Triple, product, turned_symmetric
+from kane.space.rotation import (
+    NOTHING,
+    AlignedBasis,
+    Basis,
+    Cosines,
+    Orientation,
+    Triple,
+    about_axis,
+    product,
+    turned_symmetric,
+)
 from kane.space.vector import Vector
 
 
@@ -122,7 +132,7 @@ class _Bases:
             return node.declared
         if node.seat is not None:
             angle = add(node.angle, _angle(self.shifts.get(node, 0.0)))
-            return self.turned(node, self.seat(node.seat), 2, angle)
+            return self.child(node, about_axis(self.seat(node.seat), 2, angle))
         base = self.fixed(node.base, self.cosines(node.base, node.lead))
         return node.declared if base is o.base else self.child(node, replace(o, base=base))
 
@@ -132,7 +142,7 @@ class _Bases:
             basis = self.node(seat.on)
             for axis, angle in ((2, seat.gamma - self.shifts.get(seat.on, 0.0)), (0, seat.alpha)):
                 if abs(angle) > ROUNDING:
-                    basis = self.turned(seat.on, basis, axis, _angle(angle))
+                    basis = self.child(seat.on, about_axis(basis, axis, _angle(angle)))
             self.seats[seat] = basis
         return self.seats[seat]
 
@@ -146,13 +156,6 @@ class _Bases:
         if np.array_equal(cosines, np.eye(3)):
             return base
         return self.child(node, Orientation(base, NOTHING, cosines=_exact(cosines)))
-
-    def turned(self, owner: Node, base: Basis, axis: int, angle: Expr) -> Basis:
-        """A basis turned about an axis of another one."""
-        rates = [ZERO, ZERO, ZERO]
-        rates[axis] = time_derivative(angle)
-        x, y, z = rates
-        return self.child(owner, Orientation(base, (x, y, z), axis=axis, c=cos(angle), s=sin(angle), angle=angle))
 
     def child(self, owner: Node, orientation: Orientation) -> Basis:
         """A basis that the frame of `owner` is fixed in."""

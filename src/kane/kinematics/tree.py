@@ -21,7 +21,7 @@ from kane.model.bodies import Part, parts_of
 from kane.model.joints.joint import Joint, Twist
 from kane.model.system import System
 from kane.space.point import Point
-from kane.space.rotation import Basis, Triple
+from kane.space.rotation import Basis
 from kane.space.vector import Vector, angular_velocity
 
 
@@ -50,7 +50,7 @@ class Link:
     def twists(self, rates: Iterable[Expr]) -> dict[Expr, Twist]:
         """The joint's basis of motion: what each rate that it has adds to ω and to the velocity of the origin, seen in the parent."""
         wanted = tuple(rates)
-        sliding = Vector((f, _map_rate(r)) for f, r in self.offset.parts)
+        sliding = self.offset.map(time_derivative)
         shares: dict[Expr, Twist] = {}
         for k, moved in enumerate((self.rotation, sliding)):
             for f, numbers in moved.parts:
@@ -61,10 +61,6 @@ class Link:
                     twist[k] = twist[k] + Vector(((f, (x, y, z)),))
                     shares[rate] = Twist(*twist)
         return shares
-
-
-def _map_rate(r: Triple) -> Triple:
-    return time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])
 
 
 class _Place(NamedTuple):

@@ -16,7 +16,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
 from kane.numeric.sample import sample
-from kane.space.rotation import UNITS, Basis, Cosines, Orientation, Triple, connected, express, transposed
+from kane.space.rotation import UNITS, Basis, Cosines, Orientation, Triple, about_axis, connected, express, transposed
 from kane.space.vector import Vector, angular_velocity, axes
 
 _SLACK = 1e-12
@@ -98,11 +98,7 @@ class Frame(Basis):
         if own is not None and own.axis == i:
             assert own.angle is not None
             base, theta = own.base, add(own.angle, theta)
-        rates = [ZERO, ZERO, ZERO]
-        rates[i] = time_derivative(theta)
-        return self._child(
-            name, Orientation(base, (rates[0], rates[1], rates[2]), axis=i, c=cos(theta), s=sin(theta), angle=theta)
-        )
+        return self._child(name, about_axis(base, i, theta))
 
     def _direction(self, axis: Vector) -> Triple:
         if not isinstance(axis, Vector):

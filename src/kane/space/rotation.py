@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from kane.expr.build import add, cos, mul, neg, sin, sub
+from kane.expr.diff import time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.ops import NEG, SUB
@@ -40,6 +41,13 @@ class Orientation:
     direction: Triple | None = None
     parameters: tuple[Coordinate, ...] = ()
     quasi: tuple[QuasiRate, ...] = ()
+
+
+def about_axis(base: Basis, axis: int, angle: Expr) -> Orientation:
+    """That of a basis turned about a basis axis of another one."""
+    rates = [ZERO, ZERO, ZERO]
+    rates[axis] = time_derivative(angle)
+    return Orientation(base, (rates[0], rates[1], rates[2]), axis=axis, c=cos(angle), s=sin(angle), angle=angle)
 
 
 class Basis:
