@@ -32,6 +32,14 @@ class Matrix:
         object.__setattr__(self, "rows", entries)
         object.__setattr__(self, "shape", shape or (len(entries), widths.pop() if widths else 0))
 
+    @classmethod
+    def _of(cls, rows: Iterable[Iterable[Expr]], shape: tuple[int, int]) -> Matrix:
+        """The matrix of expressions that are known to have this shape."""
+        matrix = object.__new__(cls)
+        object.__setattr__(matrix, "rows", tuple(map(tuple, rows)) or ((),) * shape[0])
+        object.__setattr__(matrix, "shape", shape)
+        return matrix
+
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"A Matrix is frozen: {name!r} cannot be set.")
 
@@ -55,7 +63,7 @@ class Matrix:
     @property
     def T(self) -> Matrix:
         """The transpose."""
-        return Matrix(zip(*self.rows, strict=True), (self.shape[1], self.shape[0]))
+        return Matrix._of(zip(*self.rows, strict=True), (self.shape[1], self.shape[0]))
 
     @property
     def entries(self) -> tuple[Expr, ...]:
@@ -71,13 +79,13 @@ class Matrix:
         """The rows and columns of these numbers, in this order; all of them where none are named."""
         chosen = self.rows if rows is None else [self.rows[i] for i in rows]
         if columns is None:
-            return Matrix(chosen, (len(chosen), self.shape[1]))
-        return Matrix([[row[j] for j in columns] for row in chosen], (len(chosen), len(columns)))
+            return Matrix._of(chosen, (len(chosen), self.shape[1]))
+        return Matrix._of([[row[j] for j in columns] for row in chosen], (len(chosen), len(columns)))
 
     def mirrored(self) -> Matrix:
         """The symmetric matrix with the lower triangle of this one."""
         n = range(self.shape[0])
-        return Matrix([[self.rows[max(i, j)][min(i, j)] for j in n] for i in n], self.shape)
+        return Matrix._of([[self.rows[max(i, j)][min(i, j)] for j in n] for i in n], self.shape)
 
     def map(self, f: Callable[[Expr], Expr]) -> Matrix:
         """`f` of every entry."""
@@ -90,7 +98,7 @@ class Matrix:
         if self.shape != other.shape:
             raise ExpressionError(f"Expected matrices of one shape, got {self.shape} and {other.shape}.")
         pairs = zip(self.rows, other.rows, strict=True)
-        return Matrix([[f(x, y) for x, y in zip(r, s, strict=True)] for r, s in pairs], self.shape)
+        return Matrix._of([[f(x, y) for x, y in zip(r, s, strict=True)] for r, s in pairs], self.shape)
 
     def __add__(self, other: Matrix) -> Matrix:
         return self._entrywise(other, add)
@@ -113,7 +121,7 @@ class Matrix:
             if self.shape[1] != other.shape[0]:
                 raise ExpressionError(f"Expected inner sizes that agree, got {self.shape} @ {other.shape}.")
             columns = other.T.rows
-            return Matrix([[dot(r, c) for c in columns] for r in self.rows], (self.shape[0], other.shape[1]))
+            return Matrix._of([[dot(r, c) for c in columns] for r in self.rows], (self.shape[0], other.shape[1]))
         vector = [as_expr(x) for x in other]
         if len(vector) != self.shape[1]:
             raise ExpressionError(f"Expected a vector of length {self.shape[1]}, got {len(vector)}.")
