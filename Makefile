@@ -29,11 +29,12 @@ test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at t
 test-pythons: $(VENV)/.dev-stamp  ## the quick tests on other Pythons, where there are any
 	bash requirements/pythons.sh
 
-check: $(VENV)/.dev-stamp  ## style, format, types, layers
+check: $(VENV)/.dev-stamp  ## style, format, types, layers, length of functions
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy --strict
 	$(BIN)/lint-imports --no-logo
+	$(BIN)/python requirements/structure.py
 
 format: $(VENV)/.dev-stamp  ## rewrite the sources as `make check` wants them
 	$(BIN)/ruff check --fix .
