@@ -81,7 +81,8 @@ def mass_rows(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Seque
         moved = _numbered(b.center, symbols, vectors)
         for i, j in _pairs(moved, n):
             masses = shifts.setdefault((i, j), {}).setdefault(moved[i], {})
-            masses[moved[j]] = add(masses.get(moved[j], ZERO), b.part.mass)
+            v = moved[j]
+            masses[v] = add(masses[v], b.part.mass) if v in masses else b.part.mass
         if b.rotation is None:
             continue
         turned = _numbered(b.rotation.motion, symbols, vectors)

@@ -140,8 +140,6 @@ def mul(a: Expr, b: Expr) -> Expr:
         return neg(mul(a, b.args[0]))
     if ao is DIV or bo is DIV:
         product = _times_quotient(a, b)
-        if product is None:
-            product = _times_quotient(b, a)
         if product is not None:
             return product
     if a is b and ao is SQRT:
@@ -152,13 +150,19 @@ def mul(a: Expr, b: Expr) -> Expr:
 
 
 def _times_quotient(a: Expr, b: Expr) -> Expr | None:
-    """(x/b) b = x and (1/y) b = b/y, where a is such a quotient."""
+    """(x/b) b = x and (1/y) b = b/y, where a or b is such a quotient."""
     if a.op is DIV:
         x, y = a.args
         if y is b:
             return x
         if x is ONE:
             return div(b, y)
+    if b.op is DIV:
+        x, y = b.args
+        if y is a:
+            return x
+        if x is ONE:
+            return div(a, y)
     return None
 
 

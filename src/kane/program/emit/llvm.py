@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
@@ -83,8 +84,14 @@ def _spelled(op: Op, value: str, operands: Sequence[str], flags: str, lanes: Lan
     callee = _LIBRARY.get(op) or (f"{_INTRINSIC[op]}.{lanes.suffix}" if op in _INTRINSIC else "")
     if callee:
         return f"{value} = call {lanes.double} @{callee}({', '.join(f'{lanes.double} {o}' for o in operands)})", callee
+    return _FORMS[op].format(*operands, r=value, f=flags, **_kinds(lanes)), ""
+
+
+@cache
+def _kinds(lanes: Lanes) -> dict[str, str]:
+    """The types and numbers that forms of operations hold."""
     numbers = {name: lanes.all("double", text) for name, text in (("zero", "0.0"), ("one", "1.0"), ("minus", "-1.0"))}
-    return _FORMS[op].format(*operands, r=value, f=flags, v=lanes.double, b=lanes.of("i1"), **numbers), ""
+    return {"v": lanes.double, "b": lanes.of("i1"), **numbers}
 
 
 @dataclass(frozen=True, slots=True)
