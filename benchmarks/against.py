@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""This checkout against another one, in turn: `python -m benchmarks.against OTHER/src [--pairs 15]`.
+"""This checkout against another one, in turn: `python -m benchmarks.against OTHER/src [--pairs 15] [--only TEXT]`.
 
 Each side runs in a process of its own that imports its own `kane`; the processes take the same task in turn, so that a drift of the
 machine's speed meets both. A ratio above 1 means that this checkout is slower.
@@ -102,9 +102,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("other", type=Path)
     parser.add_argument("--pairs", type=int, default=15)
+    parser.add_argument("--only", default="", help="text in the names of the tasks to run")
     chosen = parser.parse_args()
     old, new = Side(chosen.other.resolve()), Side(HERE.parents[1] / "src")
-    for name in new.names:
+    for name in [n for n in new.names if chosen.only in n]:
         old.seconds(name), new.seconds(name)
         pairs = []
         for k in range(chosen.pairs):

@@ -61,4 +61,4 @@ case $found in
 esac
 cd "$root"
 "$work/lowest/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --hypothesis-profile=quick -q \
-  tests/expr tests/write tests/units tests/space tests/model tests/kinematics tests/dynamics tests/program tests/equations tests/analysis tests/motion tests/interop
+  tests/expr tests/write tests/units tests/space tests/model tests/kinematics tests/dynamics tests/program tests/equations tests/analysis tests/motion tests/numeric tests/interop

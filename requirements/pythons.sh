@@ -35,7 +35,7 @@ for version in 3.11 3.12 3.13; do
   .venv/bin/uv pip install --quiet --python "$env/bin/python" --requirement requirements/dev.txt
   .venv/bin/uv pip install --quiet --python "$env/bin/python" --no-deps --no-build-isolation .
   "$env/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --hypothesis-profile=quick -q \
-    tests/expr tests/write tests/units tests/space tests/model tests/kinematics tests/dynamics tests/program tests/equations tests/analysis tests/motion tests/gallery tests/cli tests/test_api.py
+    tests/expr tests/write tests/units tests/space tests/model tests/kinematics tests/dynamics tests/program tests/equations tests/analysis tests/motion tests/numeric tests/gallery tests/cli tests/test_api.py
   ran+=("$version")
 done
 echo "Tested on Python $own and: ${ran[*]:-no other}. Not at hand: ${absent[*]:-none}."
