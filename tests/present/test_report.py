@@ -19,6 +19,7 @@ from kane.present.tables import Tex, declared_tables
 from kane.write.latex import latex_name
 from tests.present.disk import derived, moved
 from tests.present.page import Page
+from tests.systems.dumbbell import ONE as DUMBBELL
 
 CHECKS = (Check("first <of> two", 1.234e-15, 1e-10, "a & b"), Check("second", 3e-2, 1e-6))
 
@@ -231,3 +232,10 @@ def test_constraints_are_held_by_reactions_with_a_direction_and_a_formula() -> N
         assert eom.evaluate(items[name], q=at.q, u=at.u) == pytest.approx(expected[name], rel=1e-12)
     (table,) = [t for t in declared_tables(eom) if t.title.startswith("Reactions")]
     assert [str(row[2]) for row in table.rows] == [str(Tex(rf"\hat{{n}}_{{{a}}}")) for a in "zxy"]
+
+
+def test_a_report_lists_each_part(tmp_path):
+    page = kn.report(DUMBBELL, tmp_path / "dumbbell.html").read_text()
+    assert page.count("<td>dumb-bell</td>") >= 2
+    for shown in (repr(DUMBBELL), DUMBBELL._repr_html_(), DUMBBELL.system._repr_html_()):
+        assert "dumb-bell" in shown
