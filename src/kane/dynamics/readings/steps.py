@@ -41,7 +41,7 @@ class Kind(Enum):
     FORCING = "f[{place}]"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Quantity:
     """A result of a step: its kind, what it belongs to (of F_r, M_rs and f_r the speed r), and the other speed, if it has one."""
 
@@ -54,6 +54,15 @@ class Quantity:
         return form.format(
             place=written(self.place.name), speed=written(self.speed.name if self.speed is not None else "")
         )
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all parts are the same objects: symbols refuse `==`."""
+        if not isinstance(other, Quantity):
+            return NotImplemented
+        return self.kind is other.kind and self.place is other.place and self.speed is other.speed
+
+    def __hash__(self) -> int:
+        return hash((self.kind, id(self.place), id(self.speed)))
 
     def __str__(self) -> str:
         return self.named(self.kind.value)
