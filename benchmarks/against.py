@@ -18,7 +18,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve()
+from benchmarks.paired import Pairs
+
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
@@ -43,8 +45,10 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
     def motion(eom: kn.Equations) -> object:
         return kn.simulate(eom, (0, 10), rtol=1e-9, atol=1e-9, **start)
 
+    def nothing() -> None:
+        """Nothing has to be done before."""
+
     motion(bar)
-    nothing = lambda: None  # noqa: E731
     return {
         "derivation of the bicycle": (sweep, lambda: kn.derive(whipple_bicycle.system())),
         "derivation of ten rods": (sweep, lambda: [kn.derive(pendulums.chain(10)) for _ in range(10)]),
@@ -78,7 +82,8 @@ class Side:
     def __init__(self, source: Path) -> None:
         environment = {**os.environ, "PYTHONPATH": str(source), "KANE_CACHE": "off"}
         self.process = subprocess.Popen(
-            [sys.executable, str(HERE), "--serve"],
+            [sys.executable, "-m", "benchmarks.against", "--serve"],
+            cwd=ROOT,
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -104,17 +109,19 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=15)
     parser.add_argument("--only", default="", help="text in the names of the tasks to run")
     chosen = parser.parse_args()
-    old, new = Side(chosen.other.resolve()), Side(HERE.parents[1] / "src")
+    old, new = Side(chosen.other.resolve()), Side(ROOT / "src")
     for name in [n for n in new.names if chosen.only in n]:
         old.seconds(name), new.seconds(name)
-        pairs = []
+        times: dict[Side, list[float]] = {old: [], new: []}
         for k in range(chosen.pairs):
-            sides = (old, new) if k % 2 else (new, old)
-            seconds = {id(side): side.seconds(name) for side in sides}
-            pairs.append((seconds[id(old)], seconds[id(new)]))
-        a, b = (statistics.median(column) * 1e3 for column in zip(*pairs, strict=True))
-        ratio = statistics.median(y / x for x, y in pairs)
-        print(f"{name:50} other {a:9.2f} ms, this {b:9.2f} ms, ratio {ratio:.3f} over {len(pairs)} pairs", flush=True)
+            for side in (old, new) if k % 2 else (new, old):
+                times[side].append(side.seconds(name))
+        pairs = Pairs(tuple(times[old]), tuple(times[new]))
+        a, b = (statistics.median(seconds) * 1e3 for seconds in (pairs.a, pairs.b))
+        print(
+            f"{name:50} other {a:9.2f} ms, this {b:9.2f} ms, ratio {pairs.ratio:.3f} over {chosen.pairs} pairs",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

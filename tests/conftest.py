@@ -50,10 +50,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         "rest": lambda i: any(map(i.get_closest_marker, ("slow", "grows"))) or _draws(i),
         "pages": lambda i: bool(i.get_closest_marker("page")),
     }[os.environ.get("KANE_FULL", "")]
-    left_out = [item for item in items if not wanted(item)]
+    kept, left_out = list[pytest.Item](), list[pytest.Item]()
+    for item in items:
+        (kept if wanted(item) else left_out).append(item)
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if wanted(item)]
+        items[:] = kept
 
 
 def _draws(item: pytest.Item) -> bool:
