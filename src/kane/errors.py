@@ -4,8 +4,6 @@
 Every message says what was expected, what came, where, and the cure.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

@@ -5,8 +5,6 @@ An expression knows its `str` and its picture in a notebook, but what writes the
 writers enter themselves here: `kane.write.text` when it is imported, `kane.present.notebook` when a notebook asks for the first time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any

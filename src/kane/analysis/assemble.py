@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

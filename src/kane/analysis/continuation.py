@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -6,8 +6,6 @@
 is linear in (u̇, λ, R, r): the columns of what is given go to the right. The multipliers are always unknown.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`linearize`: the equations of motion about an equilibrium or a steady motion, by exact differentiation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import islice
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The operating point: complete values on the constraints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

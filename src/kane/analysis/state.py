@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A state: complete values, named and checked."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

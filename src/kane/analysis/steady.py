@@ -5,8 +5,6 @@ A steady motion may move coordinates on which nothing depends: those from which 
 read off A at the state, and tried at states displaced along what moves.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

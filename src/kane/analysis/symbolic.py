@@ -6,8 +6,6 @@
 T is the identity; for Euler parameters it turns three small angles along the axes of their frame into δe.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

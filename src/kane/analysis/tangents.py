@@ -8,8 +8,6 @@
 δe = ½ E(e) θ and θ̇ = δω − ω × θ. Arrays hold numbers or expressions alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

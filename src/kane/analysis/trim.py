@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`trim` and `equilibrium`: steady motions and equilibria, by Newton's method with exact derivatives."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane bench`: what this model costs on this machine."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from statistics import median

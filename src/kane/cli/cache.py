@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane cache`: the folder of compiled code."""
 
-from __future__ import annotations
-
 import typer
 
 app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")

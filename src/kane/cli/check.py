@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane check`: what a model is, and what is wrong with it."""
 
-from __future__ import annotations
-
 import time
 import warnings
 from typing import Any

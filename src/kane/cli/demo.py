@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane demo`: the worked example from declaration to report."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane derive`: the seven steps with their formulas."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import typer

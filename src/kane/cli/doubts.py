@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What `kane check` finds that can be computed but is perhaps not meant."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane emit`: the equations as source text of another language."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Annotated
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What goes wrong, as the command shows it: few lines and an exit code, never a traceback through `kane`."""
 
-from __future__ import annotations
-
 import ast
 import linecache
 import sysconfig

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane gallery`: the systems that come with kane."""
 
-from __future__ import annotations
-
 from kane.cli import screen
 from kane.cli.options import AsJson
 from kane.gallery import GALLERY, load

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What MODEL names: a system of the gallery, or a Python file with `system()`."""
 
-from __future__ import annotations
-
 import difflib
 import inspect
 import math

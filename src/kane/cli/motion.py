@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The motion that the options ask for: START of the model, changed by what the command line says."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

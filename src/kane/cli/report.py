@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane report`: derivation and motion as one HTML page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import typer

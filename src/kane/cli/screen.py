@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the commands write: lines, tables, JSON, files, and on stderr that something takes long."""
 
-from __future__ import annotations
-
 import json
 import math
 import threading

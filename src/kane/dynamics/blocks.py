@@ -8,8 +8,6 @@ Bodies that share a partial velocity share its scalar product: Σ_k V·X_k = V·
 first, so that along a chain every partial sum is one node used many times.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 

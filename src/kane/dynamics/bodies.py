@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The parts of bodies with their motions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import NamedTuple
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events that every system watches: the end of slip, Painlevé's case, and singular kinematics."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

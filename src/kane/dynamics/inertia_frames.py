@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Where a body's inertia is constant and short: a body of revolution may be written in the frame that does not spin with it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

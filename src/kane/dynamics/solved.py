@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The equations of motion solved."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -9,8 +9,6 @@ summed before the product with its partial velocity:
     f_r = Σ v_r·(F − m a_b) + Σ ω_r·(T − I·α_b − ω × I·ω)
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 

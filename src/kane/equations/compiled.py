@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Equations of motion as machine code."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

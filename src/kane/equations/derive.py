@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`derive`: from a declared system to its equations of motion."""
 
-from __future__ import annotations
-
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import derived

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A compiled routine of equations of motion, called with t, x, p, r."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The routines of equations of motion, as Programs over t, x = (q, u), p and r."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Affine forms: e = Σ c_s s + r with c_s and r free of the symbols s."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 from kane.errors import NotAffineError

@@ -5,8 +5,6 @@ What is rewritten: constants, 0 and 1, signs (outwards), x âˆ’ x, like terms, xÂ
 parity of functions. Nothing is ever expanded, and nothing global is done.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from fractions import Fraction

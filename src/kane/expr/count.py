@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Operation counts: deterministic, by tier and by operation."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass

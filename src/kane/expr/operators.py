@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Operators and functions of expressions: `a + b`, `2 * a`, `a.sin()`, `np.sin(a)`, `a.dt`, attached to Expr once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any

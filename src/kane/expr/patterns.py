@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Patterns that the builders look for: each looks at a fixed number of nodes and builds none."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -5,8 +5,6 @@ Two declarations that agree in everything are one symbol; any difference makes a
 System refuses two symbols of one name that meet in it.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Hashable
 from typing import Any, Self, cast

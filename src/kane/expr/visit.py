@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The visit that differentiation, the affine forms and `substitute` share: arguments first, each node once, no recursion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 

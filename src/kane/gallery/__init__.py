@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Worked systems, each a short module with `system()`, `TITLE` and `SOURCES`, imported only when it is loaded."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib import import_module
 from types import ModuleType

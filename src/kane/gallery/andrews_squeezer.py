@@ -5,8 +5,6 @@ Crank K1 turns about O with K2 at its end; K3 turns about B against a spring fix
 its end, turn about A. The free ends of K2, K3, K4 and K6 are pinned together: six configuration constraints for seven angles.
 """
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "Andrews' squeezing mechanism"

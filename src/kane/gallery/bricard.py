@@ -7,8 +7,6 @@ mechanism moves. `kn.derive` says so when it is given all five (`redundant=True`
 the place of the hinge along x, which the other four give all along the motion.
 """
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "Bricard's mechanism"

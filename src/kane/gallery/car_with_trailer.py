@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A car with a trailer, seen from above: each axle rolls without slip along itself; the steering angle is prescribed by an input."""
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "car with a trailer"

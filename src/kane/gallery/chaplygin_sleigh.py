@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Chaplygin's sleigh: a knife edge behind the mass centre. Its spin dies out, and it ends in a straight line, edge behind."""
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "Chaplygin's sleigh"

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The double pendulum: two uniform rods, or two point masses on massless rods."""
 
-from __future__ import annotations
-
 import kane as kn
 from kane.gallery import pendulums
 

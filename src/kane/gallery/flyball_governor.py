@@ -5,8 +5,6 @@ The slider hangs from the middles of the rods on two couplers: massless rods, wh
 dampers that the benchmark puts in their place. Both start from the same position, with the springs unstretched.
 """
 
-from __future__ import annotations
-
 from math import pi
 from typing import Literal
 

@@ -5,8 +5,6 @@ The three rods hang together from the ground pin O, pin by pin through A and B; 
 the ground pin G. The forces at O, A and B are brought into evidence by cuts, those at G are the multipliers of the constraints.
 """
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "four-bar linkage with its pin reactions"

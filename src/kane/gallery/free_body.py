@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A free rigid body: Euler parameters and the position of its mass centre; no torque, on request with gravity."""
 
-from __future__ import annotations
-
 import kane as kn
 from kane.gallery import Definitions, choose
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Furuta's pendulum: an arm turned by a motor about the vertical, with a pendulum at its end that swings across the arm."""
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "Furuta pendulum"

@@ -5,8 +5,6 @@ The rotor's mass centre may lie off the common centre of the axes along the roto
 q2 = ±π/2 the outer and the rotor axis coincide (gimbal lock).
 """
 
-from __future__ import annotations
-
 import kane as kn
 from kane.gallery import Definitions, choose
 

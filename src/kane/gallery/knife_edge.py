@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A knife edge (a skate) on an inclined plane: started with spin alone it does not slide down, but drifts sideways."""
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "knife edge on an inclined plane"

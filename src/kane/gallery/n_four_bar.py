@@ -5,8 +5,6 @@ All links are equally long, so that the mechanism is a row of parallelograms. Wh
 rank by N and the linkages could go on as parallelograms or crossed; the motion is that of the parallelograms.
 """
 
-from __future__ import annotations
-
 import kane as kn
 from kane.errors import ModelError
 

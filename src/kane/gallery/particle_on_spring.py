@@ -4,8 +4,6 @@
 In the plane its coordinates are x and y with gravity along −y, in space x, y and z with gravity along −z.
 """
 
-from __future__ import annotations
-
 import kane as kn
 from kane.errors import ModelError
 from kane.gallery import Definitions, choose

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A physical pendulum on a cart with viscous friction; the angle is measured from the downward vertical."""
 
-from __future__ import annotations
-
 import kane as kn
 from kane.gallery import Definitions, choose
 

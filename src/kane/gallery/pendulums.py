@@ -4,8 +4,6 @@
 All masses and lengths are parameters; the angles are measured from the downward vertical, or from the rod before.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

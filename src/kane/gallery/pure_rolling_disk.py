@@ -5,8 +5,6 @@ Normal force and friction are the forces that hold the contact; all three are br
 rolls upright with v² > g R/3 is stable.
 """
 
-from __future__ import annotations
-
 import kane as kn
 from kane.gallery.rolling_disk import Model
 from kane.gallery.rolling_disk import model as disk

@@ -4,8 +4,6 @@
 An ellipsoid whose principal axes of inertia are turned against those of its surface rolls without slip on a horizontal plane.
 """
 
-from __future__ import annotations
-
 import math
 
 import kane as kn

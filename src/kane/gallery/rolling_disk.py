@@ -4,8 +4,6 @@
 Five coordinates, five speeds, and the normal force brought into evidence, since sliding friction needs it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal

@@ -11,8 +11,6 @@ and the height h of the centre obeys h² = R² (1 − s²), twice differentiated
     h z·a + R² s z·(α × d) = −R² (ṡ² + s z·(ω × (ω × d))) − ḣ².
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

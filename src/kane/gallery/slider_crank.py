@@ -5,8 +5,6 @@ The piston slides along the x axis with a coordinate of its own, and the end of 
 constraints. Eliminated by hand they give x = r cos q1 + √(l² − r² sin² q1), against which the tests hold the motion.
 """
 
-from __future__ import annotations
-
 from math import pi
 
 import kane as kn

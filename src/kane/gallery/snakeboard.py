@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The snakeboard: a board on two steered axles, driven by a rotor; it is propelled by turning rotor and axles in rhythm."""
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "snakeboard"

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A homogeneous sphere that rolls on a horizontal turntable: its centre runs on a circle at 2/7 of the table's rate."""
 
-from __future__ import annotations
-
 import kane as kn
 
 TITLE = "sphere on a turntable"

@@ -4,8 +4,6 @@
 The azimuth is undefined at sin theta = 0, where every choice of speeds for it is singular.
 """
 
-from __future__ import annotations
-
 import kane as kn
 from kane.gallery import Definitions, choose
 

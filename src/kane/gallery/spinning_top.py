@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The heavy symmetrical top with a fixed point, in Euler angles z-x-z: precession, nutation, spin."""
 
-from __future__ import annotations
-
 import kane as kn
 from kane.gallery import Definitions, choose
 

@@ -7,8 +7,6 @@ road by its coordinates; the front wheel's lowest point is F^. The front wheel's
 which shortens the equations; neither is level, so that the road's force on it is that of all three of its constraints together.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

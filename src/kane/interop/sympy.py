@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Expressions to SymPy and back. SymPy is imported on the first call; text is never parsed."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack

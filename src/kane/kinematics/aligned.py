@@ -12,8 +12,6 @@ The measure numbers of n must be numbers. An axis with parameters keeps its dire
 parameters at which n lies along z.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace

@@ -5,8 +5,6 @@ The row of a constraint with places is Σ F·v_r + Σ T·ω_r from partial veloc
 constraint: itself), written in speeds. The derivative is taken of the scalar A u + b, never through a particle's acceleration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The definitions of the generalized speeds, read, checked and inverted."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from kane.errors import SingularError, SpeedsError

@@ -7,8 +7,6 @@ The partial velocities are first-class: they are built along the tree, never by 
 α_b, a_b is what is left of the acceleration at u̇ = 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 

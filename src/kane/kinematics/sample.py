@@ -4,8 +4,6 @@
 A measure number can only be a sum of whole rows of Y if its coefficients in the speeds are 0, 1 and −1 there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property

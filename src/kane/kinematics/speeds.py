@@ -7,8 +7,6 @@ an angular velocity is written in its own speeds even where W is singular.
 Euler parameters enter by their three quasi-rates w, ė = ½ Gᵀ(e) w; the reported Y has the row eᵀė = 0 for each set.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -6,8 +6,6 @@ the origin in the parent, `offset`, and the rotation of the basis in the parent'
 rotations stand in these (`aligned`); neither speaks of coordinates alone, which several joints may share (absolute angles).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Local checks of a system's declarations: what can be said before anything is derived."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

@@ -10,8 +10,6 @@ but for what a length that depends on time adds, exactly, on the constraint and 
 partial velocities, the multiplier is a force or torque one can name, and reactions anywhere in the system feel it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Directions that are declared: of unit length, fixed in one frame."""
 
-from __future__ import annotations
-
 import math
 
 from kane.errors import ModelError

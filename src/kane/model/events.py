@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events: a quantity that crosses a threshold during the motion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from kane.expr.node import Expr

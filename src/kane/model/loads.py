@@ -5,8 +5,6 @@ A load is one record: forces, torques, and the potential energy it derives from,
 power in the power balance.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -5,8 +5,6 @@ A central inertia is symmetric, its principal moments are not negative, and none
 (∫ (y² + z²) dm ≤ ∫ (x² + z²) dm + ∫ (x² + y²) dm; equal for what is flat).
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 

@@ -6,8 +6,6 @@ u_a n. It is an action–reaction pair, +R n on the far side and −R n on the n
 in `System(reactions=…)` does.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from kane.errors import ReactionError

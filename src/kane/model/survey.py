@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a system is made of: every frame, point and scalar that its declarations reach, parents first."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from kane.errors import ModelError

@@ -5,8 +5,6 @@ Only where all symbols below carry units. A quantity made of numbers and the tim
 dimension one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from kane.errors import UnitError

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Coordinates in order, sets of Euler parameters, and the definitions of the generalized speeds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Where events happen within a step: sign changes located on the solver's own interpolant."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from kane.model.events import Event

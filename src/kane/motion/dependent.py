@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which speeds are dependent at a state of a motion: judged by the numbers there and the sizes that entries of A have had."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from kane.dynamics.constraints.partition import POOR, Partition, choose, quality

@@ -9,8 +9,6 @@ With the metric ½ δᵀM δ, displacements Δq = W δ and changes of the speeds
 with pseudo-inverses, so that redundant constraints do no harm. Euler parameters are divided by their length.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The equations of a motion as compiled functions of (t, y), parameters and inputs being given; y = (q, u, ∫P dt)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`simulate`: integrate the compiled equations of motion with SciPy's solvers."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -4,8 +4,6 @@
 The pivots of W are compared with their size at a random configuration: cos q2 = 6e-17 at q2 = π/2 is zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The frozen result of a simulation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property

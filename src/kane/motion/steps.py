@@ -5,8 +5,6 @@ Where the rank of the constraints drops at a configuration, the accelerations ar
 the constraints leave.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Why a motion broke off: constraints that a drive cannot hold any further, or equations that are singular."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from kane.dynamics.constraints.closure import OFF, closure, residual_function

@@ -4,8 +4,6 @@
 F(y) = 0 is solved together with τ·Δy = Δs, τ the tangent, so that a point where the curve turns back is as good as any other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The types of arrays."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """f(x) = 0 by Gauss–Newton steps of least size, halved until they help, from one start or from several."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeVar

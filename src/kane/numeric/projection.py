@@ -5,8 +5,6 @@ In the metric ½ δᵀM δ the least δ with A δ = r is M⁻¹Aᵀ (A M⁻¹ A�
 What has no mass is made a little heavy, whatever its unit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ A is divided by the sizes of its rows and columns; a singular value counts as ze
 a threshold of the list below.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Direction cosines in numbers, arrays of shape (3, 3): v in the base = C v in the turned frame."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@
 What is drawn depends on the seed and the symbol's declaration alone: not on what else was drawn, nor on the process.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any

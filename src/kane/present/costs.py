@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The operation receipt: by operation and tier, and what each group of results adds to those before it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@
 A row holds what its cells are, not how they look: expressions, vectors, places, symbols. A renderer chooses among groups and columns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from itertools import zip_longest
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`plot`: quantities along a motion as one figure, for papers, notebooks and scripts."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Named expressions and vectors as formulas that share one list of intermediates, Z1 and so on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 r"""LaTeX of the results of the seven steps: the angular velocity of C is {}^N\boldsymbol\omega^C."""
 
-from __future__ import annotations
-
 from kane.dynamics.readings.steps import Kind, Quantity
 from kane.space.frame import Frame
 from kane.write.latex import latex_name, place_latex

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`report`: the derivation, and a motion, as one HTML file that needs nothing else."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`root_locus`: how the eigenvalues move along a branch of steady motions."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Figures as SVG inside a page: colours follow the page's theme, identifiers are unique and reproducible."""
 
-from __future__ import annotations
-
 import io
 import re
 from typing import Any

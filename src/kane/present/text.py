@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A step of the method as text to read in a terminal."""
 
-from __future__ import annotations
-
 from kane.dynamics.readings.steps import Step
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol

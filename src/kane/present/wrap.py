@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Long formulas in plain text broken over lines, at the outermost sums where there are any."""
 
-from __future__ import annotations
-
 import re
 
 WIDTH = 110

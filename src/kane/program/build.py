@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """From expressions to a Program: values numbered, constants folded."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

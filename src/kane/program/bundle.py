@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Named groups of expressions that one routine computes, and gives back as a record of arrays with their shapes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass

@@ -8,8 +8,6 @@ Each port belongs to a tier. `hoisted` instructions depend on ports of the tier 
 the `body` of a routine holds what one evaluation of it needs besides.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The operation receipt of a Program: what each routine costs, by tier and by kind."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 

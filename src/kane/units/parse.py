@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Units read from texts: products and quotients of powers of the names in the table, with prefixes, plurals and brackets."""
 
-from __future__ import annotations
-
 import re
 from difflib import get_close_matches
 from fractions import Fraction

@@ -5,8 +5,6 @@ None means unknown: a symbol below carries no unit, and nothing is checked there
 any unit, angles are of dimension one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from fractions import Fraction

@@ -6,8 +6,6 @@ scales of the base units, Σ eᵢ log bᵢ = log c must have a solution b. Elimi
 track of which units a contradiction is made of.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

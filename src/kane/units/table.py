@@ -5,8 +5,6 @@ Sources: BIPM, The International System of Units, 9th edition (2019), tables 2, 
 appendix B; for the unified atomic mass unit CODATA 2022. All other factors are exact.
 """
 
-from __future__ import annotations
-
 import math
 
 BASES = {

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A unit as text, in the spelling of the symbols at hand where one of them has that unit."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@
 Equal units are one object: scales are rounded to twelve digits.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Signed trees put together: products with collected powers, sums with like terms merged, in natural order."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction

@@ -5,8 +5,6 @@ Names: trailing digits and what follows an underscore become subscripts, Greek n
 q1 is q_{1}, mu_k is \mu_{k}, u1' is \dot{u}_{1}.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from fractions import Fraction

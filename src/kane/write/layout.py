@@ -8,8 +8,6 @@ expressions get named intermediates Z1, Z2, … in the order of evaluation.
 Nothing here recurses: depth costs nothing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

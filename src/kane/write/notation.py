@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What writing shares in all notations: brackets where they are needed, signs, sums, measure numbers along unit vectors."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction

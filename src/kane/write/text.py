@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Expressions as one line of plain text each, for reading."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import ClassVar
 

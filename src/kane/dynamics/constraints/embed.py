@@ -7,8 +7,6 @@ With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gi
     u̇_D = A_n u̇_I + c_D                     c_D = −A_D⁻¹ (Ȧ u + ḃ)
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

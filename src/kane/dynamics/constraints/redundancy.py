@@ -6,8 +6,6 @@ no speeds satisfy them. Configuration constraints f(q, t) = 0 are compared where
 rows say nothing of f.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any

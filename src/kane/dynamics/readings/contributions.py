@@ -6,8 +6,6 @@
 Forces that enter no F_r are the noncontributing ones (Kane & Levinson 1985, sec. 4.5); they are named, not listed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Energies, power, mass centre and momenta."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from kane.dynamics.bodies import Moving

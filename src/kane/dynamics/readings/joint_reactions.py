@@ -9,8 +9,6 @@ with r from the joint's point. It is what auxiliary speeds in three directions o
 once and after the derivation: accelerations and the multipliers λ are known by then.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -5,8 +5,6 @@ u_D = A_n u_I + b_n with A_n = −A_D⁻¹ A_I divides by the pivots of A_D. The
 random: what is left of zero by rounding, such as cos q = 6e-17 at q = π/2, is zero. Other partitions are regular there.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any

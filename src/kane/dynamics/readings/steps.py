@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The seven steps of the method as records: titles, and results, each with what it is and its name in plain text."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum

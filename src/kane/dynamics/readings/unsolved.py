@@ -10,8 +10,6 @@ K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives ar
     K δz = −∂(K z − k)/∂x δx,   z held while differentiating.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

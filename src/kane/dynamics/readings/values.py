@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Expressions along a motion: rates, accelerations and reactions replaced by what the equations say of them; numbers at a state."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

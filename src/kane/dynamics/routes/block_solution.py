@@ -11,8 +11,6 @@ M is factored as L D Lᵀ. With y = L⁻¹ f, Z = L⁻¹ G and X = L⁻¹ M_aᵀ
 a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an active force, Z = 0 and R follows from u̇.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

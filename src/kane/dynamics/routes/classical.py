@@ -8,8 +8,6 @@ Each generalized force being F̃_r = F_r + Σ_D A_n[D, r] F_D (Kane & Levinson 1
 The auxiliary equations take the total partial velocities likewise: (M_a + A_naᵀ M_D) u̇ = f_a + A_naᵀ f_D + (G_a + A_naᵀ G_D) R.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from kane.dynamics.blocks import Blocks

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The routes by name, and the equations solved by one of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from kane.dynamics.checks import check_reactions_independent

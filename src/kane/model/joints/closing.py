@@ -6,8 +6,6 @@ constraints of a closure are named after it: "G x", "G y", …; their multiplier
 and `frame`, and `eom.reaction("G")` is all of them together.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -10,8 +10,6 @@ which is smooth but where the wheel lies flat (n ∥ w). The height h = (contact
 the relative velocity, along n, of the particles in contact: the multiplier of h = 0 is the normal force on the wheel's particle.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

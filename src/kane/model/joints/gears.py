@@ -12,8 +12,6 @@ With the pinion on a pin and the rack on a slider of one carrier, their constrai
 tangential tooth force on the pinion along the rack.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from kane.errors import ModelError

@@ -6,8 +6,6 @@ unit vectors fixed in the parent frame. With all coordinates zero the child fram
 by name are angles in rad, lengths in m, and their rates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple

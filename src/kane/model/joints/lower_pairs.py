@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Joints with axes: pin, slider, cylindrical joint, screw, planar joint, universal joint; and the weld, which has none."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from kane.expr.node import as_expr

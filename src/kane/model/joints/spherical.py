@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Joints whose child turns in any direction, by Euler parameters or three angles: ball joint (spherical joint), and free."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 

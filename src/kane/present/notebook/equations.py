@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Equations in a notebook: sizes, M and f, the kinematical equations, and where each step is to be read."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from kane.equations.equations import Equations

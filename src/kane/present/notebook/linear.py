@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Linear in a notebook: its modes, A and B."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Pieces of HTML for notebooks: escaped text, formulas between dollar signs, tables."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Callable, Sequence

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program in a notebook: signatures, what the arguments and results are, operations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from kane.present.notebook.pieces import escaped, math, paragraph, table

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Solution in a notebook: how it ended, whether energy was kept, the first and last state."""
 
-from __future__ import annotations
-
 from kane.motion.solution import Solution
 from kane.present.notebook.pieces import either, escaped, listed, math, paragraph, table
 from kane.units.text import unit_text

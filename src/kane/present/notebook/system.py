@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A System in a notebook: what was declared, as tables."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any

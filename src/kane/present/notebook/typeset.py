@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Formulas as notebooks show them: in one piece, with named intermediates, or, where they would fill pages, a sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

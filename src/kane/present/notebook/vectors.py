@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 r"""Vectors and dyadics as LaTeX: u_{1}\,\hat{b}_{x} + u_{2}\,\hat{b}_{y}."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from kane.expr.build import add, mul

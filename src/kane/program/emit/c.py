@@ -5,8 +5,6 @@ Its functions are `<system>_hoist(parameters, h)` and `<system>_<routine>(ports,
 what the results are. One operation a statement; z12 is the twelfth value of its routine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from kane.expr import ops

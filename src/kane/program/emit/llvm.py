@@ -11,8 +11,6 @@ Vectors are passed as pointers to doubles. Sines and cosines of angles that are 
 in the lanes of a vector.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache

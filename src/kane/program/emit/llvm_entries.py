@@ -9,8 +9,6 @@ returns 1 where an input is not finite, 2 where a result is not, 3 for both, els
 It returns the first row with a result that is not finite, or −1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from kane.program.emit.llvm_lanes import Lanes

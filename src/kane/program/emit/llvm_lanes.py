@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Doubles side by side, as LLVM writes them: the width of vectors is a parameter of every template."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 

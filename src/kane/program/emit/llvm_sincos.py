@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Sine and cosine of the angles in the lanes of a vector, as LLVM text."""
 
-from __future__ import annotations
-
 from kane.program.emit.llvm_lanes import Lanes
 from kane.program.emit.sincos import LIMIT, STEPS, constant
 

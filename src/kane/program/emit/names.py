@@ -4,8 +4,6 @@
 Names and descriptions may hold anything: nothing in them may end the literal or the comment they are put into.
 """
 
-from __future__ import annotations
-
 import keyword
 import math
 import re

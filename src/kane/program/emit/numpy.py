@@ -5,8 +5,6 @@ It does the program's operations as `kane.expr.evaluate` does them, for one stat
 the last axis, and the axes before it are broadcast.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

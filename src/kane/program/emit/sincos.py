@@ -13,8 +13,6 @@ n (π/2 − P1 − P2 − P3) and the rounding of n P3: below 2⁻⁵⁹ |r| eve
 Rounding to nearest is assumed. Every text is written from `STEPS`; without FMA all give the same bits, at every width.
 """
 
-from __future__ import annotations
-
 LIMIT = 262144.0
 """The largest |x| in rad of the short reduction: 2¹⁸."""
 

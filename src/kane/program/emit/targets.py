@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The languages in which a Program can be printed: a new one is a file and a row here."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from kane.program.emit.c import emit_c, emit_header

@@ -6,8 +6,6 @@ values from ports, from the vector h of what was hoisted or from the work array 
 slots of w. Constants and scalar ports are operands wherever they stand and need no statement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Arguments of compiled code: arrays of doubles of the right length, or an error that says which is not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Where in the user's own code a warning belongs."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

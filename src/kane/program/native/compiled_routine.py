@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What Python calls: one compiled routine, with an argument for each port of its program."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import warnings

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """From Programs to a linked library of machine code."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -9,8 +9,6 @@ may take again (the collector may drop a library while its thread compiles). Eac
 library a linker of its own, so that all their memory is given back.
 """
 
-from __future__ import annotations
-
 import atexit
 import ctypes
 import os

@@ -8,8 +8,6 @@ is compiled anew. Entries appear by an atomic rename; the least recently used go
 The environment variable KANE_CACHE names the folder; "off" turns the cache off.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import json

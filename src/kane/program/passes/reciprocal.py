@@ -6,8 +6,6 @@ routine, or can be hoisted because d depends on parameters alone. Results change
 to compilation with contraction and is left out where results must be those of the expressions bit by bit.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections import Counter
 

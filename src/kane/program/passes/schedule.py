@@ -7,8 +7,6 @@ with the smaller sum of live ranges is taken. Greedy orders that free the most o
 up to 50 % longer on long programs: they interleave what would be local.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 

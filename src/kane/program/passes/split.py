@@ -4,8 +4,6 @@
 Values that a later chunk reads pass through slots of a work array; a slot is free again after its last reader.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The last pass: code becomes a Program, its instructions sorted into tiers and ordered."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from kane.program.passes.schedule import schedule

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Structural verification of a Program: run after each pass that makes or changes one."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import TypeVar
