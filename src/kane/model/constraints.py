@@ -23,7 +23,7 @@ from kane.expr.symbols import Coordinate, Rate, Speed, Symbol, input_of
 from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.space.rotation import Basis, chain
+from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.text import excerpt
 
@@ -91,7 +91,7 @@ def _points(what: str, p: Any, q: Any) -> None:
 def _check_rides(what: str, p: Point) -> None:
     """A geometric point whose place in a frame depends on what orients that frame rides on no body: forces cannot act at it."""
     for f, r in p.offset.parts:
-        turns = {s for g in chain(f) for s in _orienting(g)}
+        turns = {s for g in f.lineage for s in _orienting(g)}
         both = [str(s) for s in free_symbols(r) if isinstance(s, Coordinate) and s in turns]
         if both:
             raise ModelError(

@@ -76,11 +76,6 @@ class AlignedBasis(Basis):
         self.lineage, self._copies, self._spins = (self, *orientation.base.lineage), copies, {}
 
 
-def chain(frame: Basis) -> tuple[Basis, ...]:
-    """The frame, its base, the base's base, … up to the root."""
-    return frame.lineage
-
-
 def common_base(a: Basis, b: Basis) -> Basis:
     """The deepest frame that both descend from (or are)."""
     up, _ = path(a, b)
