@@ -31,8 +31,8 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
     from kane.expr.node import sweep
     from kane.gallery import four_bar, pendulums, rolling_disk, whipple_bicycle
 
-    rods, bar = kn.derive(pendulums.chain(10)), kn.derive(four_bar.system())
-    two = kn.derive(pendulums.chain(2)).compile(cache=False).rhs
+    rods, bar = kn.derive(pendulums.system(10)), kn.derive(four_bar.system())
+    two = kn.derive(pendulums.system(2)).compile(cache=False).rhs
     ten = rods.compile(cache=False).rhs
     generator = np.random.default_rng(1)
     x2, x10, rows = (generator.uniform(-1, 1, shape) for shape in (4, 20, (20_000, 20)))
@@ -51,7 +51,7 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
     motion(bar)
     return {
         "derivation of the bicycle": (sweep, lambda: kn.derive(whipple_bicycle.system())),
-        "derivation of ten rods": (sweep, lambda: [kn.derive(pendulums.chain(10)) for _ in range(10)]),
+        "derivation of ten rods": (sweep, lambda: [kn.derive(pendulums.system(10)) for _ in range(10)]),
         "derivation of the sliding disk": (sweep, lambda: [kn.derive(rolling_disk.system()) for _ in range(10)]),
         "derivation of the four-bar": (sweep, lambda: [kn.derive(four_bar.system()) for _ in range(10)]),
         "compilation of ten rods": (nothing, lambda: rods.compile(cache=False)),

@@ -17,7 +17,7 @@ from sympy.physics import mechanics as me
 import kane as kn
 from benchmarks.paired import Pairs, paired
 from kane.expr.node import sweep
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 
 
 def sympy_pendulum_on_cart(n: int) -> me.KanesMethod:

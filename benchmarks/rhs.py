@@ -67,7 +67,7 @@ def measure_python(case: Case, kane: bool) -> dict[str, Any]:
 
 def compile_once(n: int) -> dict[str, float]:
     """Operations of n rods and seconds of one compile."""
-    eom = kn.derive(pendulums.chain(n))
+    eom = kn.derive(pendulums.system(n))
     return {"operations": eom.operations.total, "seconds": native.kane_compile(eom)}
 
 

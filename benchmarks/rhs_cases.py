@@ -56,7 +56,7 @@ class Case:
 
 def pendulum(n: int) -> Case:
     """n uniform rods, absolute angles, every mass and length and g a parameter."""
-    return Case(f"pendulum, {n} rods", lambda: pendulums.chain(n), lambda: casadi_ad.chain(n), np.pi, n)
+    return Case(f"pendulum, {n} rods", lambda: pendulums.system(n), lambda: casadi_ad.chain(n), np.pi, n)
 
 
 CASES = (

@@ -36,10 +36,10 @@ def arm(axes: str) -> kn.System:
 
 
 COUNTED: dict[str, Callable[[], kn.System]] = {
-    "planar pendulum, absolute angles, 2 rods": lambda: pendulums.chain(2),
-    "planar pendulum, absolute angles, 10 rods": lambda: pendulums.chain(10),
-    "planar pendulum, relative angles, 10 rods": lambda: pendulums.chain(10, relative=True),
-    "planar pendulum on a cart, 10 rods": lambda: pendulums.chain(10, cart=True),
+    "planar pendulum, absolute angles, 2 rods": lambda: pendulums.system(2),
+    "planar pendulum, absolute angles, 10 rods": lambda: pendulums.system(10),
+    "planar pendulum, relative angles, 10 rods": lambda: pendulums.system(10, relative=True),
+    "planar pendulum on a cart, 10 rods": lambda: pendulums.system(10, cart=True),
     "rolling disk, sliding": rolling_disk.system,
     "7R arm": lambda: arm("zyzyzyz"),
     "7R arm, general axes": lambda: random_tree(range(-1, 6), 1),

@@ -17,7 +17,7 @@ import kane as kn
 from kane.dynamics.events import SLIP_THRESHOLD
 from kane.expr import node
 from kane.gallery import rolling_disk
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

@@ -54,9 +54,10 @@ def test_unknown_name() -> None:
 
 
 def test_choose() -> None:
-    assert choose({"rates": "rates"}, "rates") == "rates"
-    with pytest.raises(kn.ModelError, match="one of rates; got 'other'"):
-        choose({"rates": "rates"}, "other")
+    assert choose({"own": {}}, "rates") == "rates"
+    assert choose({"rates": {1: 2}, "own": {}}, "rates") == {1: 2}
+    with pytest.raises(kn.ModelError, match="one of rates, own; got 'other'"):
+        choose({"own": {}}, "other")
 
 
 def test_it_is_imported_only_when_asked_for() -> None:

@@ -27,7 +27,7 @@ def test_modes_of_equal_particles_are_zeros_of_laguerre_polynomials(n: int, rela
     """ω² = (g/l) x with L_n(x) = 0: a light string loaded with n equal particles (D. Bernoulli's hanging chain)."""
     zeros = np.polynomial.laguerre.lagroots([0] * n + [1])
     np.testing.assert_allclose(
-        modes(kn.derive(pendulums.chain(n, bobs=True, relative=relative))), 9.81 * zeros, rtol=1e-9
+        modes(kn.derive(pendulums.system(n, bobs=True, relative=relative))), 9.81 * zeros, rtol=1e-9
     )
 
 
@@ -44,8 +44,8 @@ def test_modes_of_the_double_pendulum(relative: bool) -> None:
 @pytest.mark.parametrize("speeds", pendulums.SPEEDS)
 @pytest.mark.parametrize("bobs", [False, True])
 def test_relative_angles_are_other_coordinates_of_the_same_motion(bobs: bool, speeds: str) -> None:
-    absolute = kn.derive(pendulums.chain(4, bobs=bobs))
-    relative = kn.derive(pendulums.chain(4, bobs=bobs, relative=True, speeds=speeds))
+    absolute = kn.derive(pendulums.system(4, bobs=bobs))
+    relative = kn.derive(pendulums.system(4, bobs=bobs, relative=True, speeds=speeds))
     rng = np.random.default_rng(3)
     q, v = rng.uniform(-3, 3, (4, 20)), rng.uniform(-3, 3, (4, 20))
     own, rates = np.diff(q, axis=0, prepend=0), np.diff(v, axis=0, prepend=0)
@@ -68,4 +68,4 @@ def test_horizontal_momentum_of_a_chain_on_a_cart(speeds: str) -> None:
 
 def test_no_links() -> None:
     with pytest.raises(kn.ModelError, match="at least one link, got 0"):
-        pendulums.chain(0)
+        pendulums.system(0)

@@ -9,7 +9,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import GALLERY, load
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 from tests.gallery.cases import CASES
 
 N = kn.Frame("N")

@@ -10,7 +10,7 @@ import sys
 import matplotlib as mpl
 
 import kane as kn
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 from kane.present.plots import plots
 from tests.present.disk import moved
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.errors import ProgramError
 from kane.expr.ops import DIV, MUL, OPS
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 from kane.program.build import Task, build_program
 from kane.program.passes.schedule import live_ranges
 from kane.program.passes.split import split
@@ -84,7 +84,7 @@ class TestBuild:
     @pytest.mark.slow
     def test_text_is_the_same_under_any_hash_seed(self):
         code = (
-            "import hashlib, kane as kn\nfrom kane.gallery.pendulums import chain\n"
+            "import hashlib, kane as kn\nfrom kane.gallery.pendulums import system as chain\n"
             "from kane.equations import routines\nfrom kane.program.emit.llvm import emit_llvm, Options\n"
             "p = routines.program(kn.derive(chain(4)).solved)\n"
             "print(hashlib.sha256(emit_llvm([p], Options()).encode()).hexdigest())"

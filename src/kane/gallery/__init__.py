@@ -17,26 +17,19 @@ _NAMES = """
 GALLERY: dict[str, str] = {name: f"kane.gallery.{name}" for name in _NAMES.split()}
 """Module path of each system by name, from simple to rich."""
 
-Definitions = Mapping[Any, Any] | Literal["rates"]
-"""What `System(speeds=…)` takes."""
-
 
 def load(name: str) -> ModuleType:
-    """The module of a system by its name in `GALLERY`: `load("spinning_top").system()`.
-
-    Raises
-    ------
-    ModelError
-        if the gallery has no system of that name
-    """
+    """The module of a system by its name in `GALLERY`, else a ModelError: `load("spinning_top").system()`."""
     path = GALLERY.get(name)
     if path is None:
         raise ModelError(f"Expected a system of the gallery, one of {', '.join(GALLERY)}; got {name!r}.")
     return import_module(path)
 
 
-def choose(choices: Mapping[str, Definitions], speeds: str) -> Definitions:
-    """The definitions of the speeds that a system's option `speeds` names."""
-    if speeds not in choices:
-        raise ModelError(f"Expected speeds to be one of {', '.join(choices)}; got {speeds!r}.")
-    return choices[speeds]
+def choose(choices: Mapping[str, Mapping[Any, Any]], speeds: str) -> Mapping[Any, Any] | Literal["rates"]:
+    """What `System(speeds=…)` takes for a system's option `speeds`: one of its choices, or "rates", for u = q̇ unless it is one."""
+    if speeds in choices:
+        return choices[speeds]
+    if speeds != "rates":
+        raise ModelError(f"Expected speeds to be one of {', '.join({'rates': None, **choices})}; got {speeds!r}.")
+    return "rates"

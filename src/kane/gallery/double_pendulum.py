@@ -10,5 +10,5 @@ SPEEDS = pendulums.SPEEDS
 
 
 def system(*, relative: bool = False, bobs: bool = False, speeds: str = "rates") -> kn.System:
-    """The chain of two links; options and speeds are those of `pendulums.chain`."""
-    return pendulums.chain(2, relative=relative, bobs=bobs, speeds=speeds)
+    """The chain of two links; options and speeds are those of `pendulums.system`."""
+    return pendulums.system(2, relative=relative, bobs=bobs, speeds=speeds)

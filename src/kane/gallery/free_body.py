@@ -2,7 +2,7 @@
 """A free rigid body: Euler parameters and the position of its mass centre; no torque, on request with gravity."""
 
 import kane as kn
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "free rigid body"
 SOURCES = (
@@ -37,11 +37,10 @@ def system(*, gravity: bool = False, speeds: str = "rates") -> kn.System:
     w, v = B.angular_velocity(N), Bs.velocity(N)
     u = kn.speeds("u1:7")
 
-    def along(turning: kn.Vector, F: kn.Frame, moving: kn.Vector, G: kn.Frame) -> Definitions:
+    def along(turning: kn.Vector, F: kn.Frame, moving: kn.Vector, G: kn.Frame) -> dict[kn.Speed, kn.Expr]:
         return dict(zip(u, (*turning.components(F), *moving.components(G)), strict=True))
 
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    choices = {
         "inertial": along(w, N, v, N),
         "body": along(w, B, v, B),
         "momentum": along(I.dot(w), B, m * v, N),

@@ -6,7 +6,7 @@ q2 = ±π/2 the outer and the rotor axis coincide (gimbal lock).
 """
 
 import kane as kn
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "gyroscope in gimbals"
 SOURCES = (
@@ -49,8 +49,7 @@ def system(*, speeds: str = "rates") -> kn.System:
 
     w = C.angular_velocity(N)
     u1, u2, u3 = kn.speeds("u1:4", "rad/s")
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    choices = {
         "spin": {u1: q1.dt, u2: q2.dt, u3: w.dot(B.y)},
         "inner": {u1: w.dot(B.x), u2: w.dot(B.y), u3: w.dot(B.z)},
     }

@@ -6,7 +6,7 @@ In the plane its coordinates are x and y with gravity along −y, in space x, y 
 
 import kane as kn
 from kane.errors import ModelError
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "particle on a spring and damper"
 SOURCES = ("Greenwood, D. T. (1988), Principles of Dynamics, 2nd ed., Prentice-Hall.",)
@@ -42,8 +42,7 @@ def system(dimensions: int = 3, *, speeds: str = "rates") -> kn.System:
     along = place.normalized()
     across = N.z.cross(level)
     A = N.rotate("A", kn.parameter("Omega", 0.7, "rad/s", "rate of the turning axes") * kn.time, N.z)
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    choices = {
         "radial": dict(zip(u, map(v.dot, (along, across, across.cross(along))), strict=False)),
         "turning": dict(zip(u, map(v.dot, (A.x, A.y, A.z)), strict=False)),
     }

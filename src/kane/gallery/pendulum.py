@@ -2,7 +2,7 @@
 """A physical pendulum with a damper in its bearing; the angle is measured from the downward vertical."""
 
 import kane as kn
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "physical pendulum with a damped bearing"
 SOURCES = (
@@ -33,8 +33,7 @@ def system(*, speeds: str = "rates") -> kn.System:
 
     u = kn.speed("u1")
     w = kn.parameter("w", 0.2, "rad/s", "offset of the speed, scrambled")
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    choices = {
         "center": {u: Bs.velocity(N).dot(B.x)},
         "momentum": {u: (I + m * l**2) * theta.dt},
         "scrambled": {u: (2 + kn.cos(theta)) * theta.dt + w * kn.sin(theta)},

@@ -2,7 +2,7 @@
 """A physical pendulum on a cart with viscous friction; the angle is measured from the downward vertical."""
 
 import kane as kn
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "pendulum on a cart"
 SOURCES = ("Åström, K. J. and Murray, R. M. (2008), Feedback Systems, Princeton University Press, balance systems.",)
@@ -36,8 +36,7 @@ def system(*, force: bool = False, speeds: str = "rates") -> kn.System:
     friction = kn.Force(A, -c * A.velocity(N), name="friction")
     v = Bs.velocity(N)
     u1, u2 = kn.speeds("u1:3")
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    choices = {
         "center": {u1: x.dt, u2: v.dot(B.x)},
         "momentum": {u1: (M * A.velocity(N) + m * v).dot(N.x), u2: theta.dt},
     }

@@ -9,15 +9,15 @@ from itertools import pairwise
 
 import kane as kn
 from kane.errors import ModelError
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "chain of pendulums in a plane"
 SOURCES = ("Kane, T. R. and Levinson, D. A. (1985), Dynamics: Theory and Applications, McGraw-Hill.",)
 SPEEDS = ("rates", "mixed", "tips", "scrambled")
 
 
-def chain(
-    n: int, *, relative: bool = False, cart: bool = False, bobs: bool = False, speeds: str = "rates"
+def system(
+    n: int = 3, *, relative: bool = False, cart: bool = False, bobs: bool = False, speeds: str = "rates"
 ) -> kn.System:
     """n links hanging in a plane, gravity along −y.
 
@@ -67,17 +67,15 @@ def chain(
     return kn.System(
         N,
         bodies=bodies,
-        speeds=_definitions(N, coordinates, frames, ends, speeds),
+        speeds="rates" if speeds == "rates" else choose(_definitions(N, coordinates, frames, ends), speeds),
         loads=[kn.gravity(-g * N.y)],
         coordinates=coordinates,
     )
 
 
 def _definitions(
-    N: kn.Frame, coordinates: Sequence[kn.Coordinate], frames: Sequence[kn.Frame], ends: Sequence[kn.Point], speeds: str
-) -> Definitions:
-    if speeds == "rates":
-        return "rates"
+    N: kn.Frame, coordinates: Sequence[kn.Coordinate], frames: Sequence[kn.Frame], ends: Sequence[kn.Point]
+) -> dict[str, dict[kn.Speed, kn.Expr]]:
     n = len(frames)
     spins = [B.angular_velocity(N).dot(N.z) for B in frames]
     own = [spins[i] if i % 2 == 0 else spins[i] - spins[i - 1] for i in range(n)]
@@ -88,17 +86,8 @@ def _definitions(
         scrambled[k] += kn.cos(q) * before.dt
     cart = {kn.speed("u_x"): coordinates[0].dt} if len(coordinates) > n else {}
     u = kn.speeds(f"u1:{n + 1}")
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    return {
         "mixed": cart | dict(zip(u, own, strict=True)),
         "tips": cart | dict(zip(u, across, strict=True)),
         "scrambled": cart | dict(zip(u, scrambled, strict=True)),
     }
-    return choose(choices, speeds)
-
-
-def system(
-    n: int = 3, *, relative: bool = False, cart: bool = False, bobs: bool = False, speeds: str = "rates"
-) -> kn.System:
-    """The chain of n links; see `chain`."""
-    return chain(n, relative=relative, cart=cart, bobs=bobs, speeds=speeds)

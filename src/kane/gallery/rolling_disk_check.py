@@ -91,35 +91,25 @@ def checks(
     m, R, g, mu = (float(p.default or 0) for p in (disk.m, disk.R, disk.g, disk.mu))
     truth = newton_euler(q, rates, m, R, g, mu, axial, diametral)
     other = model(speeds="rates")
-    twin = kn.derive(other.system)
     mine = _values(disk, eom, q, truth.speeds)
-    theirs = _values(other, twin, q, rates)
+    theirs = _values(other, kn.derive(other.system), q, rates)
     change, power = (
-        np.asarray(x)
+        np.asarray(x)[None]
         for x in eom.evaluate([eom.time_derivative(eom.energy), eom.power], q=list(q), u=list(truth.speeds))
     )
     at = f"at {states} random states"
     newton = f"Newton–Euler in redundant coordinates (a, α, N), {at}"
-    return (
-        Check("accelerations of the centre", _off(mine[:3], truth.a.T), 1e-10, newton),
-        Check("angular acceleration", _off(mine[3:6], truth.alpha.T), 1e-10, newton),
-        Check("normal force", _off(mine[6:], truth.normal[None]), 1e-10, newton),
-        Check(
-            "dE/dt less the power of friction",
-            _off(change[None], truth.friction_power[None]),
-            1e-10,
-            f"{newton}; power N f·slip",
-        ),
-        Check(
-            "dE/dt less the power derived", _off(change[None], power[None]), 1e-10, f"energy and power as derived, {at}"
-        ),
-        Check(
-            "invariance under the choice of speeds",
-            max(_off(mine[i:j], theirs[i:j]) for i, j in ((0, 3), (3, 6), (6, 7))),
-            1e-10,
-            f"a, α and N with u = q′ instead of the components of ω, {at}",
-        ),
+    speeds = f"a, α and N with u = q′ instead of the components of ω, {at}"
+    invariance = max(_off(mine[i:j], theirs[i:j]) for i, j in ((0, 3), (3, 6), (6, 7)))
+    found = (
+        ("accelerations of the centre", _off(mine[:3], truth.a.T), newton),
+        ("angular acceleration", _off(mine[3:6], truth.alpha.T), newton),
+        ("normal force", _off(mine[6:], truth.normal[None]), newton),
+        ("dE/dt less the power of friction", _off(change, truth.friction_power[None]), f"{newton}; power N f·slip"),
+        ("dE/dt less the power derived", _off(change, power), f"energy and power as derived, {at}"),
+        ("invariance under the choice of speeds", invariance, speeds),
     )
+    return tuple(Check(what, off, 1e-10, how) for what, off, how in found)
 
 
 def _values(disk: Model, eom: kn.Equations, q: Array, u: Array) -> Array:

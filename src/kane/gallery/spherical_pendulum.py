@@ -5,7 +5,7 @@ The azimuth is undefined at sin theta = 0, where every choice of speeds for it i
 """
 
 import kane as kn
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "spherical pendulum"
 SOURCES = (
@@ -37,8 +37,7 @@ def system(*, speeds: str = "rates") -> kn.System:
 
     v = P.velocity(N)
     u1, u2 = kn.speeds("u1:3")
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    choices = {
         "velocity": {u1: v.dot(B.x), u2: v.dot(B.y)},
         "momentum": {u1: m * P.position(O).cross(v).dot(N.z), u2: theta.dt},
         "horizontal": {u1: v.dot(N.x), u2: v.dot(N.y)},

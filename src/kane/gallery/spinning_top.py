@@ -2,7 +2,7 @@
 """The heavy symmetrical top with a fixed point, in Euler angles z-x-z: precession, nutation, spin."""
 
 import kane as kn
-from kane.gallery import Definitions, choose
+from kane.gallery import choose
 
 TITLE = "heavy symmetrical top"
 SOURCES = (
@@ -37,8 +37,7 @@ def system(*, speeds: str = "rates") -> kn.System:
 
     w = C.angular_velocity(N)
     u = kn.speeds("u1:4", "rad/s")
-    choices: dict[str, Definitions] = {
-        "rates": "rates",
+    choices = {
         "node": dict(zip(u, map(w.dot, (B.x, B.y, B.z)), strict=True)),
         "body": dict(zip(u, map(w.dot, (C.x, C.y, C.z)), strict=True)),
         "inertial": dict(zip(u, map(w.dot, (N.x, N.y, N.z)), strict=True)),

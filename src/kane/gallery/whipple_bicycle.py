@@ -18,20 +18,6 @@ SOURCES = (
     "Meijaard, J. P., Papadopoulos, J. M., Ruina, A., Schwab, A. L. (2007), Linearized dynamics equations for the balance and steer "
     "of a bicycle: a benchmark and review, Proc. R. Soc. A 463, 1955-1982; parameters of table 1.",
 )
-START = {
-    "q": {
-        "x": 0.0,
-        "y": 0.0,
-        "psi": 0.0,
-        "phi": 0.0,
-        "delta": 0.0,
-        "theta": kn.guess(0.0),
-        "theta_R": 0.0,
-        "theta_F": 0.0,
-    },
-    "u": {"u1": 0.5, "u4": 0.0, "u5": -4.6 / 0.3},
-    "inputs": {"T_phi": 0.0, "T_delta": 0.0},
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +43,11 @@ COORDINATES = (
     ("theta_R", "rad", "angle of the rear wheel"),
     ("theta_F", "rad", "angle of the front wheel"),
 )
+START = {
+    "q": {name: 0.0 for name, *_ in COORDINATES} | {"theta": kn.guess(0.0)},
+    "u": {"u1": 0.5, "u4": 0.0, "u5": -4.6 / 0.3},
+    "inputs": {"T_phi": 0.0, "T_delta": 0.0},
+}
 Frames = tuple[kn.Frame, ...]
 """N ground, Y yawed, L leaning, B rear frame, S z along the steering axis, H fork, E axes of its inertia, R and F wheels."""
 

@@ -16,7 +16,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import pendulum
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 from tests.present.disk import derived, moved
 
 HOSTILE = r"<script>alert(1)</script>&$x$\(y\)"

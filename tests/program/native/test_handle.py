@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.gallery import load
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 
 N = 3
 EOM = kn.derive(chain(N))

@@ -14,7 +14,7 @@ import pytest
 import kane as kn
 from kane.equations.handle import Handle
 from kane.errors import KaneWarning, ProgramError
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 from kane.program.emit.llvm import Options, emit_llvm
 from kane.program.native import machine_code, store
 from kane.program.native.machine import Settings
@@ -262,7 +262,7 @@ class TestCache:
             import numpy as np
             from llvmlite import binding
             import kane as kn
-            from kane.gallery.pendulums import chain
+            from kane.gallery.pendulums import system as chain
             from kane.program.native import machine_code
 
             def refuse(*_, **__):
@@ -289,7 +289,7 @@ class TestLife:
             import ctypes, gc
             import numpy as np
             import kane as kn
-            from kane.gallery.pendulums import chain
+            from kane.gallery.pendulums import system as chain
             from kane.program.native import machine_code
 
             compiled = kn.derive(chain(2)).compile()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery.pendulums import chain
+from kane.gallery.pendulums import system as chain
 from tests.program.child import child
 
 pytestmark = pytest.mark.slow
@@ -206,7 +206,7 @@ class TestProcesses:
             import gc, os, sys
             import numpy as np
             import kane as kn
-            from kane.gallery.pendulums import chain
+            from kane.gallery.pendulums import system as chain
 
             eom = kn.derive(chain(2))
             handle = eom.compile().rhs
@@ -280,7 +280,7 @@ class TestExit:
 
             atexit.register(join)
             import kane as kn
-            from kane.gallery.pendulums import chain
+            from kane.gallery.pendulums import system as chain
 
             eom = kn.derive(chain(2))
             eom.compile()
@@ -294,7 +294,7 @@ class TestExit:
             import threading, time
             import numpy as np
             import kane as kn
-            from kane.gallery.pendulums import chain
+            from kane.gallery.pendulums import system as chain
 
             handle = kn.derive(chain(3)).compile().rhs
             rows = np.full((20000, 6), 0.3)
@@ -313,7 +313,7 @@ class TestExit:
         child("""
             import ctypes, sys
             import kane as kn
-            from kane.gallery.pendulums import chain
+            from kane.gallery.pendulums import system as chain
 
             class Last:
                 def __init__(self, handle):
