@@ -12,17 +12,7 @@ from fractions import Fraction
 import numpy as np
 
 from kane.errors import ExpressionError
-from kane.expr.node import (
-    ONE,
-    TWO,
-    ZERO,
-    Expr,
-    Number,
-    constant,
-    constant_value,
-    intern_node,
-    precedes,
-)
+from kane.expr.node import ONE, TWO, ZERO, Expr, Number, constant, constant_value, intern_node, precedes
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
 from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2
 
@@ -149,18 +139,13 @@ def mul(a: Expr, b: Expr) -> Expr:
 
 def _times_quotient(a: Expr, b: Expr) -> Expr | None:
     """(x/b) b = x and (1/y) b = b/y, where a or b is such a quotient."""
-    if a.op is DIV:
-        x, y = a.args
-        if y is b:
-            return x
-        if x is ONE:
-            return div(b, y)
-    if b.op is DIV:
-        x, y = b.args
-        if y is a:
-            return x
-        if x is ONE:
-            return div(a, y)
+    for quotient, other in ((a, b), (b, a)):
+        if quotient.op is DIV:
+            x, y = quotient.args
+            if y is other:
+                return x
+            if x is ONE:
+                return div(other, y)
     return None
 
 

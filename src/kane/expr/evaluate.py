@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import ValueMissingError
+from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, SYMBOL
 from kane.expr.symbols import Parameter, Symbol
@@ -63,10 +64,8 @@ def evaluate(exprs: Any, values: Values) -> Any:
     Those of a sequence all have the broadcast shape. Parameters without a value take their default; any other symbol
     without one is a `ValueMissingError`.
     """
-    from kane.expr.matrix import Matrix
-
     if isinstance(exprs, Matrix):
-        return stacked(evaluate([x for row in exprs.rows for x in row], values), exprs.shape)
+        return stacked(evaluate(exprs.entries, values), exprs.shape)
     if isinstance(exprs, Expr | int | float):
         return evaluate([exprs], values)[0]
     roots = [as_expr(e) for e in exprs]

@@ -26,12 +26,28 @@ from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
 
 Number = int | float | Fraction
 T = TypeVar("T", covariant=True)
+Leaf = TypeVar("Leaf", bound="Expr")
 
 
 class Scalable(Protocol[T]):
     """What a scalar can multiply: a vector, a dyadic."""
 
     def __rmul__(self, factor: Any, /) -> T: ...
+
+
+def _undecided(sign: str, cure: str) -> Callable[..., NoReturn]:
+    """The method of a comparison, which refuses: an expression has no truth value."""
+
+    def refuse(self: Expr, *other: object) -> NoReturn:
+        raise ExpressionError(
+            f"Expected a comparison that has a truth value, got an expression: `{sign}` on {self!s:.80} cannot be "
+            f"decided while deriving. {cure}"
+        )
+
+    return refuse
+
+
+_CONDITION = "For a condition inside the equations write kn.where(kn.less({}), {})."
 
 
 class Expr:
@@ -54,32 +70,13 @@ class Expr:
 
     __hash__ = object.__hash__
 
-    def _refuse(self, sign: str, cure: str) -> NoReturn:
-        raise ExpressionError(
-            f"Expected a comparison that has a truth value, got an expression: `{sign}` on {self!s:.80} cannot be "
-            f"decided while deriving. {cure}"
-        )
-
-    def __eq__(self, other: object) -> NoReturn:
-        self._refuse("==", "Use `a is b` for the same expression, or a dict or set for membership (not a list).")
-
-    def __ne__(self, other: object) -> NoReturn:
-        self._refuse("!=", "Use `a is not b`, or a dict or set for membership (not a list).")
-
-    def __lt__(self, other: object) -> NoReturn:
-        self._refuse("<", "For a condition inside the equations write kn.where(kn.less(a, b), x, y).")
-
-    def __gt__(self, other: object) -> NoReturn:
-        self._refuse(">", "For a condition inside the equations write kn.where(kn.less(b, a), x, y).")
-
-    def __le__(self, other: object) -> NoReturn:
-        self._refuse("<=", "For a condition inside the equations write kn.where(kn.less(b, a), y, x).")
-
-    def __ge__(self, other: object) -> NoReturn:
-        self._refuse(">=", "For a condition inside the equations write kn.where(kn.less(a, b), y, x).")
-
-    def __bool__(self) -> NoReturn:
-        self._refuse("if", "For a condition inside the equations write kn.where(kn.less(a, b), x, y).")
+    __eq__ = _undecided("==", "Use `a is b` for the same expression, or a dict or set for membership (not a list).")
+    __ne__ = _undecided("!=", "Use `a is not b`, or a dict or set for membership (not a list).")
+    __lt__ = _undecided("<", _CONDITION.format("a, b", "x, y"))
+    __gt__ = _undecided(">", _CONDITION.format("b, a", "x, y"))
+    __le__ = _undecided("<=", _CONDITION.format("b, a", "y, x"))
+    __ge__ = _undecided(">=", _CONDITION.format("a, b", "y, x"))
+    __bool__ = _undecided("if", _CONDITION.format("a, b", "x, y"))
 
     def __float__(self) -> float:
         value = constant_value(self)
@@ -127,41 +124,20 @@ class Expr:
     if TYPE_CHECKING:
 
         def __add__(self, other: Expr | Number) -> Expr: ...
-        def __radd__(self, other: Expr | Number) -> Expr: ...
-        def __sub__(self, other: Expr | Number) -> Expr: ...
-        def __rsub__(self, other: Expr | Number) -> Expr: ...
+
+        __radd__ = __sub__ = __rsub__ = __rmul__ = __truediv__ = __rtruediv__ = __pow__ = __rpow__ = __add__
+        atan2 = min = max = less = __add__
+
         @overload
         def __mul__(self, other: Expr | Number) -> Expr: ...
         @overload
         def __mul__(self, other: Scalable[T]) -> T: ...
         def __mul__(self, other: Any) -> Any: ...
-        def __rmul__(self, other: Expr | Number) -> Expr: ...
-        def __truediv__(self, other: Expr | Number) -> Expr: ...
-        def __rtruediv__(self, other: Expr | Number) -> Expr: ...
-        def __pow__(self, other: Expr | Number) -> Expr: ...
-        def __rpow__(self, other: Expr | Number) -> Expr: ...
         def __neg__(self) -> Expr: ...
-        def __pos__(self) -> Expr: ...
-        def __abs__(self) -> Expr: ...
 
-        sqrt: Callable[[], Expr]
-        sin: Callable[[], Expr]
-        cos: Callable[[], Expr]
-        tan: Callable[[], Expr]
-        asin: Callable[[], Expr]
-        acos: Callable[[], Expr]
-        atan: Callable[[], Expr]
-        sinh: Callable[[], Expr]
-        cosh: Callable[[], Expr]
-        tanh: Callable[[], Expr]
-        exp: Callable[[], Expr]
-        log: Callable[[], Expr]
-        abs: Callable[[], Expr]
-        sign: Callable[[], Expr]
-        atan2: Callable[[Expr | Number], Expr]
-        min: Callable[[Expr | Number], Expr]
-        max: Callable[[Expr | Number], Expr]
-        less: Callable[[Expr | Number], Expr]
+        __pos__ = __abs__ = sqrt = exp = log = abs = sign = __neg__
+        sin = cos = tan = asin = acos = atan = sinh = cosh = tanh = __neg__
+
         where: Callable[[Expr | Number, Expr | Number], Expr]
 
         @property
@@ -210,6 +186,15 @@ def intern_node(op: Op, *args: Expr) -> Expr:
     return first
 
 
+def leaf(kind: type[Leaf], op: Op, key: int) -> Leaf:
+    """A new node without arguments, not yet in the table."""
+    node = _new(kind)
+    _set_op(node, op)
+    _set_args(node, ())
+    _set_key(node, key)
+    return node
+
+
 def enter(name: tuple[Any, ...], node: Expr) -> Expr:
     """Put a finished node into the table, unless another thread was first; then theirs is the one."""
     with _lock:
@@ -243,11 +228,6 @@ def sweep() -> int:
     return dropped
 
 
-def table_size() -> int:
-    """Number of nodes that are interned now."""
-    return len(_table)
-
-
 def constant(value: Number | np.number[Any]) -> Expr:
     """The constant node of a real, finite number."""
     exact = _exact(value)
@@ -255,10 +235,7 @@ def constant(value: Number | np.number[Any]) -> Expr:
     node = _table.get(name)
     if node is not None:
         return node
-    fresh: Constant = _new(Constant)
-    _set_op(fresh, CONST)
-    _set_args(fresh, ())
-    _set_key(fresh, hash((CONST.code, _number_key(exact))))
+    fresh = leaf(Constant, CONST, hash((CONST.code, _number_key(exact))))
     _set_value(fresh, exact)
     return enter(name, fresh)
 

@@ -61,19 +61,14 @@ def forward(lower: Rows, b: Sequence[Expr]) -> list[Expr]:
     return y
 
 
-def backward(factors: LDL, z: Sequence[Expr]) -> list[Expr]:
-    """x with Lᵀ x = z."""
-    x = list(z)
+def finish(factors: LDL, y: Sequence[Expr]) -> list[Expr]:
+    """x with D Lᵀ x = y: what is left of L D Lᵀ x = b after y = `forward(factors.lower, b)`."""
+    x = [div(v, d) for v, d in zip(y, factors.pivots, strict=True)]
     for i in reversed(range(len(x))):
         for j, entry in enumerate(factors.lower[i]):
             if entry is not ZERO and x[i] is not ZERO:
                 x[j] = sub(x[j], mul(entry, x[i]))
     return x
-
-
-def finish(factors: LDL, y: Sequence[Expr]) -> list[Expr]:
-    """x with D Lᵀ x = y: what is left of L D Lᵀ x = b after y = `forward(factors.lower, b)`."""
-    return backward(factors, [div(v, d) for v, d in zip(y, factors.pivots, strict=True)])
 
 
 def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
@@ -101,11 +96,7 @@ def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
             )
         for i in range(j + 1, n):
             if work[i][j] is not ZERO:
-                factor = div(work[i][j], work[j][j])
-                work[i] = [
-                    ZERO if k <= j else sub(x, mul(factor, y))
-                    for k, (x, y) in enumerate(zip(work[i], work[j], strict=True))
-                ]
+                _, work[i] = _eliminated(work[i], work[j], j)
     solutions = []
     for c in range(n, n + len(columns)):
         x: list[Expr] = [ZERO] * n
@@ -149,10 +140,15 @@ def lu(rows: Rows) -> LU:
             raise SingularError(f"Expected a pivot that is not zero in row {j + 1} of {n}.")
         for i in range(j + 1, n):
             if upper[i][j] is not ZERO:
-                lower[i][j] = factor = div(upper[i][j], pivot)
-                pairs = enumerate(zip(upper[i], upper[j], strict=True))
-                upper[i] = [ZERO if k <= j else x if y is ZERO else sub(x, mul(factor, y)) for k, (x, y) in pairs]
+                lower[i][j], upper[i] = _eliminated(upper[i], upper[j], j)
     return LU(lower, upper)
+
+
+def _eliminated(row: list[Expr], top: list[Expr], j: int) -> tuple[Expr, list[Expr]]:
+    """The factor l with row[j] = l top[j], and row − l top."""
+    factor = div(row[j], top[j])
+    pairs = enumerate(zip(row, top, strict=True))
+    return factor, [ZERO if k <= j else x if y is ZERO else sub(x, mul(factor, y)) for k, (x, y) in pairs]
 
 
 def solve_linear(matrix: Matrix, b: Sequence[Expr]) -> tuple[Expr, ...]:

@@ -10,18 +10,7 @@ from collections.abc import Hashable
 from typing import Any, Self, cast
 
 from kane.errors import ExpressionError
-from kane.expr.node import (
-    Expr,
-    Number,
-    _new,
-    _set_args,
-    _set_key,
-    _set_op,
-    _table,
-    as_expr,
-    constant_value,
-    enter,
-)
+from kane.expr.node import Expr, Number, _table, as_expr, constant_value, enter, leaf
 from kane.expr.ops import SYMBOL
 
 
@@ -61,27 +50,19 @@ class Symbol(Expr):
                 f"without a default write unit={default!r}."
             )
         if default is not None:
-            value = constant_value(as_expr(default))
-            if value is None:
+            number = constant_value(as_expr(default))
+            if number is None:
                 raise ExpressionError(f"Expected a number as the default of {name!r}, got an expression.")
-            default = float(value)
-        entry = (SYMBOL, cls, name, default, unit, description, place)
+            default = float(number)
+        declaration = (name, default, unit, description, place)
+        entry = (SYMBOL, cls, *declaration)
         first = _table.get(entry)
         if first is not None:
             return cast(Self, first)
-        node: Any = _new(cls)
         text = repr((cls.__name__, name, default, unit, description, _place_key(place)))
-        _set_op(node, SYMBOL)
-        _set_args(node, ())
-        _set_key(node, int.from_bytes(hashlib.blake2b(text.encode(), digest_size=7).digest()))
-        for slot, value_ in (
-            ("name", name),
-            ("default", default),
-            ("unit", unit),
-            ("description", description),
-            ("place", place),
-        ):
-            object.__setattr__(node, slot, value_)
+        node = leaf(cls, SYMBOL, int.from_bytes(hashlib.blake2b(text.encode(), digest_size=7).digest()))
+        for field, value in zip(("name", "default", "unit", "description", "place"), declaration, strict=True):
+            object.__setattr__(node, field, value)
         return cast(Self, enter(entry, node))
 
     def declaration(self) -> tuple[Any, ...]:

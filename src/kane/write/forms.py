@@ -11,18 +11,13 @@ from kane.expr.ops import CONST
 from kane.expr.symbols import Symbol
 from kane.write.trees import (
     LAST,
-    RANK_CALL,
-    RANK_COMPARISON,
-    RANK_CONSTANT,
-    RANK_PI,
-    RANK_SUM,
-    RANK_Z,
     Call,
     Minus,
     Name,
     NumberTree,
     Power,
     Product,
+    Rank,
     Signed,
     Sum,
     Tokens,
@@ -38,7 +33,7 @@ Item = TypeVar("Item")
 
 def number_tree(value: Number) -> NumberTree:
     """A number that is not negative."""
-    return NumberTree(_plain(value), ((RANK_CONSTANT, (), 0),))
+    return NumberTree(_plain(value), ((Rank.CONSTANT, (), 0),))
 
 
 def size_of(value: Number) -> Number:
@@ -54,10 +49,10 @@ def name_tree(text: str, symbol: Symbol | None = None) -> Name:
     """A symbol, or a named intermediate."""
     if symbol is not None:
         return Name(text, symbol, symbol_tokens(symbol))
-    return Name(text, None, ((RANK_Z, natural(text), -1),))
+    return Name(text, None, ((Rank.Z, natural(text), -1),))
 
 
-PI_NAME = Name("pi", None, ((RANK_PI, ("pi",), -1),))
+PI_NAME = Name("pi", None, ((Rank.PI, ("pi",), -1),))
 
 
 def unsigned(form: Signed) -> Tree:
@@ -75,14 +70,14 @@ def call(name: str, args: Sequence[Signed]) -> Signed:
     trees = [unsigned(a) for a in args]
     if name == "pow":
         base, exponent = trees
-        return False, Power(base, exponent, joined((RANK_SUM, ("", 0, "^"), -1), (t.tokens for t in trees)))
+        return False, Power(base, exponent, joined((Rank.SUM, ("", 0, "^"), -1), (t.tokens for t in trees)))
     negative = False
     if name in ("min", "max"):
         trees.sort(key=lambda t: t.tokens)
     elif (name in _ODD or name in _EVEN) and isinstance(trees[0], Sum) and trees[0].leads_with_minus:
         trees[0] = trees[0].flipped()
         negative = name in _ODD
-    rank = RANK_COMPARISON if name == "less" else RANK_CALL
+    rank = Rank.COMPARISON if name == "less" else Rank.CALL
     return negative, Call(name, tuple(trees), joined((rank, (name,), -1), (t.tokens for t in trees)))
 
 
@@ -176,7 +171,7 @@ def sum_form(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> Signed:
         return False, number_tree(0)
     if len(ordered) == 1:
         return ordered[0]
-    return False, Sum.of(ordered, joined((RANK_SUM, (), -1), (t.tokens for _, t in ordered)))
+    return False, Sum.of(ordered, joined((Rank.SUM, (), -1), (t.tokens for _, t in ordered)))
 
 
 def _sorted(items: list[tuple[Tokens, Expr, Item]]) -> list[Item]:

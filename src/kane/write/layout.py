@@ -15,13 +15,10 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from kane.expr.node import Expr, Number, constant_value, postorder
-from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN, Op
+from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN
 from kane.expr.symbols import Symbol
 from kane.write.forms import PI_NAME, call, name_tree, number_tree, product_form, scaled, size_of, sum_form, unsigned
-from kane.write.trees import (
-    Signed,
-    Tree,
-)
+from kane.write.trees import Signed, Tree
 
 LONG = 40
 """Expressions with more operations than this, written out, get named intermediates."""
@@ -59,13 +56,9 @@ def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
 
 # What gets a name --------------------------------------------------------------------------------------
 
-_SUMS = {ADD, SUB}
-_PRODUCTS = {MUL, DIV}
+_FLAT = dict.fromkeys((ADD, SUB), (ADD, SUB)) | dict.fromkeys((MUL, DIV), (MUL, DIV))
+"""The operations that are flattened into each operation."""
 _SATURATED = 10_000
-
-
-def _family(op: Op) -> set[Op]:
-    return _SUMS if op in _SUMS else _PRODUCTS if op in _PRODUCTS else set()
 
 
 def _level(node: Expr, levels: Mapping[Expr, int]) -> int:
@@ -74,7 +67,7 @@ def _level(node: Expr, levels: Mapping[Expr, int]) -> int:
         return 0
     if node.op is NEG:
         return levels[node.args[0]]
-    family = _family(node.op) if not _is_square(node) else set()  # else exponents grow as 2^2^…
+    family = _FLAT.get(node.op, ()) if not _is_square(node) else ()  # else exponents grow as 2^2^…
     return max(levels[a] + (a.op not in family and bool(a.args)) for a in node.args)
 
 
@@ -151,24 +144,31 @@ _Plan: TypeAlias = tuple[Sequence[Expr], Callable[[_Forms], Signed]]
 def _build(root: Expr, forms: _Forms, stops: Mapping[Expr, str]) -> Signed:
     """The form of `root`; `forms` holds those of the named nodes `stops` and gathers the others."""
     plans: dict[Expr, _Plan] = {}
+
+    def parts(node: Expr) -> Sequence[Expr]:
+        if node in forms:
+            return ()
+        if node not in plans:
+            plans[node] = _plan(node, stops)
+        return plans[node][0]
+
+    for node in _ordered(root, parts):
+        if node not in forms:
+            forms[node] = plans[node][1](forms)
+    return forms[root]
+
+
+def _ordered(root: Expr, parts: Callable[[Expr], Sequence[Expr]]) -> list[Expr]:
+    """`root` and everything below it, each node once, its `parts` before it."""
+    order: dict[Expr, None] = {}
     stack = [root]
     while stack:
-        node = stack[-1]
-        if node in forms:
-            stack.pop()
-            continue
-        plan = plans.get(node)
-        if plan is None:
-            plan = plans[node] = _plan(node, stops)
-        parts, finish = plan
-        waiting = [a for a in parts if a not in forms]
+        waiting = [a for a in parts(stack[-1]) if a not in order]
         if waiting:
-            stack.extend(waiting)
+            stack.extend(reversed(waiting))
         else:
-            forms[node] = finish(forms)
-            del plans[node]
-            stack.pop()
-    return forms[root]
+            order[stack.pop()] = None
+    return list(order)
 
 
 def _plan(node: Expr, stops: Mapping[Expr, str]) -> _Plan:
@@ -203,22 +203,7 @@ def _whole_exponent(node: Expr) -> int | None:
 
 def _region(root: Expr, stops: Mapping[Expr, str], inner: Callable[[Expr], Sequence[Expr]]) -> list[Expr]:
     """Nodes that are flattened into `root`, and their outer arguments; arguments before users."""
-    seen: set[Expr] = set()
-    order: list[Expr] = []
-    stack = [root]
-    while stack:
-        node = stack[-1]
-        if node in seen:
-            stack.pop()
-            continue
-        waiting = [a for a in inner(node) if a not in seen] if node is root or node not in stops else []
-        if waiting:
-            stack.extend(reversed(waiting))
-        else:
-            seen.add(node)
-            order.append(node)
-            stack.pop()
-    return order
+    return _ordered(root, lambda node: inner(node) if node is root or node not in stops else ())
 
 
 def _summands(node: Expr) -> Sequence[Expr]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -114,18 +115,8 @@ Signed: TypeAlias = tuple[bool, Tree]
 # The order in which people write -----------------------------------------------------------------------
 
 _WIDTH = 24
-(
-    RANK_CONSTANT,
-    RANK_PARAMETER,
-    RANK_PI,
-    RANK_COORDINATE,
-    RANK_SPEED,
-    RANK_Z,
-    RANK_SUM,
-    RANK_CALL,
-    RANK_COMPARISON,
-    RANK_END,
-) = range(10)
+Rank = IntEnum("Rank", "CONSTANT PARAMETER PI COORDINATE SPEED Z SUM CALL COMPARISON END", start=0)
+"""What comes first in products and sums."""
 _KINDS: dict[type[Symbol], int] = {
     Coordinate: 0,
     Rate: 1,
@@ -136,7 +127,7 @@ _KINDS: dict[type[Symbol], int] = {
     Input: 7,
     Time: 8,
 }
-LAST: Tokens = ((RANK_END, (), 0),)
+LAST: Tokens = ((Rank.END, (), 0),)
 
 
 def natural(name: str) -> tuple[str | int, ...]:
@@ -160,11 +151,11 @@ def symbol_tokens(symbol: Symbol) -> Tokens:
             place = 1
         elif symbol.name == "g":
             place = 2
-        return ((RANK_PARAMETER, (str(place), 0, *natural(symbol.name)), -1),)
+        return ((Rank.PARAMETER, (str(place), 0, *natural(symbol.name)), -1),)
     kind = _KINDS.get(type(symbol), 9)
     if isinstance(symbol, Rate) and isinstance(symbol.place, Symbol) and not isinstance(symbol.place, Coordinate):
         kind = 5
-    return ((RANK_SPEED if kind >= 2 else RANK_COORDINATE, (str(kind), 0, *natural(symbol.name)), -1),)
+    return ((Rank.SPEED if kind >= 2 else Rank.COORDINATE, (str(kind), 0, *natural(symbol.name)), -1),)
 
 
 def raised(tokens: Tokens, exponent: int) -> Tokens:
