@@ -13,7 +13,7 @@ from kane.analysis.flow import Choice, flow_at
 from kane.analysis.local import slopes_at, solver, values_at
 from kane.analysis.state import State
 from kane.analysis.steady import dependence
-from kane.dynamics.readings.unsolved import Perturbations
+from kane.analysis.tangents import Perturbations, perturbations
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.expr.symbols import Symbol
@@ -35,7 +35,6 @@ class Conditions:
     """
 
     numeric: Numeric[Equations]
-    perturbed: Perturbations
     t: float
     symbols: tuple[Symbol, ...]
     constant: tuple[int, ...]
@@ -46,6 +45,11 @@ class Conditions:
     def eom(self) -> Equations:
         """The equations."""
         return self.numeric.equations
+
+    @property
+    def perturbed(self) -> Perturbations:
+        """The perturbations of the coordinates."""
+        return self.numeric.value(perturbations)
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
@@ -107,24 +111,19 @@ def _unit(s: Symbol | None) -> str:
 
 
 def conditions(
-    numeric: Numeric[Equations],
-    perturbed: Perturbations,
-    t: float,
-    start: Array,
-    choice: Choice,
-    moving: Sequence[str],
+    numeric: Numeric[Equations], t: float, start: Array, choice: Choice, moving: Sequence[str]
 ) -> Conditions:
     """The conditions that apply: coordinates on which no speed depends near the start may move, and so may `moving`."""
     eom = numeric.equations
     symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs, *eom.parameters)
-    bare = Conditions(numeric, perturbed, t, symbols, (), (), constraints_only=True)
+    bare = Conditions(numeric, t, symbols, (), (), constraints_only=True)
     nq, n = len(eom.coordinates), len(eom.speeds)
     constant: set[int] = set()
     steady = set(range(n))
     for seed in _NEAR:
         x = start.copy()
         x[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
-        flow = flow_at(numeric, perturbed, bare.state(on_constraints(bare, x)), choice)
+        flow = flow_at(numeric, bare.state(on_constraints(bare, x)), choice)
         tangent = flow.tangents
         matters = dependence(flow.a, len(tangent.free_q))[: len(tangent.free_q)]
         constant |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
@@ -132,10 +131,9 @@ def conditions(
         steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
     return Conditions(
         numeric,
-        perturbed,
         t,
         symbols,
-        tuple(sorted(i for i in constant if perturbed.names[i] not in moving)),
+        tuple(sorted(i for i in constant if bare.perturbed.names[i] not in moving)),
         tuple(sorted(i for i in steady if eom.speeds[i].name not in moving)),
     )
 

@@ -181,9 +181,7 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
     scale = float(unknowns.scale[-1])
 
     def at(y: Array) -> tuple[OperatingPoint, Linear]:
-        point = point_of(
-            conditions.eom, closed(conditions.numeric, conditions.perturbed, conditions.state(unknowns.spread(y)))
-        )
+        point = point_of(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
         at_point = lin(**point.arguments, independent=independent, steady=False)
         gone = [n for n in at_point.coordinates if n not in kept]
         return point, replace(at_point, cyclic=tuple(gone)).without("cyclic")

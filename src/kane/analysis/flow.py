@@ -12,9 +12,9 @@ import numpy as np
 
 from kane.analysis.local import Slopes, Values, slopes_at, solver, unknowns, values_at
 from kane.analysis.state import State
-from kane.analysis.tangents import Tangents, in_numbers, spread, tangents, turning_rates
+from kane.analysis.tangents import Tangents, in_numbers, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import POOR, quality
-from kane.dynamics.readings.unsolved import Perturbations, partials
+from kane.dynamics.readings.unsolved import partials
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
@@ -40,7 +40,9 @@ class Choice:
 class Flow:
     """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, r) of δ(ξ_I, u_I, r)."""
 
+    numeric: Numeric[Equations]
     state: State
+    choice: Choice
     values: Values
     slopes: Slopes
     z: Array
@@ -52,10 +54,16 @@ class Flow:
     moves: Array
     answers: Array
 
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The names of x."""
+        names, speeds = self.numeric.value(perturbations).names, self.numeric.equations.speeds
+        return (*(names[i] for i in self.tangents.free_q), *(speeds[i].name for i in self.tangents.free_u))
 
-def flow_at(numeric: Numeric[Equations], perturbed: Perturbations, state: State, choice: Choice) -> Flow:
+
+def flow_at(numeric: Numeric[Equations], state: State, choice: Choice) -> Flow:
     """F and its derivatives at a state on the constraints."""
-    eom = numeric.equations
+    eom, perturbed = numeric.equations, numeric.value(perturbations)
     nq, n = len(eom.coordinates), len(eom.speeds)
     values = values_at(numeric, state)
     solve = solver(eom, values)
@@ -85,9 +93,8 @@ def flow_at(numeric: Numeric[Equations], perturbed: Perturbations, state: State,
     rows = np.vstack([own[list(tangent.free_q)], answers[:n][list(tangent.free_u)]])
     rest = np.concatenate([rates[list(tangent.free_q)], z[:n][list(tangent.free_u)]])
     mass = tangent.b.T @ m @ tangent.b
-    return Flow(
-        state, values, slopes, z, tangent, rest, rows[:, : len(rows)], rows[:, len(rows) :], mass, moves, answers
-    )
+    a, b = rows[:, : len(rows)], rows[:, len(rows) :]
+    return Flow(numeric, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers)
 
 
 def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
@@ -142,10 +149,10 @@ def answers(eom: Equations, *roots: Expr) -> Bundle[Answers]:
     return Bundle("outputs", (*ports(eom.derived), z), Answers, {"values": roots, "slopes": slopes})
 
 
-def output_slopes(numeric: Numeric[Equations], flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
+def output_slopes(flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
     """(h, δh of δ(ξ_I, u_I, r)) at the state."""
     if not outputs.roots:
         return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
     state = flow.state
-    found = numeric.routine(answers, *outputs.roots)(state.t, state.x, state.p, state.r, flow.z)
+    found = flow.numeric.routine(answers, *outputs.roots)(state.t, state.x, state.p, state.r, flow.z)
     return found.values, found.slopes @ np.vstack([flow.moves, flow.answers])

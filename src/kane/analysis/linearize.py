@@ -12,13 +12,12 @@ from kane.analysis.linear import Linear
 from kane.analysis.point import point_of, state_at
 from kane.analysis.state import State
 from kane.analysis.steady import Steadiness, steadiness
-from kane.dynamics.readings.unsolved import Perturbations, perturbations
+from kane.analysis.tangents import perturbations
 from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.program.native.machine import Settings
-
-LeaveOut = Sequence[Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +26,6 @@ class Linearizer:
 
     eom: Equations
     outputs: Outputs
-    known: Perturbations
     settings: Settings | None = None
 
     def __call__(
@@ -39,47 +37,32 @@ class Linearizer:
         inputs: Mapping[Any, float] | None = None,
         t: float = 0.0,
         independent: Sequence[Any] = (),
-        leave_out: LeaveOut = (),
+        leave_out: Sequence[Any] = (),
         steady: bool = True,
         tolerance: float = 1e-8,
     ) -> Linear:
         """See `linearize`."""
-        state = state_at(self.eom.numeric(self.settings), self.known, q, u, parameters, inputs, t)
-        choice = choice_of(self.eom, self.known, independent)
-        flow, verdict, choice = self._flow(state, choice, bool(independent), tolerance)
+        numeric = self.eom.numeric(self.settings)
+        state = state_at(numeric, q, u, parameters, inputs, t)
+        flow, verdict = _flow(numeric, state, choice_of(numeric, independent), bool(independent), tolerance)
         if steady and not verdict.holds:
-            raise SimulationError(_not_steady(self.eom, self.known, flow, verdict))
-        _check_independent(self.eom, self.known, flow, choice, independent)
+            raise SimulationError(_not_steady(flow, verdict))
+        _check_independent(flow, independent)
         linear = self._linear(flow, verdict)
         return linear.without(*([leave_out] if isinstance(leave_out, str) else leave_out)) if len(leave_out) else linear
 
-    def _flow(self, state: State, choice: Choice, fixed: bool, tolerance: float) -> tuple[Flow, Steadiness, Choice]:
-        """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice."""
-        numeric = self.eom.numeric(self.settings)
-        flow = flow_at(numeric, self.known, state, choice)
-        verdict = steadiness(numeric, self.known, flow, choice, tolerance)
-        if verdict.holds or fixed or self.eom.embedding is None or self.eom.system.dependent_speeds:
-            return flow, verdict, choice
-        changing = np.flatnonzero(np.abs(flow.z[: len(self.eom.speeds)]) > tolerance)
-        other = Choice(choice.q, tuple(changing.tolist()))
-        second = flow_at(numeric, self.known, state, other)
-        again = steadiness(numeric, self.known, second, other, tolerance)
-        return (second, again, other) if again.holds else (flow, verdict, choice)
-
     def _linear(self, flow: Flow, verdict: Steadiness) -> Linear:
-        eom, tangent = self.eom, flow.tangents
-        coordinates = tuple(self.known.names[i] for i in tangent.free_q)
-        states = (*coordinates, *(eom.speeds[i].name for i in tangent.free_u))
-        values, slopes = output_slopes(eom.numeric(self.settings), flow, self.outputs)
+        eom, states, count = self.eom, flow.states, len(flow.states)
+        values, slopes = output_slopes(flow, self.outputs)
         return Linear(
             states,
             tuple(r.name for r in eom.inputs),
             self.outputs.names,
-            coordinates,
+            states[: len(flow.tangents.free_q)],
             flow.a,
             flow.b,
-            slopes[:, : len(states)],
-            slopes[:, len(states) :],
+            slopes[:, :count],
+            slopes[:, count:],
             point_of(eom, flow.state),
             flow.rest,
             values,
@@ -102,7 +85,7 @@ def linearizer(
     outputs : expressions y by name, which may hold coordinates, their rates, speeds with their accelerations, reactions and inputs
     settings : how to compile
     """
-    return Linearizer(eom, outputs_of(eom, outputs), perturbations(eom.derived), settings)
+    return Linearizer(eom, outputs_of(eom, outputs), settings)
 
 
 def linearize(
@@ -115,7 +98,7 @@ def linearize(
     t: float = 0.0,
     outputs: Mapping[str, Any] | Sequence[Any] | None = None,
     independent: Sequence[Any] = (),
-    leave_out: LeaveOut = (),
+    leave_out: Sequence[Any] = (),
     steady: bool = True,
     tolerance: float = 1e-8,
     settings: Settings | None = None,
@@ -151,34 +134,41 @@ def linearize(
     )  # fmt: skip
 
 
-def choice_of(eom: Equations, perturbed: Perturbations, independent: Iterable[Any]) -> Choice:
+def _flow(
+    numeric: Numeric[Equations], state: State, choice: Choice, fixed: bool, tolerance: float
+) -> tuple[Flow, Steadiness]:
+    """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice."""
+    eom, flow = numeric.equations, flow_at(numeric, state, choice)
+    verdict = steadiness(flow, tolerance)
+    if verdict.holds or fixed or eom.embedding is None or eom.system.dependent_speeds:
+        return flow, verdict
+    changing = np.flatnonzero(np.abs(flow.z[: len(eom.speeds)]) > tolerance)
+    second = flow_at(numeric, state, Choice(choice.q, tuple(changing.tolist())))
+    again = steadiness(second, tolerance)
+    return (second, again) if again.holds else (flow, verdict)
+
+
+def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Choice:
     """What is to be dependent when `independent` is to be independent, and by the system's own wish."""
+    eom, known = numeric.equations, numeric.value(perturbations).names
     names = [x.name if isinstance(x, Symbol) else x for x in independent]
     speeds = [u.name for u in eom.speeds]
-    unknown = [str(n) for n in names if n not in perturbed.names and n not in speeds]
+    unknown = [str(n) for n in names if n not in known and n not in speeds]
     if unknown:
         raise ValueMissingError(
-            f"Expected independent= among {', '.join((*perturbed.names, *speeds))}, got {', '.join(unknown)}."
+            f"Expected independent= among {', '.join((*known, *speeds))}, got {', '.join(unknown)}."
         )
     wished = {q.name for q in eom.system.dependent_coordinates}
-    own = [i for i, n in enumerate(perturbed.names) if n in wished]
-    chosen_q = (
-        [i for i, n in enumerate(perturbed.names) if n not in names] if set(names) & set(perturbed.names) else own
-    )
+    chosen_q = [i for i, n in enumerate(known) if (n not in names if set(names) & set(known) else n in wished)]
     chosen_u = [i for i, n in enumerate(speeds) if n not in names] if set(names) & set(speeds) else []
     return Choice(tuple(chosen_q), tuple(chosen_u))
 
 
-def _check_independent(
-    eom: Equations, perturbed: Perturbations, flow: Flow, choice: Choice, wanted: Sequence[Any]
-) -> None:
-    names = {x.name if isinstance(x, Symbol) else x for x in wanted}
-    for all_names, free in (
-        (perturbed.names, flow.tangents.free_q),
-        ([u.name for u in eom.speeds], flow.tangents.free_u),
-    ):
+def _check_independent(flow: Flow, wanted: Sequence[Any]) -> None:
+    names, count = {x.name if isinstance(x, Symbol) else x for x in wanted}, len(flow.tangents.free_q)
+    known, speeds = flow.numeric.value(perturbations).names, [u.name for u in flow.numeric.equations.speeds]
+    for all_names, got in ((known, flow.states[:count]), (speeds, flow.states[count:])):
         asked = [n for n in all_names if n in names]
-        got = [all_names[i] for i in free]
         if asked and set(asked) != set(got):
             raise SimulationError(
                 f"Expected independent= to hold {len(got)} of {', '.join(all_names)} that determine the others, got "
@@ -186,15 +176,15 @@ def _check_independent(
             )
 
 
-def _not_steady(eom: Equations, perturbed: Perturbations, flow: Flow, verdict: Steadiness) -> str:
-    count = len(flow.tangents.free_q)
-    symbols = [perturbed.symbols[i] for i in flow.tangents.free_q] + [eom.speeds[i] for i in flow.tangents.free_u]
-    names = [perturbed.names[i] for i in flow.tangents.free_q] + [eom.speeds[i].name for i in flow.tangents.free_u]
+def _not_steady(flow: Flow, verdict: Steadiness) -> str:
+    count, perturbed = len(flow.tangents.free_q), flow.numeric.value(perturbations)
+    free_u = flow.tangents.free_u
+    symbols = [perturbed.symbols[i] for i in flow.tangents.free_q] + [flow.numeric.equations.speeds[i] for i in free_u]
 
     def rate_of(i: int) -> str:
         s = symbols[i]
         unit = f" {s.unit}/s" if s is not None and s.unit else ""
-        return f"{names[i]}' = {flow.rest[i]:.6g}{unit}"
+        return f"{flow.states[i]}' = {flow.rest[i]:.6g}{unit}"
 
     accelerations = [rate_of(i) for i in verdict.left if i >= count]
     rates = [rate_of(i) for i in verdict.left if i < count]

@@ -10,8 +10,7 @@ import numpy as np
 from kane.analysis.assemble import assemble
 from kane.analysis.local import Values, slopes_at, values_at
 from kane.analysis.state import State, entries, misses, start_state
-from kane.analysis.tangents import spread
-from kane.dynamics.readings.unsolved import Perturbations
+from kane.analysis.tangents import perturbations, spread
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -71,7 +70,6 @@ def point_of(eom: Equations, state: State) -> OperatingPoint:
 
 def state_at(
     numeric: Numeric[Equations],
-    perturbed: Perturbations,
     q: Any,
     u: Any,
     parameters: Mapping[Any, Any] | None,
@@ -99,12 +97,12 @@ def state_at(
             eom, q=q, u=u, parameters=parameters, inputs=dict(zip(eom.inputs, r.tolist(), strict=True)), t=t
         )
         q, u = start.q, start.u
-    return closed(numeric, perturbed, State(float(t), start_state(eom, q, u), p, r))
+    return closed(numeric, State(float(t), start_state(eom, q, u), p, r))
 
 
-def closed(numeric: Numeric[Equations], perturbed: Perturbations, state: State) -> State:
+def closed(numeric: Numeric[Equations], state: State) -> State:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
-    eom, values = numeric.equations, values_at(numeric, state)
+    eom, perturbed, values = numeric.equations, numeric.value(perturbations), values_at(numeric, state)
     _check("coordinates", [c.name for c in eom.system.holonomic], values.configuration)
     nq, n = len(eom.coordinates), len(eom.speeds)
     zero = np.zeros(values.right.shape)

@@ -13,10 +13,7 @@ import numpy.typing as npt
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import values_at
 from kane.analysis.state import GIVEN, State
-from kane.analysis.tangents import turning
-from kane.dynamics.readings.unsolved import Perturbations
-from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
+from kane.analysis.tangents import perturbations, turning
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_squares
 
@@ -56,32 +53,24 @@ class Steadiness:
         return not self.left and not self.varies
 
 
-def steadiness(
-    numeric: Numeric[Equations], perturbed: Perturbations, flow: Flow, choice: Choice, tolerance: float
-) -> Steadiness:
+def steadiness(flow: Flow, tolerance: float) -> Steadiness:
     """Whether nothing that matters changes."""
     count = len(flow.tangents.free_q)
     matters = dependence(flow.a, count)
     constant = np.abs(flow.rest) <= tolerance
     left = tuple(np.flatnonzero(matters & ~constant).tolist())
     moving = np.flatnonzero(~matters & ~constant)
-    if left or not (len(moving) or perturbed.timed):
+    if left or not (len(moving) or flow.numeric.value(perturbations).timed):
         return Steadiness(matters, left, ())
-    same = _same(numeric, perturbed, flow, choice, matters, moving)
+    same = _same(flow, matters, moving)
     return Steadiness(matters, (), () if same else tuple(moving.tolist()) or (-1,))
 
 
-def _same(
-    numeric: Numeric[Equations],
-    perturbed: Perturbations,
-    flow: Flow,
-    choice: Choice,
-    matters: Mask,
-    moving: npt.NDArray[np.intp],
-) -> bool:
+def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp]) -> bool:
     """Whether the flow of what matters is the same, displaced along what moves."""
-    state, tangent = flow.state, flow.tangents
-    nq, n = len(numeric.equations.coordinates), len(numeric.equations.speeds)
+    numeric, state, tangent = flow.numeric, flow.state, flow.tangents
+    eom, perturbed = numeric.equations, numeric.value(perturbations)
+    nq, n = len(eom.coordinates), len(eom.speeds)
     x = state.x.copy()
     step = np.zeros(len(perturbed.names))
     step[[tangent.free_q[i] for i in moving]] = _SHIFT * (1 + 0.3 * np.arange(len(moving)))
@@ -97,7 +86,7 @@ def _same(
         return False
     if len(values.motion):
         x[nq:][held] -= least_squares(values.constraints(n)[:, held], values.motion)
-    there = flow_at(numeric, perturbed, moved, Choice(choice.q, tuple(held)))
+    there = flow_at(numeric, moved, Choice(flow.choice.q, tuple(held)))
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
     size = np.abs(flow.a).max(initial=1.0)

@@ -15,9 +15,9 @@ import numpy as np
 
 from kane.analysis.state import GIVEN, misses
 from kane.analysis.steady import dependence
-from kane.analysis.tangents import FreePart, by_free_part, spread, tangents, turning_rates
+from kane.analysis.tangents import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import choose
-from kane.dynamics.readings.unsolved import perturbations, unsolved
+from kane.dynamics.readings.unsolved import unsolved
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
@@ -62,7 +62,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     SimulationError
         if the point is off the constraints, or neither at rest nor in steady motion, at a sample of what stays a symbol
     """
-    perturbed, equations = perturbations(eom.derived), unsolved(eom.derived)
+    perturbed, equations = perturbations(eom), unsolved(eom.derived)
     plain = [equations.rates[i] for i in perturbed.coordinates]
     flow = [*plain, *equations.spins, *without_unknowns(eom.solved, eom.accelerations)]
     turned = spread(perturbed, np.array(eom.coordinates, dtype=object)).T

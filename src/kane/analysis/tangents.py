@@ -14,9 +14,44 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.dynamics.constraints.partition import Partition, choose
-from kane.dynamics.readings.unsolved import Perturbations
+from kane.dynamics.readings.unsolved import unsolved
+from kane.equations.equations import Equations
+from kane.expr.evaluate import free_symbols
+from kane.expr.symbols import Coordinate, Time
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.projection import sizes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Perturbations:
+    """The free perturbations ξ of the coordinates, δq = T ξ: δq itself; for Euler parameters three small angles.
+
+    The angles are along the axes of the frame that the parameters turn. `coordinates` are those perturbed as
+    they are, `sets` the indices of the Euler parameters, whose angles come last. `timed` says whether the time enters the equations.
+    """
+
+    names: tuple[str, ...]
+    symbols: tuple[Coordinate | None, ...]
+    coordinates: tuple[int, ...]
+    sets: tuple[tuple[int, int, int, int], ...]
+    timed: bool
+
+
+def perturbations(eom: Equations) -> Perturbations:
+    """The perturbations of the coordinates of a system."""
+    equations, coordinates = unsolved(eom.derived), eom.coordinates
+    place = {q: i for i, q in enumerate(coordinates)}
+    sets = [tuple(place[e] for e in s.coordinates) for s in eom.system.euler_parameters]
+    turned = {i for s in sets for i in s}
+    plain = [i for i in range(len(place)) if i not in turned]
+    angles = [f"theta{k}_{coordinates[s[0]].name}" for s in sets for k in (1, 2, 3)]
+    return Perturbations(
+        (*(coordinates[i].name for i in plain), *angles),
+        (*(coordinates[i] for i in plain), *[None] * len(angles)),
+        tuple(plain),
+        tuple((s[0], s[1], s[2], s[3]) for s in sets),
+        any(isinstance(s, Time) for s in free_symbols([*equations.places, *equations.residual])),
+    )
 
 
 def turning(e: Entries) -> Entries:

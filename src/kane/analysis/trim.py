@@ -11,7 +11,7 @@ from kane.analysis.conditions import Conditions, conditions
 from kane.analysis.linearize import choice_of
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.state import entries
-from kane.dynamics.readings.unsolved import perturbations
+from kane.analysis.tangents import perturbations
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
@@ -51,8 +51,7 @@ def problem(
     numeric: Numeric[Equations], groups: Mapping[str, Any], t: float, moving: Sequence[Any], independent: Sequence[Any]
 ) -> Problem:
     """What is to be solved, from what the `groups` of `KINDS` give, guess and leave out."""
-    eom = numeric.equations
-    perturbed = perturbations(eom.derived)
+    eom, perturbed = numeric.equations, numeric.value(perturbations)
     defaults = {p: p.default for p in eom.parameters if p.default is not None}
     complete = {**groups, "parameters": defaults | named_values("parameters", eom.parameters, groups["parameters"])}
     parts = [entries(what, getattr(eom, what), complete[kind], "value") for kind, what in KINDS.items()]
@@ -74,7 +73,7 @@ def problem(
     unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in eom.speeds}]
     if unknown:
         raise ValueMissingError(f"Expected moving= to name coordinates or speeds, got {', '.join(map(str, unknown))}.")
-    held = conditions(numeric, perturbed, float(t), x, choice_of(eom, perturbed, independent), names)
+    held = conditions(numeric, float(t), x, choice_of(numeric, independent), names)
     return Problem(held, x, tuple(free), tuple(missing))
 
 
@@ -116,7 +115,7 @@ def trim(
     task = problem(numeric, {"q": q, "u": u, "inputs": inputs, "parameters": parameters}, t, moving, independent)
     x = solve_problem(task, tolerance)
     _check_determined(task, x)
-    return point_of(eom, closed(numeric, task.conditions.perturbed, task.conditions.state(x)))
+    return point_of(eom, closed(numeric, task.conditions.state(x)))
 
 
 def equilibrium(

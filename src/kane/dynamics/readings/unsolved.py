@@ -16,10 +16,9 @@ from dataclasses import dataclass
 from kane.dynamics.derived import Derived
 from kane.expr.build import add, neg, sub
 from kane.expr.diff import tangent
-from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, Reaction, Symbol, Time, rate
+from kane.expr.symbols import Reaction, Symbol, rate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,35 +78,3 @@ def partials(roots: Sequence[Expr], symbols: Sequence[Expr]) -> Matrix:
         memo: dict[Expr, Expr] = {}
         columns.append([tangent(r, {s: ONE}, memo) for r in roots])
     return Matrix(zip(*columns, strict=True), (len(roots), len(symbols)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Perturbations:
-    """The free perturbations ξ of the coordinates, δq = T ξ: δq itself; for Euler parameters three small angles.
-
-    The angles are along the axes of the frame that the parameters turn. `coordinates` are those perturbed as
-    they are, `sets` the indices of the Euler parameters, whose angles come last. `timed` says whether the time enters the equations.
-    """
-
-    names: tuple[str, ...]
-    symbols: tuple[Coordinate | None, ...]
-    coordinates: tuple[int, ...]
-    sets: tuple[tuple[int, int, int, int], ...]
-    timed: bool
-
-
-def perturbations(derived: Derived) -> Perturbations:
-    """The perturbations of the coordinates of a system."""
-    equations, coordinates = unsolved(derived), derived.system.coordinates
-    place = {q: i for i, q in enumerate(coordinates)}
-    sets = [tuple(place[e] for e in s.coordinates) for s in derived.system.euler_parameters]
-    turned = {i for s in sets for i in s}
-    plain = [i for i in range(len(place)) if i not in turned]
-    angles = [f"theta{k}_{coordinates[s[0]].name}" for s in sets for k in (1, 2, 3)]
-    return Perturbations(
-        (*(coordinates[i].name for i in plain), *angles),
-        (*(coordinates[i] for i in plain), *[None] * len(angles)),
-        tuple(plain),
-        tuple((s[0], s[1], s[2], s[3]) for s in sets),
-        any(isinstance(s, Time) for s in free_symbols([*equations.places, *equations.residual])),
-    )
