@@ -93,8 +93,8 @@ def mass_rows(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Seque
     for i in range(len(symbols)):
         line = [rows[j][i] for j in range(i)] if i < n else []
         for j in range(len(line), n):
-            shift = sum_of(v.dot(_carried(masses, carried)) for v, masses in shifts.get((i, j), {}).items())
-            line.append(add(shift, sum_of(w.dot(h) for w, h in turns.get((i, j), {}).items())))
+            shift = sum_of([v.dot(_carried(masses, carried)) for v, masses in shifts.get((i, j), {}).items()])
+            line.append(add(shift, sum_of([w.dot(h) for w, h in turns.get((i, j), {}).items()])))
         rows.append(line)
     return rows
 

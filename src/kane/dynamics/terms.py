@@ -84,13 +84,13 @@ def generalized(terms: Iterable[Term], speed: Expr) -> Expr:
 
 def generalized_by_motion(terms: Iterable[Term], speed: Expr) -> Expr:
     """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the product."""
-    groups: dict[tuple[type, Parts], Vector] = {}
+    groups: tuple[dict[Parts, tuple[Vector, Vector]], ...] = {}, {}
     for term, partial in met(terms, speed):
         if not term.vector.is_zero:
-            key = type(term.place), partial.parts
-            groups[key] = (groups[key] + term.vector).gathered() if key in groups else term.vector
-    sums = {kind: sum_of(Vector(p).dot(x) for (k, p), x in groups.items() if k is kind) for kind in (Point, Frame)}
-    return add(sums[Point], sums[Frame])
+            group, key = groups[isinstance(term.place, Frame)], partial.parts
+            group[key] = partial, (group[key][1] + term.vector).gathered() if key in group else term.vector
+    shift, turn = (sum_of([partial.dot(x) for partial, x in group.values()]) for group in groups)
+    return add(shift, turn)
 
 
 def sum_of(terms: Iterable[Expr]) -> Expr:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 from typing import Any, overload
 
 import numpy as np
@@ -23,7 +24,7 @@ class Matrix:
     shape: tuple[int, int]
 
     def __init__(self, rows: Iterable[Iterable[Any]], shape: tuple[int, int] | None = None) -> None:
-        entries = tuple(tuple([x if isinstance(x, Expr) else as_expr(x) for x in row]) for row in rows)
+        entries = tuple([tuple([x if isinstance(x, Expr) else as_expr(x) for x in row]) for row in rows])
         if shape is not None and not entries:
             entries = ((),) * shape[0]  # no columns
         widths = {len(row) for row in entries}
@@ -68,7 +69,7 @@ class Matrix:
     @property
     def entries(self) -> tuple[Expr, ...]:
         """All entries, row after row."""
-        return tuple(x for row in self.rows for x in row)
+        return tuple(chain.from_iterable(self.rows))
 
     @classmethod
     def column(cls, entries: Sequence[Any]) -> Matrix:
@@ -92,7 +93,7 @@ class Matrix:
         return Matrix([[f(x) for x in row] for row in self.rows], self.shape)
 
     def __neg__(self) -> Matrix:
-        return self.map(neg)
+        return Matrix._of([list(map(neg, row)) for row in self.rows], self.shape)
 
     def _entrywise(self, other: Matrix, f: Callable[[Expr, Expr], Expr]) -> Matrix:
         if self.shape != other.shape:
@@ -108,7 +109,7 @@ class Matrix:
 
     def __mul__(self, factor: Any) -> Matrix:
         c = as_expr(factor)
-        return self.map(lambda x: mul(c, x))
+        return Matrix._of([[mul(c, x) for x in row] for row in self.rows], self.shape)
 
     __rmul__ = __mul__
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """f(x) = 0 by Gauss–Newton steps of least size, halved until they help, from one start or from several."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -39,25 +40,26 @@ def close(function: Residual, x: Array, free: Sequence[int], limit: float = 1e-1
     """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move, by at most 1 a step."""
     columns = list(free)
     f, g = function(x)
+    length = np.linalg.norm(f)
     best = Closed(x, f, 0)
     for step in range(1, _STEPS + 1):
-        if not np.all(np.isfinite(f)) or best.size <= limit or not columns:
+        if not math.isfinite(length) or best.size <= limit or not columns:
             break
         change = least_squares(g[:, columns], -f, _SHARE)
         share = 1.0 / max(1.0, np.abs(change).max(initial=0))
+        before = length
         for _ in range(_HALVINGS):
-            trial = x.copy()
-            trial[columns] += share * change
-            f_trial, g_trial = function(trial)
-            if np.all(np.isfinite(f_trial)) and np.linalg.norm(f_trial) < np.linalg.norm(f):
+            x = best.x.copy()
+            x[columns] += share * change
+            f, g = function(x)
+            length = np.linalg.norm(f)
+            if length < before:
                 break
             share /= 2
         else:
             break
-        stalled = np.linalg.norm(f_trial) > 0.999 * np.linalg.norm(f)
-        x, f, g = trial, f_trial, g_trial
         best = Closed(x, f, step)
-        if stalled:
+        if length > 0.999 * before:
             break
     return best
 

@@ -74,7 +74,7 @@ class Vector:
         if not isinstance(other, Vector):
             self._refuse_scalar("add to", other)
             return NotImplemented
-        return self._joined(other, add)
+        return self._joined(other, add) if self.parts else other
 
     __radd__ = __add__
 
@@ -101,20 +101,20 @@ class Vector:
         return Vector(merged.items())
 
     def __neg__(self) -> Vector:
-        return Vector((f, (neg(x), neg(y), neg(z))) for f, (x, y, z) in self.parts)
+        return Vector([(f, (neg(x), neg(y), neg(z))) for f, (x, y, z) in self.parts])
 
     def __mul__(self, factor: Any) -> Vector:
         if isinstance(factor, Vector | Dyadic):
             raise SpaceError("Expected a scalar factor, got a vector: write a.dot(b), a.cross(b) or a.outer(b).")
         k = as_expr(factor)
-        return Vector((f, (mul(k, x), mul(k, y), mul(k, z))) for f, (x, y, z) in self.parts)
+        return Vector([(f, (mul(k, x), mul(k, y), mul(k, z))) for f, (x, y, z) in self.parts])
 
     __rmul__ = __mul__
     __array_ufunc__ = None
 
     def __truediv__(self, divisor: Any) -> Vector:
         d = as_expr(divisor)
-        return Vector((f, (div(x, d), div(y, d), div(z, d))) for f, (x, y, z) in self.parts)
+        return Vector([(f, (div(x, d), div(y, d), div(z, d))) for f, (x, y, z) in self.parts])
 
     def dot(self, other: Vector | Dyadic) -> Expr:
         """Scalar product self · other."""
@@ -169,7 +169,7 @@ class Vector:
             return self
         candidates = [f for f, _ in self.parts]
         candidates.insert(0, reduce(common_base, candidates))
-        prices = [sum(cost(v, f, target) for f, v in self.parts) for target in candidates]
+        prices = [sum([cost(v, f, target) for f, v in self.parts]) for target in candidates]
         best = min(prices)
         return self.express([f for f, p in zip(candidates, prices, strict=True) if p == best][-1])
 
@@ -204,7 +204,7 @@ class Vector:
 
     def map(self, f: Callable[[Expr], Expr]) -> Vector:
         """`f` of every measure number."""
-        return Vector((frame, (f(x), f(y), f(z))) for frame, (x, y, z) in self.parts)
+        return Vector([(frame, (f(x), f(y), f(z))) for frame, (x, y, z) in self.parts])
 
     def scalars(self) -> tuple[Expr, ...]:
         """All measure numbers."""

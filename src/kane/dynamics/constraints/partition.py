@@ -90,12 +90,13 @@ def _pivot(work: Array, full: Mask, cheap: Mask, rows: list[int], columns: list[
     """The emptiest of the large entries."""
     if not rows or not columns:
         return None
-    block = np.abs(work[np.ix_(rows, columns)])
+    places = np.ix_(rows, columns)
+    block = np.abs(work[places])
     largest = float(block.max())
     if not largest > DERIVE_RANK:
         return None
-    shape = full[np.ix_(rows, columns)]
-    cost = np.outer(shape.sum(axis=1) - 1, shape.sum(axis=0) - 1) + 0.5 * ~cheap[np.ix_(rows, columns)]
+    shape = full[places]
+    cost = np.outer(shape.sum(axis=1) - 1, shape.sum(axis=0) - 1) + 0.5 * ~cheap[places]
     cost = np.where(block >= _LARGE * largest, cost, np.inf) - 1e-3 * block / largest
     i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
     return rows[i], columns[j]

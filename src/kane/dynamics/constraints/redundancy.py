@@ -153,6 +153,8 @@ def _contradiction(system: System, constraints: Sequence[Constraint], rows: Cons
 
 def _contrary(rows: ConstraintRows, a: Array, values: Mapping[Any, float]) -> list[bool]:
     """Which constraints take part in a contradiction, xᵀ b ≠ 0."""
+    if all(x is ZERO for x in rows.b):
+        return [False] * len(rows.b)
     return _against(a, np.array(evaluate(list(rows.b), values_of(free_symbols(rows.b), _SEED, values)), dtype=float))
 
 
