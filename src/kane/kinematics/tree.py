@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A system as a tree of links: what moves as one, in its parent by a joint, however frames and points were declared.
+
+A link begins where something turns or slides in the link before: at an origin, with an aligned basis. Its joint is a translation of
+the origin in the parent, `offset`, and the rotation of the basis in the parent's. Both are along aligned bases, so that constant
+rotations stand in these (`aligned`); neither speaks of coordinates alone, which several joints may share (absolute angles).
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from kane.expr.affine import affine_forms
+from kane.expr.diff import time_derivative
+from kane.expr.evaluate import is_constant_in_time
+from kane.expr.node import ZERO, Expr
+from kane.kinematics.aligned import Aligned, aligned_bases
+from kane.model.bodies import Part, parts_of
+from kane.model.joints.joint import Joint, Twist
+from kane.model.system import System
+from kane.space.point import Point
+from kane.space.rotation import Basis
+from kane.space.vector import Vector, angular_velocity
+
+
+class Carried(NamedTuple):
+    """A part of a body, and its mass centre from the link's origin."""
+
+    part: Part
+    arm: Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """What moves as one.
+
+    `parent` is the number of the link before, None for the ground. `offset` leads from the parent's origin to this one's, `rotation`
+    is the angular velocity in the parent, in rates, those of Euler parameters as quasi-rates. `joint` is the declared one, if it is.
+    """
+
+    basis: Basis
+    parent: int | None
+    offset: Vector
+    rotation: Vector
+    parts: tuple[Carried, ...]
+    joint: Joint | None
+
+    def twists(self, rates: Iterable[Expr]) -> dict[Expr, Twist]:
+        """The joint's basis of motion: what each rate that it has adds to ω and to the velocity of the origin, seen in the parent."""
+        wanted = tuple(rates)
+        sliding = self.offset.map(time_derivative)
+        shares: dict[Expr, Twist] = {}
+        for k, moved in enumerate((self.rotation, sliding)):
+            for f, numbers in moved.parts:
+                forms = [form for form, _ in affine_forms(numbers, wanted)]
+                for rate in {rate: None for form in forms for rate in form}:
+                    x, y, z = (form.get(rate, ZERO) for form in forms)
+                    twist = list(shares.get(rate, Twist(Vector(), Vector())))
+                    twist[k] = twist[k] + Vector(((f, (x, y, z)),))
+                    shares[rate] = Twist(*twist)
+        return shares
+
+
+class _Place(NamedTuple):
+    """A point, by the number of a link and the vector from its origin; `moving` where that is not fixed in the link."""
+
+    link: int
+    arm: Vector
+    moving: bool = False
+
+
+class _Links:
+    """The links as they are met, the ground first."""
+
+    def __init__(self, inertial: Basis, aligned: Aligned) -> None:
+        self.aligned = aligned
+        self.begun: list[tuple[Basis, int | None, Vector]] = [(inertial, None, Vector())]
+        self.numbers: dict[tuple[Basis, Point, int], int] = {}
+        self.places: dict[Point, _Place] = {}
+
+    def attached(self, basis: Basis, place: _Place, key: tuple[Point, int]) -> _Place:
+        """What is fixed in `basis` at a place: there already, or the origin of another link."""
+        if not place.moving and basis is self.begun[place.link][0]:
+            return place
+        if (basis, *key) not in self.numbers:
+            self.numbers[basis, *key] = len(self.begun)
+            self.begun.append((basis, place.link, place.arm))
+        return _Place(self.numbers[basis, *key], Vector())
+
+    def place(self, point: Point) -> _Place:
+        """Where a point is: along the offsets from the root, each in a link with its basis."""
+        for p in reversed(point.ancestry()):
+            if p in self.places:
+                continue
+            if p.parent is None:
+                self.places[p] = _Place(0, Vector())
+                continue
+            place = self.places[p.parent]
+            for k, (frame, numbers) in enumerate(p.offset.parts):
+                basis, r = self.aligned.triple(frame, numbers)
+                place = self.attached(basis, place, (p.parent if k == 0 else p, k))
+                place = _Place(
+                    place.link, place.arm + Vector(((basis, r),)), place.moving or not is_constant_in_time(r)
+                )
+            self.places[p] = place
+        return self.places[point]
+
+
+def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]:
+    """The links of a system, parents first, the ground first of all."""
+    aligned = aligned_bases(system.frames) if aligned is None else aligned
+    links = _Links(system.inertial, aligned)
+    carried: dict[int, list[Carried]] = {}
+    for part in parts_of(system.bodies):
+        place = links.place(part.mass_center)
+        basis = links.begun[place.link][0] if part.frame is None else aligned.rates(part.frame)[0]
+        place = links.attached(basis, place, (part.mass_center, 0))
+        carried.setdefault(place.link, []).append(Carried(part, place.arm))
+    joints = {
+        links.attached(aligned.rates(j.frame)[0], links.place(j.point), (j.point, 0)).link: j for j in system.joints
+    }
+    return tuple(
+        Link(
+            basis,
+            parent,
+            offset,
+            Vector() if parent is None else angular_velocity(basis, links.begun[parent][0]),
+            tuple(carried.get(k, ())),
+            joints.get(k),
+        )
+        for k, (basis, parent, offset) in enumerate(links.begun)
+    )

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Links: mass matrices composed of their joints' twists are those of the equations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from benchmarks.random_trees import random_tree
+from benchmarks.systems import COUNTED
+from kane.gallery import GALLERY, load
+from kane.kinematics.tree import links_of
+from kane.space.vector import Vector
+from tests.oracles import kane_tree
+from tests.oracles import tree as oracle
+
+
+def systems():
+    for name in GALLERY:
+        yield pytest.param(lambda name=name: load(name).system(), id=name)
+    for bodies in range(1, 6):
+        tree = oracle.random_tree(np.random.default_rng(bodies), bodies)
+        yield pytest.param(lambda tree=tree: kane_tree.derive(tree).eom.system, id=f"{bodies} bodies")
+    yield pytest.param(lambda: random_tree((-1, 0, 0), 3, floating=True), id="free-flyer")
+
+
+def motions(system, rates):
+    """For each part ∂v/∂b of its mass centre and ∂ω/∂b by rate b, summed along the links."""
+    links = links_of(system)
+    found = []
+    for link in links:
+        for part, arm in link.parts:
+            shift, turn = dict.fromkeys(rates, Vector()), dict.fromkeys(rates, Vector())
+            at = link
+            while at.parent is not None:
+                for rate, twist in at.twists(rates).items():
+                    shift[rate] = shift[rate] + twist.translation + twist.rotation.cross(arm)
+                    turn[rate] = turn[rate] + twist.rotation
+                arm, at = arm + at.offset, links[at.parent]
+            found.append((part, shift, turn))
+    return found
+
+
+@pytest.mark.parametrize("make", list(systems()))
+def test_twists_along_the_tree_give_the_kinetic_energy(make):
+    system = make()
+    eom = kn.derive(system)
+    rates, rows = eom.kinematical.rates, eom.kinematical.rows
+    b = dict(zip(rates, kn.speeds(f"b1:{len(rates) + 1}"), strict=True))
+    twice = 0
+    for part, shift, turn in motions(system, rates):
+        v = sum((shift[r] * b[r] for r in rates), start=Vector())
+        w = sum((turn[r] * b[r] for r in rates), start=Vector())
+        twice = twice + part.mass * v.dot(v) + (w.dot(part.inertia.dot(w)) if part.frame is not None else 0)
+    rng = np.random.default_rng(1)
+    values = {s: rng.uniform(0.3, 1.2) for s in (*system.coordinates, *system.parameters, *b.values())}
+    for group in system.euler_parameters:
+        length = np.sqrt(sum(values[e] ** 2 for e in group.coordinates))
+        values |= {e: values[e] / length for e in group.coordinates}
+    speeds = {
+        u: sum((c * b[r] for r, c in row.items()), start=z)
+        for u, row, z in zip(eom.speeds, rows, eom.kinematical.z, strict=True)
+    }
+    wanted = kn.evaluate(eom.kinetic_energy, values | {u: float(kn.evaluate(e, values)) for u, e in speeds.items()})
+    assert float(kn.evaluate(twice / 2, values)) == pytest.approx(float(wanted), rel=1e-12)
+
+
+def test_links_of_absolute_angles_follow_the_points():
+    """Rods whose frames all hang on the ground are a chain, as each begins at the end of the one before."""
+    system = COUNTED["planar pendulum, absolute angles, 10 rods"]()
+    links = links_of(system)
+    assert [link.parent for link in links] == [None, *range(10)]
+    assert [len(link.twists(q.dt for q in system.coordinates)) for link in links] == [0, 1, *[2] * 9]
+
+
+def test_links_know_their_joints_and_massless_ones_are_left_out():
+    system = random_tree((-1, 0, 0, 2), 3, floating=True)
+    ground, base, *limbs = links_of(system)
+    assert (ground.parts, base.parent, base.joint.kind) == ((), 0, "free")
+    assert [link.joint.name for link in limbs] == ["joint1", "joint2", "joint3", "joint4"]
+    assert [link.parent for link in limbs] == [1, 2, 2, 4]
+    assert [len(link.parts) for link in limbs] == [1, 1, 1, 1]
+    for link in limbs:  # one rate, about z of the link
+        ((frame, (x, y, z)),) = link.rotation.parts
+        assert frame is link.basis
+        assert x is y
+        assert len(link.twists([z])) == 1
