@@ -59,10 +59,13 @@ class Derived:
         "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star.",
     )
 
-    as_declared = read["Derived"](
-        lambda d: _as_declared(d),
-        "The same along the declared frames, to be read; what is solved is written along bases aligned with the axes of rotation.",
-    )
+    @read
+    def as_declared(self) -> "Derived":
+        """The same along the declared frames, to be read; what is solved is written along bases aligned with the axes of rotation."""
+        if not self.kinematics.aligned.places:
+            return self
+        kinematics, bodies = _motions(self.system, self.kinematical, self.auxiliary_speeds, AS_DECLARED)
+        return replace(self, kinematics=kinematics, bodies=bodies)
 
     # Steps 3 and 4: kinematics -------------------------------------------------------------------------------------------
 
@@ -225,10 +228,3 @@ def _motions(
     inertias = inertias_of(system.bodies, aligned)
     kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned)
     return kinematics, moving_parts(inertias, kinematics)
-
-
-def _as_declared(d: Derived) -> Derived:
-    if not d.kinematics.aligned.places:
-        return d
-    kinematics, bodies = _motions(d.system, d.kinematical, d.auxiliary_speeds, AS_DECLARED)
-    return replace(d, kinematics=kinematics, bodies=bodies)

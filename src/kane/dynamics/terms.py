@@ -13,12 +13,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from kane.dynamics.bodies import Moving
+from kane.expr.affine import Affine
 from kane.expr.build import add
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import QuasiRate, Rate
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form
-from kane.kinematics.speeds import Row, Speeds
+from kane.kinematics.speeds import Speeds
 from kane.model.loads import Load
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -103,12 +104,13 @@ def sum_of(terms: Iterable[Expr]) -> Expr:
 
 def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:
     """The loads with every rate written in speeds."""
-    memo: dict[Expr, tuple[Row | None, Expr]] = {}
+    memo: dict[Expr, Affine] = {}
 
     def convert(e: Expr) -> Expr:
         return speeds.in_speeds(e, memo)
 
-    if not any(_has_rates(x) for load in loads for x in _scalars(load)):
+    symbols = free_symbols(x for load in loads for _, v in (*load.forces, *load.torques) for x in v.scalars())
+    if not any(isinstance(s, Rate | QuasiRate) for s in symbols):
         return tuple(loads)
     return tuple(
         Load(
@@ -119,11 +121,3 @@ def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:
         )
         for load in loads
     )
-
-
-def _scalars(load: Load) -> list[Expr]:
-    return [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
-
-
-def _has_rates(e: Expr) -> bool:
-    return any(isinstance(s, Rate | QuasiRate) for s in free_symbols([e]))

@@ -35,6 +35,15 @@ def affine_forms(roots: Iterable[Expr], symbols: Iterable[Expr]) -> list[Affine]
 
 
 def _combine(node: Expr, parts: list[Affine]) -> Affine:
+    form = combined(node, parts)
+    if form is None:
+        inside = ", ".join(sorted({str(s) for c, _ in parts for s in c}))
+        raise NotAffineError(f"Expected an expression affine in {inside}, got {node!s:.120}.")
+    return form
+
+
+def combined(node: Expr, parts: list[Affine]) -> Affine | None:
+    """The form of a node from those of its arguments; None where it is not affine."""
     # A coefficient can cancel, so that a part without coefficients is its remainder, not the node it came from.
     if not any(c for c, _ in parts):
         rests = [r for _, r in parts]
@@ -59,8 +68,7 @@ def _combine(node: Expr, parts: list[Affine]) -> Affine:
     if op is DIV and not parts[1][0]:
         below = parts[1][1]
         return _scale(parts[0], lambda x: div(x, below))
-    inside = ", ".join(sorted({str(s) for c, _ in parts for s in c}))
-    raise NotAffineError(f"Expected an expression affine in {inside}, got {node!s:.120}.")
+    return None
 
 
 def _scale(form: Affine, f: Callable[[Expr], Expr]) -> Affine:

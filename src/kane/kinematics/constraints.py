@@ -48,8 +48,8 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
         if a constraint is not affine in the rates, or holds nothing that moves
     """
     speeds: Sequence[Expr] = kinematics.speeds.speeds
-    forms = [_placed(c, kinematics) if c.placed else _bare(c, kinematics) for c in system.constraints]
-    for c, form in zip(system.constraints, forms, strict=True):
+    forms = [(c, _placed(c, kinematics) if c.placed else _bare(c, kinematics)) for c in system.constraints]
+    for c, form in forms:
         # of a plane loop closed in space: redundant, not wrong
         follows = c.placed and c.expr is ZERO and form.rest is ZERO
         if not follows and not any(s in form.coefficients for s in speeds):
@@ -59,19 +59,12 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
     released = {a: constraint_of(a) for a in auxiliary}
     return ConstraintRows(
         system.constraints,
-        Matrix([[form.coefficients.get(u, ZERO) for u in speeds] for form in forms], (len(forms), len(speeds))),
+        Matrix([[form.coefficients.get(u, ZERO) for u in speeds] for _, form in forms], (len(forms), len(speeds))),
         Matrix(
-            [
-                [_released(form, c, a, released[a]) for a in auxiliary]
-                for c, form in zip(system.constraints, forms, strict=True)
-            ],
-            (len(forms), len(auxiliary)),
+            [[_released(form, c, a, released[a]) for a in auxiliary] for c, form in forms], (len(forms), len(auxiliary))
         ),
-        tuple(form.rest for form in forms),
-        tuple(
-            _placed_drift(c, kinematics) if c.placed else kinematics.drift(_total(form))
-            for c, form in zip(system.constraints, forms, strict=True)
-        ),
+        tuple(form.rest for _, form in forms),
+        tuple(_placed_drift(c, kinematics) if c.placed else kinematics.drift(_total(form)) for c, form in forms),
     )
 
 
@@ -96,11 +89,9 @@ def _released(form: ScalarForm, constraint: Constraint, auxiliary: Expr, held: C
 
 
 def _total(form: ScalarForm) -> Expr:
-    value = form.rest
-    for s, c in form.coefficients.items():
-        if not isinstance(s, AuxiliarySpeed):
-            value = add(value, c * s)
-    return value
+    """The value at zero auxiliary speeds."""
+    own = {s: c for s, c in form.coefficients.items() if not isinstance(s, AuxiliarySpeed)}
+    return ScalarForm(own, form.rest).total()
 
 
 def _placed(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:

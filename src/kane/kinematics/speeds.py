@@ -11,11 +11,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from kane.expr.affine import affine_forms
+from kane.expr.affine import Affine, affine_forms, combined
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.symbols import Coordinate, Speed, rate
 from kane.expr.visit import fold, substitute
 from kane.model.system import System
@@ -144,49 +143,23 @@ class Speeds:
     def _basic(self, e: Expr) -> Expr:
         return substitute(e, self.euler_rates) if self.euler_rates else e
 
-    def in_speeds(self, root: Expr, memo: dict[Expr, tuple[Row | None, Expr]]) -> Expr:
+    def in_speeds(self, root: Expr, memo: dict[Expr, Affine]) -> Expr:
         """`root` with every rate expressed in speeds; subexpressions affine in rates are matched as a whole.
 
         `memo` may be shared between calls.
         """
         rates = set(self.rates)
 
-        def combine(node: Expr) -> tuple[Row | None, Expr]:
+        def combine(node: Expr) -> Affine:
             if node in rates:
                 return {node: ONE}, ZERO
-            return self._step(node, [memo[a] for a in node.args]) if node.args else (None, node)
+            parts = [memo[a] for a in node.args]
+            return combined(node, parts) or ({}, NODE_BUILDERS[node.op.name](*[self._finished(p) for p in parts]))
 
         return self._finished(fold(self._basic(root), memo, combine))
 
-    def _finished(self, entry: tuple[Row | None, Expr]) -> Expr:
-        row, rest = entry
-        return rest if row is None else self.form(row, rest).total()
-
-    def _step(self, node: Expr, parts: list[tuple[Row | None, Expr]]) -> tuple[Row | None, Expr]:
-        if all(row is None for row, _ in parts):
-            args = [rest for _, rest in parts]
-            same = all(x is y for x, y in zip(args, node.args, strict=True))
-            return None, node if same else NODE_BUILDERS[node.op.name](*args)
-        op = node.op
-        if op is ADD or op is SUB:
-            join = add if op is ADD else sub
-            (ra, a), (rb, b) = parts
-            total = dict(ra or {})
-            for s, c in (rb or {}).items():
-                total[s] = join(total.get(s, ZERO), c)
-            return {s: c for s, c in total.items() if c is not ZERO}, join(a, b)
-        if op is NEG:
-            row, rest = parts[0]
-            return {s: neg(c) for s, c in (row or {}).items()}, neg(rest)
-        if op is MUL and (parts[0][0] is None or parts[1][0] is None):
-            factor = parts[0][1] if parts[0][0] is None else parts[1][1]
-            row, rest = parts[1] if parts[0][0] is None else parts[0]
-            return {s: mul(factor, c) for s, c in (row or {}).items()}, mul(factor, rest)
-        if op is DIV and parts[1][0] is None:
-            row, rest = parts[0]
-            below = parts[1][1]
-            return {s: div(c, below) for s, c in (row or {}).items()}, div(rest, below)
-        return None, NODE_BUILDERS[op.name](*[self._finished(p) for p in parts])
+    def _finished(self, part: Affine) -> Expr:
+        return self.form(*part).total() if part[0] else part[1]
 
     # Reports --------------------------------------------------------------------------------------------------------
 
