@@ -19,7 +19,7 @@ from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.model.reactions import cut_of
 from kane.space.point import Point
-from kane.space.rotation import NOTHING, Basis, Triple, chain
+from kane.space.rotation import NOTHING, Basis, Triple
 from kane.space.vector import Vector, angular_velocity, axes
 
 Partials = dict[Expr, Vector]
@@ -89,7 +89,7 @@ class Kinematics:
     def frame(self, frame: Basis) -> Motion:
         """Rotation of a frame."""
         frame = self.aligned.owners.get(frame, frame)
-        for f in reversed(chain(frame)):
+        for f in reversed(frame.lineage):
             if f not in self._frames:
                 self._frames[f] = self._rotation(f)
         return self._frames[frame]
@@ -131,7 +131,7 @@ class Kinematics:
         omega = angular_velocity(frame, self.speeds.system.inertial)
         best: tuple[int, Basis, Forms] | None = None
         numbers = self.sample.coefficients(omega)
-        for target in chain(frame):
+        for target in frame.lineage:
             if self.sample.whole(numbers, target)[0] <= (best[0] if best is not None else 0):
                 continue
             for measures in _measures(omega, target):
@@ -223,7 +223,7 @@ class Kinematics:
     def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
         """v along the first frame in which every measure number is a sum of rows of Y."""
         velocity = point.velocity(self.speeds.system.inertial)
-        targets = dict.fromkeys(g for f, _ in velocity.parts for g in chain(f))
+        targets = dict.fromkeys(g for f, _ in velocity.parts for g in f.lineage)
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
         numbers = self.sample.coefficients(velocity)
         for target in targets:
