@@ -9,6 +9,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
+from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
 from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters
@@ -49,13 +50,26 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
             raise ModelError(
                 f"Expected bodies from kn.RigidBody or kn.Particle, got {b!r:.60}. A point or frame has no mass: make a body of it."
             )
-    if len({b.name for b in bodies}) < len(bodies):
-        names = [b.name for b in bodies]
-        twice = sorted({n for n in names if names.count(n) > 1})
+    twice = _repeated([b.name for b in bodies])
+    if twice:
         raise ModelError(
             f"Expected bodies of different names, got {', '.join(twice)} more than once. Results are read by name: rename one, or "
             "list it once."
         )
+
+
+def check_joints(joints: Iterable[Any]) -> None:
+    """Joints, no two of one name."""
+    for joint in joints:
+        if not isinstance(joint, Joint):
+            raise ModelError(f"Expected joints= made by kn.pin, kn.slider, …, got {joint!r:.60}.")
+    twice = _repeated([joint.name for joint in joints])
+    if twice:
+        raise ModelError(f"Expected joints of different names, got {', '.join(map(repr, twice))} more than once.")
+
+
+def _repeated(names: list[str]) -> list[str]:
+    return sorted({n for n in names if names.count(n) > 1})
 
 
 def check_names(symbols: Iterable[Symbol]) -> None:
@@ -139,7 +153,7 @@ def check_reactions(
 def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reaction, ...]) -> None:
     """No two constraints of one name; every constraint whose multiplier is a reaction is the system's."""
     names = [c.name for c in constraints]
-    twice = sorted({n for n in names if names.count(n) > 1})
+    twice = _repeated(names)
     if twice:
         raise ModelError(
             f"Expected constraints of different names, got {', '.join(map(repr, twice))} more than once. Say name=… for each."

@@ -52,7 +52,10 @@ class Constraint:
         return f"Constraint({self.name!r}: {f if f.endswith('…') else f'{f} = 0'}, {self.kind})"
 
 
-def as_constraints(declared: Any, kind: Kind) -> tuple[Constraint, ...]:
+Constraints = tuple[Constraint, ...]
+
+
+def as_constraints(declared: Any, kind: Kind) -> Constraints:
     """Constraints from one or several of them, or from scalar expressions that must vanish."""
     items = list(declared) if isinstance(declared, Iterable) and not isinstance(declared, Expr) else [declared]
     constraints: list[Constraint] = []
@@ -111,7 +114,7 @@ def _orienting(frame: Basis) -> tuple[Symbol, ...]:
     return (*o.parameters, *free_symbols(cosines))
 
 
-def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: str = "") -> tuple[Constraint, ...]:
+def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: str = "") -> Constraints:
     """Points `p` and `q` do not move apart along the given unit vectors: (r^p − r^q)·n = 0 for each n.
 
     The multiplier is the force that `q`'s side exerts on `p` along n, at the point p: n turns with the frame it is written in,
@@ -184,9 +187,7 @@ def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str =
     return perpendicular(a, first, name=f"{label} 1"), perpendicular(a, second, name=f"{label} 2")
 
 
-def no_slip(
-    p: Point, q: Point | None = None, *, along: Sequence[Vector] | Vector, name: str = ""
-) -> tuple[Constraint, ...]:
+def no_slip(p: Point, q: Point | None = None, *, along: Sequence[Vector] | Vector, name: str = "") -> Constraints:
     """Particles in contact do not slip: (v^p − v^q)·e = 0 for each unit vector e; without `q` the ground is at rest.
 
     `p` and `q` are particles made with `fixed_in`, which are at the same place now. The multiplier is the force on `p` along e.
@@ -208,7 +209,7 @@ def no_slip(
 
 def rolling(
     p: Point, q: Point | None = None, *, normal: Vector, along: Vector | None = None, name: str = ""
-) -> tuple[Constraint, ...]:
+) -> Constraints:
     """Rolling: the particles in contact, `p` and `q`, have no relative velocity in the plane across `normal`.
 
     Two motion constraints, along `along` (a unit vector in the plane; by default one of the frame that `normal` is written in) and

@@ -5,7 +5,7 @@ A load is one record: forces, torques, and the potential energy it derives from,
 power in the power balance.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from kane.errors import ModelError
@@ -121,9 +121,8 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
     else:
         length = r.magnitude()
         pull, potential = r * (-k * (length - free) / length), k * (length - free) ** 2 / 2
-    label = name or f"spring between {a.name} and {b.name}"
-    stored = potential if is_constant_in_time((k, free)) else None
-    return Load(label, forces=(_force(a, pull), _force(b, -pull)), potential=stored)
+    spring = action_reaction(a, b, pull, name or f"spring between {a.name} and {b.name}")
+    return replace(spring, potential=potential) if is_constant_in_time((k, free)) else spring
 
 
 def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
@@ -133,13 +132,11 @@ def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
         raise ModelError(
             f"Expected two points apart for a damper, got {a.name} and {b.name} in one place. Name another point."
         )
-    root = a.root().frame
-    r = r.gathered()
-    speed = (a.velocity(root) - b.velocity(root)).dot(
-        r
-    )  # times |r|: without a root, |r| cancels where r keeps its direction
+    root, r = a.root().frame, r.gathered()
+    # Times |r|: without a root, |r| cancels where r keeps its direction.
+    speed = (a.velocity(root) - b.velocity(root)).dot(r)
     pull = r * (-as_expr(damping) * (speed / r.dot(r)))
-    return Load(name or f"damper between {a.name} and {b.name}", forces=(_force(a, pull), _force(b, -pull)))
+    return action_reaction(a, b, pull, name or f"damper between {a.name} and {b.name}")
 
 
 def torsional_spring(
@@ -151,13 +148,11 @@ def torsional_spring(
     """
     k, stretch = as_expr(stiffness), as_expr(angle) - as_expr(rest)
     torque = axis * (-k * stretch)
-    label = name or f"torsional spring between {on.name} and {from_.name}"
-    stored = k * stretch**2 / 2 if is_constant_in_time((k, as_expr(rest))) else None
-    return Load(label, torques=(_torque(on, torque), _torque(from_, -torque)), potential=stored)
+    spring = torque_pair(on, from_, torque, name or f"torsional spring between {on.name} and {from_.name}")
+    return replace(spring, potential=k * stretch**2 / 2) if is_constant_in_time((k, as_expr(rest))) else spring
 
 
 def torsional_damper(on: Frame, from_: Frame, damping: Any, axis: Vector, name: str = "") -> Load:
     """Damper: torque c times the relative angular speed about `axis`, a unit vector."""
     torque = axis * (-as_expr(damping) * on.angular_velocity(from_).dot(axis))
-    label = name or f"torsional damper between {on.name} and {from_.name}"
-    return Load(label, torques=(_torque(on, torque), _torque(from_, -torque)))
+    return torque_pair(on, from_, torque, name or f"torsional damper between {on.name} and {from_.name}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import Any, Literal
 
 from kane import show
@@ -20,6 +21,7 @@ from kane.model.checks import (
     check_dependent,
     check_geometry,
     check_inertial,
+    check_joints,
     check_loads,
     check_names,
     check_no_accelerations,
@@ -91,6 +93,7 @@ class System(Declarations):
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
         events, joints = listed("events", events), tuple(joints)
+        check_joints(joints)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
@@ -135,20 +138,7 @@ class System(Declarations):
 
     def replace(self, **changes: Any) -> System:
         """The same system with some arguments of `System(…)` changed: `system.replace(speeds="rates")`."""
-        values: dict[str, Any] = {
-            "bodies": self.bodies,
-            "speeds": self.speeds,
-            "loads": (*self.gravities, *self.loads),
-            "reactions": self.reactions,
-            "auxiliary_speeds": self.auxiliary_speeds,
-            "events": self.events,
-            "coordinates": self.coordinates,
-            "holonomic": self.holonomic,
-            "nonholonomic": self.nonholonomic,
-            "dependent_coordinates": self.dependent_coordinates,
-            "dependent_speeds": self.dependent_speeds,
-            "joints": self.joints,
-        }
+        values = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": (*self.gravities, *self.loads)}
         unknown = changes.keys() - values.keys()
         if unknown:
             raise ModelError(f"Expected some of {', '.join(values)} to replace, got {', '.join(sorted(unknown))}.")
@@ -177,6 +167,9 @@ class System(Declarations):
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)
         return f"System({bodies}; {len(self.coordinates)} coordinates, {len(self.speeds)} speeds)"
+
+
+_ARGUMENTS = tuple(name for name in signature(System).parameters if name != "inertial")
 
 
 def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:

@@ -12,13 +12,11 @@ from typing import Any, NamedTuple
 from kane.errors import ModelError
 from kane.expr.build import cos, sin
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.model.constraints import Constraint, coincident, perpendicular
+from kane.model.constraints import Constraint, Constraints, coincident, perpendicular
 from kane.model.joints.joint import across, check_place, fixed, mirrored, perpendicular_axes
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-
-Constraints = tuple[Constraint, ...]
 
 
 class Closing(NamedTuple):
@@ -97,54 +95,36 @@ _CLOSURES: dict[str, tuple[Callable[[Closing], Constraints], ...]] = {
 """What closes a loop by each kind of joint."""
 
 
-def _closed(
-    kind: str,
-    name: str,
-    at: Point,
-    parent: Frame,
-    point: Point,
-    frame: Frame,
-    *axes: Any,
-    what: str = "axis",
-    pitch: Expr = ONE,
-) -> Constraints:
-    check_place(name, at, parent)
-    check_place(name, point, frame)
-    if parent is frame:
-        raise ModelError(f"Expected two different frames to close a loop by {name!r}, got {parent.name} twice.")
-    lines = tuple(fixed(a, parent, f"{what} of {name!r}") for a in axes)
-    return tuple(
-        x for piece in _CLOSURES[kind] for x in piece(Closing(name, at, parent, point, frame, lines, pitch))
-    )  # fmt: skip
+def _closed(kind: str, c: Closing, what: str = "axis") -> Constraints:
+    check_place(c.name, c.at, c.parent)
+    check_place(c.name, c.point, c.frame)
+    if c.parent is c.frame:
+        raise ModelError(f"Expected two different frames to close a loop by {c.name!r}, got {c.parent.name} twice.")
+    checked = c._replace(axes=tuple(fixed(a, c.parent, f"{what} of {c.name!r}") for a in c.axes))
+    return tuple(x for piece in _CLOSURES[kind] for x in piece(checked))
 
 
-def close_pin(
-    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector
-) -> tuple[Constraint, ...]:
+def close_pin(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector) -> Constraints:
     """A loop closed by a pin, five configuration constraints: `point` stays at `at`, `axis` the same vector in both frames.
 
     Three forces along the inertial axes and two torques about axes of `parent` across the axis, on the side of `point` and `frame`.
     """
-    return _closed("pin", name, at, parent, point, frame, axis)
+    return _closed("pin", Closing(name, at, parent, point, frame, (axis,)))
 
 
-def close_slider(
-    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector
-) -> tuple[Constraint, ...]:
+def close_slider(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector) -> Constraints:
     """A loop closed by a slider, five configuration constraints: `point` on the line, `frame` oriented as `parent`."""
-    return _closed("slider", name, at, parent, point, frame, axis)
+    return _closed("slider", Closing(name, at, parent, point, frame, (axis,)))
 
 
-def close_cylindrical(
-    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector
-) -> tuple[Constraint, ...]:
+def close_cylindrical(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector) -> Constraints:
     """A loop closed by a cylindrical joint, four configuration constraints: `point` on the line, `axis` the same in both frames."""
-    return _closed("cylindrical", name, at, parent, point, frame, axis)
+    return _closed("cylindrical", Closing(name, at, parent, point, frame, (axis,)))
 
 
 def close_screw(
     name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axis: Vector, pitch: Any
-) -> tuple[Constraint, ...]:
+) -> Constraints:
     """A loop closed by a screw, five configuration constraints: as a cylindrical joint, and the thread.
 
     With s the advance, e₂ the second of the parent's vectors across the axis turned by s/pitch, and b₁ the frame's first one, the
@@ -153,31 +133,29 @@ def close_screw(
     h = as_expr(pitch)
     if h is ZERO:
         raise ModelError(f"Expected a pitch that is not zero for the screw {name!r}: use kn.close_pin.")
-    return _closed("screw", name, at, parent, point, frame, axis, pitch=h)
+    return _closed("screw", Closing(name, at, parent, point, frame, (axis,), h))
 
 
 def close_universal(
     name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, axes: tuple[Vector, Vector]
-) -> tuple[Constraint, ...]:
+) -> Constraints:
     """A loop closed by a universal joint, four configuration constraints: `point` stays at `at`, the axes stay perpendicular.
 
     `axes` are given in the parent; the second is the vector with the same measure numbers in `frame`.
     """
-    return _closed("universal", name, at, parent, point, frame, *perpendicular_axes(name, axes, parent))
+    return _closed("universal", Closing(name, at, parent, point, frame, perpendicular_axes(name, axes, parent)))
 
 
-def close_ball(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> tuple[Constraint, ...]:
+def close_ball(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> Constraints:
     """A loop closed by a ball joint, three configuration constraints: `point` stays at `at`."""
-    return _closed("ball", name, at, parent, point, frame)
+    return _closed("ball", Closing(name, at, parent, point, frame))
 
 
-def close_planar(
-    name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, normal: Vector
-) -> tuple[Constraint, ...]:
+def close_planar(name: str, at: Point, parent: Frame, point: Point, frame: Frame, *, normal: Vector) -> Constraints:
     """A loop closed by a planar joint, three configuration constraints: `point` in the plane, `normal` the same in both frames."""
-    return _closed("planar", name, at, parent, point, frame, normal, what="normal")
+    return _closed("planar", Closing(name, at, parent, point, frame, (normal,)), "normal")
 
 
-def close_weld(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> tuple[Constraint, ...]:
+def close_weld(name: str, at: Point, parent: Frame, point: Point, frame: Frame) -> Constraints:
     """A loop closed by a weld, six configuration constraints: `point` at `at`, `frame` oriented as `parent`."""
-    return _closed("weld", name, at, parent, point, frame)
+    return _closed("weld", Closing(name, at, parent, point, frame))

@@ -53,26 +53,27 @@ class Contact:
         return f"Contact({self.name!r}: {self.particle.name} on {self.height.name})"
 
 
-def wheel_contact(
+def _contact(
     name: str,
     wheel: Frame,
     center: Point,
     plane: Point,
     normal: Vector,
-    ring: tuple[Expr, Vector] | None,
-    crown: Expr,
+    ring: tuple[Any, Vector] | None,
+    crown: Any | None,
     along: Vector | None,
     down: Vector | None,
 ) -> Contact:
-    """The contact of a ring (radius, axis) with a crown on the plane through `plane` across `normal`."""
+    """The contact of a ring (radius, axis) with the radius of its crown on the plane through `plane` across `normal`."""
+    radius = _positive(ring[0], f"radius of {name!r}") if ring is not None else ZERO
+    rounding = _positive(crown, f"{'crown ' if ring else ''}radius of {name!r}") if crown is not None else ZERO
     check_place(name, center, wheel)
     check_place(name, plane, wheel)
     check_unit(normal, f"normal of {name!r}")
     base = home_of(normal, f"normal of {name!r}")
-    reach = normal * -crown if crown is not ZERO else Vector()
+    reach = normal * -rounding
     if ring is not None:
-        radius, axis = ring
-        axis = _despun(fixed(axis, wheel, f"axis of {name!r}"), wheel)
+        axis = _despun(fixed(ring[1], wheel, f"axis of {name!r}"), wheel)
         reach = reach + _down(name, axis, normal, down) * radius
     point = center.at(f"{name} point", reach)
     particle = center.fixed_in(wheel, f"{name} particle", reach)
@@ -109,11 +110,13 @@ def _down(name: str, axis: Vector, normal: Vector, down: Vector | None) -> Vecto
     return down
 
 
-def positive(e: Expr, what: str) -> None:
-    """A length whose sign is known is positive."""
+def _positive(length: Any, what: str) -> Expr:
+    """The length, which must be positive where parameters have their defaults."""
+    e = as_expr(length)
     value = sample([e], _SEEDS[0])[0]
     if not value > 0:
         raise ModelError(f"Expected a positive {what}, got {e} = {value:.6g}.")
+    return e
 
 
 def disk_on_plane(
@@ -141,9 +144,7 @@ def disk_on_plane(
     along : the first direction of rolling, a unit vector in the plane; by default an axis of the normal's frame
     down : the unit vector d itself, where frames of the model have it: shorter equations
     """
-    size = as_expr(radius)
-    positive(size, f"radius of {name!r}")
-    return wheel_contact(name, wheel, center, plane, normal, (size, axis), ZERO, along, down)
+    return _contact(name, wheel, center, plane, normal, (radius, axis), None, along, down)
 
 
 def sphere_on_plane(
@@ -157,9 +158,7 @@ def sphere_on_plane(
     along: Vector | None = None,
 ) -> Contact:
     """A sphere on a plane: contact at centre − r n. Arguments as for `kn.disk_on_plane`."""
-    size = as_expr(radius)
-    positive(size, f"radius of {name!r}")
-    return wheel_contact(name, wheel, center, plane, normal, None, size, along, None)
+    return _contact(name, wheel, center, plane, normal, None, radius, along, None)
 
 
 def torus_on_plane(
@@ -180,7 +179,4 @@ def torus_on_plane(
     `radius` R is that of the circle on which the crown's centres lie, `crown` r that of the rounding: upright, the centre is
     R + r high. Other arguments as for `kn.disk_on_plane`.
     """
-    large, small = as_expr(radius), as_expr(crown)
-    positive(large, f"radius of {name!r}")
-    positive(small, f"crown radius of {name!r}")
-    return wheel_contact(name, wheel, center, plane, normal, (large, axis), small, along, down)
+    return _contact(name, wheel, center, plane, normal, (radius, axis), crown, along, down)

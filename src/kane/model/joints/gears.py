@@ -12,6 +12,7 @@ With the pinion on a pin and the rack on a slider of one carrier, their constrai
 tangential tooth force on the pinion along the rack.
 """
 
+from dataclasses import replace
 from typing import Any
 
 from kane.errors import ModelError
@@ -21,7 +22,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.expr.patterns import split
 from kane.model.constraints import Constraint, no_slip
-from kane.model.joints.joint import Joint, fixed, numbers
+from kane.model.joints.joint import Joint, fixed, is_along, numbers
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -56,7 +57,9 @@ def gear_pair(
     Constraint
         a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
-    (frame_a, at_a), (frame_b, at_b) = _side(name, a), _side(name, b)
+    (frame_a, at_a), (frame_b, at_b) = (
+        _side(name, part, "pin", "gears on pins", "a gear as a pin joint or (frame, centre)") for part in (a, b)
+    )
     n = axis if axis is not None else a.axis if isinstance(a, Joint) else None
     if n is None:
         raise ModelError(f"Expected axis=unit vector for the gears {name!r}, which are not given by pin joints.")
@@ -70,16 +73,14 @@ def gear_pair(
     tangent = n.cross(e).gathered()
     p = at_a.fixed_in(frame_a, f"{name} {frame_a.name}", (e * r_a).gathered())
     q = at_b.fixed_in(frame_b, f"{name} {frame_b.name}", (e * (r_b if internal else -r_b)).gathered())
-    slip = no_slip(p, q, along=tangent, name=name)[0]
+    (slip,) = no_slip(p, q, along=tangent, name=name)
     if not (isinstance(a, Joint) and isinstance(b, Joint) and a.parent is b.parent):
         return slip
     other = fixed(b.axis, a.parent, f"axis of {b.name!r}")
-    sense = numbers([other.dot(n)])[0] * numbers([a.axis.dot(n)])[0]
-    turn_b = b.coordinates[0] if (sense > 0) != internal else -b.coordinates[0]
+    forward, alike = is_along(a.axis, n), is_along(a.axis, n) == is_along(other, n)
+    turn_b = b.coordinates[0] if alike != internal else -b.coordinates[0]
     way = add(mul(r_a, sub(a.coordinates[0], as_expr(phase))), mul(r_b, turn_b))
-    if numbers([a.axis.dot(n)])[0] < 0:
-        way = -way
-    return Constraint(name, "configuration", way, slip.forces, slip.torques, "N")
+    return replace(slip, kind="configuration", expr=way if forward else -way)
 
 
 def _length(v: Vector) -> Expr:
@@ -102,13 +103,7 @@ def _pitch_radius(size: Expr, teeth: Expr, whole: Expr) -> Expr:
     return teeth if size is whole else mul(size, div(teeth, whole))
 
 
-def _side(
-    name: str,
-    part: Any,
-    kind: str = "pin",
-    joint: str = "gears on pins",
-    pair: str = "a gear as a pin joint or (frame, centre)",
-) -> tuple[Frame, Point]:
+def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> tuple[Frame, Point]:
     if isinstance(part, Joint):
         if part.kind != kind:
             raise ModelError(f"Expected {joint} for {name!r}, got {part.name!r}, a {part.kind} joint.")
@@ -136,8 +131,8 @@ def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b
 
 def rack_and_pinion(
     name: str,
-    pinion: Joint | tuple[Frame, Point],
-    rack: Joint | tuple[Frame, Point],
+    pinion: Gear,
+    rack: Gear,
     *,
     radius: Any,
     axis: Vector | None = None,
@@ -176,10 +171,10 @@ def rack_and_pinion(
     arm = d.cross(n) * r
     p = center.fixed_in(wheel, f"{name} {wheel.name}", arm)
     q = foot.fixed_in(bar, f"{name} {bar.name}", center.position(foot) + arm)
-    slip = no_slip(p, q, along=d, name=name)[0]
+    (slip,) = no_slip(p, q, along=d, name=name)
     if not (isinstance(pinion, Joint) and isinstance(rack, Joint) and pinion.parent is rack.parent):
         return slip
-    forward = numbers([fixed(rack.axis, rack.parent, "axis").dot(d), pinion.axis.dot(n)])
     s, turn = rack.coordinates[0], sub(pinion.coordinates[0], as_expr(phase))
-    way = sub(mul(r, turn if forward[1] > 0 else -turn), s if forward[0] > 0 else -s)
-    return Constraint(name, "configuration", way, slip.forces, slip.torques, "N")
+    along_rack = is_along(fixed(rack.axis, rack.parent, "axis"), d)
+    way = sub(mul(r, turn if is_along(pinion.axis, n) else -turn), s if along_rack else -s)
+    return replace(slip, kind="configuration", expr=way)
