@@ -16,8 +16,8 @@ from kane.errors import ProgramError
 from kane.expr.ops import DIV, MUL, OPS
 from kane.gallery.pendulums import system as chain
 from kane.program.build import Task, build_program
-from kane.program.passes.schedule import live_ranges
 from kane.program.passes.split import split
+from kane.program.passes.tiers import live_ranges
 from kane.program.passes.verify import verified
 from kane.program.program import Port, Program
 from kane.program.receipt import receipt
@@ -160,16 +160,12 @@ class TestOrder:
         program = pendulum(n)
         routine = program.routines[0]
         built_order = sorted(routine.body)
-        lengths = [
-            live_ranges(order, routine.results, program.first, program.args) for order in (routine.body, built_order)
-        ]
-        assert lengths[0] <= lengths[1]
+        assert live_ranges(program, routine.body) <= live_ranges(program, built_order)
 
     def test_live_ranges_by_hand(self):
         # f = (q+s)·(q−s): values 0, 1 at places 0, 1, both read at place 2
         program = built((q + s) * (q - s))
-        routine = program.routines[0]
-        assert live_ranges(routine.body, routine.results, program.first, program.args) == 2 + 1
+        assert live_ranges(program, program.routines[0].body) == 2 + 1
 
 
 class TestSplit:

@@ -79,5 +79,4 @@ class Handle(CompiledRoutine):
     def __reduce__(self) -> tuple[Any, ...]:
         return Handle, (self.program, self.name, self.settings, self._defaults["p"], self.not_finite)
 
-    def _repr_html_(self) -> str | None:
-        return show.html(self)
+    _repr_html_ = show.html

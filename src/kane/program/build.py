@@ -12,7 +12,7 @@ from kane.expr.ops import CONST, PI, SYMBOL, Op
 from kane.expr.symbols import Symbol
 from kane.program.passes.reciprocal import with_reciprocals
 from kane.program.passes.tiers import assembled
-from kane.program.passes.verify import sound
+from kane.program.passes.verify import verified
 from kane.program.program import Code, Port, Program, Routine
 
 
@@ -62,7 +62,7 @@ def _numbered(name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Ta
             args.append(tuple([place[a] for a in node.args]))
     routines = tuple(Routine(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in tasks)
     code = Code(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), routines)
-    return sound(code, "build")
+    return verified(code, "build")
 
 
 def _key(value: float) -> tuple[float, bool]:

@@ -13,13 +13,8 @@ from kane.write.trees import Call, Product, Tree, split_coefficient
 def to_text(expr: Expr, *, intermediates: bool | None = None) -> str:
     """`expr` in one line.
 
-    Parameters
-    ----------
-    expr
-        What to print.
-    intermediates
-        None: long or very deep expressions are printed with named intermediates, "…, where Z1 = …"; True:
-        whenever something is shared; False: never, however long it gets.
+    With `intermediates` None, long or very deep expressions are printed with named intermediates, "…, where Z1 = …"; with True
+    whenever something is shared, with False never, however long it gets.
     """
     return TEXT.line(expr, intermediates)
 

@@ -9,17 +9,8 @@ from collections.abc import Mapping, Sequence
 
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
-from kane.program.emit.c_tables import (
-    CFile,
-    CFunction,
-    c_declarations,
-    c_file,
-    c_head,
-    c_number,
-    c_tables,
-    made_by,
-)
-from kane.program.emit.names import c_comment
+from kane.program.emit.c_tables import CFile, CFunction, c_declarations, c_file, c_head, c_number, c_tables
+from kane.program.emit.names import ARITHMETIC, c_comment, made_by
 from kane.program.emit.sincos import LIMIT, STEPS, constant
 from kane.program.emit.walk import Compute, Read, SinCos, Statement, Style, pieces, statements
 from kane.program.program import Program
@@ -27,12 +18,9 @@ from kane.program.program import Program
 _FUNCTIONS = {
     OPS[n]: f"{n}({{0}})" for n in ["sqrt", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log"]
 }
-_FORMS = _FUNCTIONS | {
-    ops.ADD: "{0} + {1}",
-    ops.SUB: "{0} - {1}",
-    ops.MUL: "{0} * {1}",
-    ops.DIV: "{0} / {1}",
-    ops.NEG: "-{0}",
+_FORMS = {
+    **ARITHMETIC,
+    **_FUNCTIONS,
     ops.POW: "pow({0}, {1})",
     OPS["atan2"]: "atan2({0}, {1})",
     OPS["abs"]: "fabs({0})",
@@ -87,19 +75,10 @@ LONGEST = 2000
 
 
 def emit_c(program: Program, *, contract: bool = True, version: str = "", longest: int = LONGEST) -> str:
-    """The text of a file of C99, complete in itself.
+    """The text of a file of C99, complete in itself; a routine of more than `longest` instructions becomes several functions.
 
-    Parameters
-    ----------
-    program
-        What to compute.
-    contract
-        False: every operation is rounded by itself; the results of + − × ÷ √ are those of NumPy bit by bit. True: the
-        compiler may round a·b + c once, where its options say so.
-    version
-        Kane's version, for the comment at the head.
-    longest
-        The most instructions in one function; a longer routine becomes several.
+    Without `contract` every operation is rounded by itself: the results of + − × ÷ √ are those of NumPy bit by bit. With it the
+    compiler may round a·b + c once, where its options say so.
     """
     file = c_file(program)
     style = Style(lanes=1, whole=longest, piece=longest)
@@ -123,7 +102,7 @@ def emit_c(program: Program, *, contract: bool = True, version: str = "", longes
 def emit_header(program: Program, *, contract: bool = True, version: str = "") -> str:
     """The text of the header that belongs to the file of `emit_c`, for C and C++; it is the same for both ways to round."""
     file = c_file(program)
-    title = f"/* {c_comment(program.name)}: declarations. {made_by(version)} */"
+    title = f"/* {c_comment(f'{program.name}: declarations. {made_by(version)}')} */"
     return f"{title}\n#ifndef {file.guard}\n#define {file.guard}\n\n{c_declarations(file)}\n#endif\n"
 
 
@@ -223,20 +202,14 @@ static void kane_sincos(double x, double *s, double *c)
 """
 
 
-def _sincos_steps() -> str:
-    lines = [
-        f"    const double {name} = {_STEP[form].format(*map(_sincos_operand, operands))};"
-        for name, form, *operands in STEPS
-    ]
-    return "\n".join(lines)
-
-
 def _sincos_operand(operand: str) -> str:
     value = constant(operand)
-    if value is None:
-        return operand
-    return repr(value) if (2 * value).is_integer() else value.hex()
+    return operand if value is None else repr(value) if (2 * value).is_integer() else value.hex()
 
 
-C_SINCOS = _SINCOS.format(limit=LIMIT, steps=_sincos_steps())
+_STEPS = "\n".join(
+    f"    const double {name} = {_STEP[form].format(*map(_sincos_operand, operands))};"
+    for name, form, *operands in STEPS
+)
+C_SINCOS = _SINCOS.format(limit=LIMIT, steps=_STEPS)
 """`static void kane_sincos(double x, double *s, double *c)` in C99; needs <math.h>, <stdint.h> and <string.h>."""

@@ -14,6 +14,7 @@ from kane.program.emit.names import (
     identifier,
     is_free_in_c,
     local_names,
+    made_by,
     stem,
 )
 from kane.program.emit.walk import RESULTS, VECTORS, Function, hoisting, kernel
@@ -109,17 +110,12 @@ def c_number(value: float) -> str:
 # ------------------------------------------------------------------------------------------------------------- the text
 
 
-def made_by(version: str) -> str:
-    """Where the text comes from."""
-    return f"Made by kane{' ' + c_comment(version) if version else ''}: derive and emit again instead of editing."
-
-
 def c_head(file: CFile, contract: bool, version: str) -> str:
     """The comment at the head: how to compile and call, what the ports are."""
     program, (hoist, *routines) = file.program, file.functions
     nouns = ", ".join(f"{p.noun} {file.names.arguments[p.name]}" for p in program.ports)
     lines = [
-        f"{c_comment(program.name)}: {program.subject}. {made_by(version)}",
+        c_comment(f"{program.name}: {program.subject}. {made_by(version)}"),
         "",
         f"Compile:  cc -std=c99 -O2 -fno-math-errno -c {file.prefix}.c   and link with -lm",
         f"          {_ROUNDING[contract]}",

@@ -13,7 +13,6 @@ in the lanes of a vector.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
@@ -24,29 +23,28 @@ from kane.program.emit.llvm_sincos import llvm_sincos
 from kane.program.passes.split import Chunk
 from kane.program.program import Program
 
-_SCALAR = Lanes(1)
 _BINARY = {ops.ADD: "fadd", ops.SUB: "fsub", ops.MUL: "fmul", ops.DIV: "fdiv"}
-_LIBRARY = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
-_INTRINSIC = {ops.SQRT: "llvm.sqrt", OPS["abs"]: "llvm.fabs"}
+_CALLS = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
+_CALLS |= {ops.SQRT: "llvm.sqrt.f64", OPS["abs"]: "llvm.fabs.f64"}
 _ORDERED = (
-    "{r}.a = fcmp %s {v} {0}, {1}\n{r}.b = fcmp uno {v} {0}, {0}\n"
-    "{r}.c = or {b} {r}.a, {r}.b\n{r} = select {b} {r}.c, {v} {0}, {v} {1}"
+    "{r}.a = fcmp %s double {0}, {1}\n{r}.b = fcmp uno double {0}, {0}\n"
+    "{r}.c = or i1 {r}.a, {r}.b\n{r} = select i1 {r}.c, double {0}, double {1}"
 )
 """The argument that compares so with the other; a NaN is passed on, as NumPy does."""
 _FORMS = {
-    **{op: f"{{r}} = {name} {{f}}{{v}} {{0}}, {{1}}" for op, name in _BINARY.items()},
-    ops.NEG: "{r} = fneg {f}{v} {0}",
+    **{op: f"{{r}} = {name} {{f}}double {{0}}, {{1}}" for op, name in _BINARY.items()},
+    ops.NEG: "{r} = fneg {f}double {0}",
     OPS["min"]: _ORDERED % "olt",
     OPS["max"]: _ORDERED % "ogt",
     OPS["sign"]: (
-        "{r}.a = fcmp ogt {v} {0}, {zero}\n{r}.b = select {b} {r}.a, {v} {one}, {v} {0}\n"
-        "{r}.c = fcmp olt {v} {0}, {zero}\n{r}.d = select {b} {r}.c, {v} {minus}, {v} {r}.b\n"
-        "{r} = fadd {v} {r}.d, {zero}"
+        "{r}.a = fcmp ogt double {0}, 0.0\n{r}.b = select i1 {r}.a, double 1.0, double {0}\n"
+        "{r}.c = fcmp olt double {0}, 0.0\n{r}.d = select i1 {r}.c, double -1.0, double {r}.b\n"
+        "{r} = fadd double {r}.d, 0.0"
     ),
-    ops.LESS: "{r}.c = fcmp olt {v} {0}, {1}\n{r} = uitofp {b} {r}.c to {v}",
-    ops.WHERE: "{r}.c = fcmp une {v} {0}, {zero}\n{r} = select {b} {r}.c, {v} {1}, {v} {2}",
+    ops.LESS: "{r}.c = fcmp olt double {0}, {1}\n{r} = uitofp i1 {r}.c to double",
+    ops.WHERE: "{r}.c = fcmp une double {0}, 0.0\n{r} = select i1 {r}.c, double {1}, double {2}",
 }
-"""The lines for the value {r} of {0}, {1}, …, with {f} for flags of contraction, {v} and {b} for the types of numbers and truths."""
+"""The lines for the value {r} of {0}, {1}, …, with {f} for flags of contraction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,21 +73,6 @@ def emit_llvm(programs: Sequence[Program], options: Options) -> str:
 def hoists(programs: Sequence[Program]) -> list[str]:
     """The names of the functions that hoist, one a Program."""
     return [f"hoist{f'.{k}' if k else ''}" for k in range(len(programs))]
-
-
-def _spelled(op: Op, value: str, operands: Sequence[str], flags: str, lanes: Lanes = _SCALAR) -> tuple[str, str]:
-    """The lines of an operation and the function that they call, "" if none. The C library's functions take one double."""
-    callee = _LIBRARY.get(op) or (f"{_INTRINSIC[op]}.{lanes.suffix}" if op in _INTRINSIC else "")
-    if callee:
-        return f"{value} = call {lanes.double} @{callee}({', '.join(f'{lanes.double} {o}' for o in operands)})", callee
-    return _FORMS[op].format(*operands, r=value, f=flags, **_kinds(lanes)), ""
-
-
-@cache
-def _kinds(lanes: Lanes) -> dict[str, str]:
-    """The types and numbers that forms of operations hold."""
-    numbers = {name: lanes.all("double", text) for name, text in (("zero", "0.0"), ("one", "1.0"), ("minus", "-1.0"))}
-    return {"v": lanes.double, "b": lanes.of("i1"), **numbers}
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,22 +104,18 @@ class _Module:
 
     def _piece(self, head: str, program: Program, function: walk.Function, piece: Chunk, style: walk.Style) -> str:
         body = walk.statements(program, function, piece, style)
-        writer = _Writer(program, self.options, body)
+        writer = _Writer(program, self, body)
         for statement in body:
             writer.write(statement)
-        self.called.update(writer.called)
-        self.widths.update(writer.widths)
         return "\n".join([f"{head} {{", *writer.lines, "  ret void", "}"])
 
 
 class _Writer:
     """The lines of one piece."""
 
-    def __init__(self, program: Program, options: Options, body: Sequence[walk.Statement]) -> None:
-        self.flags = "contract " if options.contract else ""
+    def __init__(self, program: Program, module: _Module, body: Sequence[walk.Statement]) -> None:
+        self.module, self.flags = module, "contract " if module.options.contract else ""
         self.lines: list[str] = []
-        self.called: dict[str, int] = {}
-        self.widths: set[int] = set()
         first = len(program.inputs)
         self.names = {first + k: bits(value) for k, value in enumerate(program.constants)}
         scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
@@ -146,40 +125,39 @@ class _Writer:
 
     def write(self, s: walk.Statement) -> None:
         """The lines of one statement."""
-        if isinstance(s, walk.Read):
-            self._read(s)
-        elif isinstance(s, walk.Compute):
-            name = f"%v{s.value}"
-            text, callee = _spelled(s.op, name, [self.names[a] for a in s.arguments], self.flags)
-            self.lines += [f"  {line}" for line in text.split("\n")]
-            self.names[s.value] = name
-            self.called |= {callee: s.op.arity} if callee else {}
-        elif isinstance(s, walk.SinCos):
+        if isinstance(s, walk.SinCos):
             self._sincos(s.angles, s.values)
+        elif isinstance(s, walk.Write):
+            address = self._address(f"%s{len(self.lines)}", s)
+            self.lines.append(f"  store double {self.names[s.value]}, ptr {address}, align 8")
         else:
-            self._store(s)
+            name = self.names[s.value] = f"%v{s.value}"
+            if isinstance(s, walk.Read):
+                address = self._address(f"%a{s.value}", s)
+                volatile = " volatile" if s.value in self.volatile else ""
+                self.lines.append(f"  {name} = load{volatile} double, ptr {address}, align 8")
+            else:
+                self._compute(name, s.op, [self.names[a] for a in s.arguments])
 
-    def _read(self, s: walk.Read) -> None:
-        load = "load volatile" if s.value in self.volatile else "load"
-        base = _base(s.base)
-        self.names[s.value] = f"%v{s.value}"
-        self.lines += [
-            f"  %a{s.value} = getelementptr inbounds double, ptr {base}, i64 {s.place}",
-            f"  %v{s.value} = {load} double, ptr %a{s.value}, align 8",
-        ]
+    def _compute(self, name: str, op: Op, operands: Sequence[str]) -> None:
+        if op in _CALLS:
+            self.module.called[_CALLS[op]] = op.arity
+            self.lines.append(f"  {name} = call double @{_CALLS[op]}({', '.join(f'double {o}' for o in operands)})")
+        else:
+            text = _FORMS[op].format(*operands, r=name, f=self.flags)
+            self.lines += [f"  {line}" for line in text.split("\n")]
 
-    def _store(self, s: walk.Write) -> None:
-        address = f"%s{len(self.lines)}"
-        self.lines += [
-            f"  {address} = getelementptr inbounds double, ptr {_base(s.base)}, i64 {s.place}",
-            f"  store double {self.names[s.value]}, ptr {address}, align 8",
-        ]
+    def _address(self, name: str, s: walk.Read | walk.Write) -> str:
+        """`name`, after the line that makes it the address of what is read or written."""
+        base = f"%{walk.VECTORS[s.base]}" if s.base in walk.VECTORS else pointer(s.base)
+        self.lines.append(f"  {name} = getelementptr inbounds double, ptr {base}, i64 {s.place}")
+        return name
 
     def _sincos(self, angles: Sequence[int], values: Sequence[Mapping[Op, int]]) -> None:
         """Sines and cosines in a vector as wide as the angles fill."""
         width = 1 << (len(angles) - 1).bit_length()
         kind = Lanes(width).double
-        self.widths.add(width)
+        self.module.widths.add(width)
         operands = [self.names[a] for a in angles]
         label = f"%p{angles[0]}"
         packed = operands[0]
@@ -199,7 +177,3 @@ class _Writer:
                 else:
                     self.names[i] = f"%v{i}"
                     self.lines.append(f"  %v{i} = extractelement {kind} {label}.{op.name}, i32 {k}")
-
-
-def _base(name: str) -> str:
-    return f"%{walk.VECTORS[name]}" if name in walk.VECTORS else pointer(name)

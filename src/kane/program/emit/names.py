@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
+from kane.expr import ops
 from kane.program.emit.walk import VECTORS, Function
 from kane.program.program import Program
 
@@ -51,6 +52,9 @@ _FAMILIES_C = re.compile(
     r"|U?INT(?:_|\d|MAX|PTR)\w*|M_(?:1|2|E|LN|LOG|PI|SQRT)\w*|(?:SNAN|HUGE_VAL)(?:[FL]|F\d+X?)?|f\d+x?(?:add|sub|mul|div|fma|sqrt)f\d+x?"
 )
 _RESERVED_PYTHON = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float", "len", "ValueError"])
+
+ARITHMETIC = {ops.ADD: "{0} + {1}", ops.SUB: "{0} - {1}", ops.MUL: "{0} * {1}", ops.DIV: "{0} / {1}", ops.NEG: "-{0}"}
+"""Operations that C and Python write alike."""
 
 IsFree = Callable[[str], bool]
 
@@ -135,6 +139,11 @@ def distinct(bases: Iterable[str], is_free: IsFree, taken: Collection[str] = ())
         used.add(name)
         names.append(name)
     return names
+
+
+def made_by(version: str) -> str:
+    """Where the text comes from."""
+    return f"Made by kane{' ' if version else ''}{version}: derive and emit again instead of editing."
 
 
 def decimal(value: float, nan: str, infinity: str) -> str:

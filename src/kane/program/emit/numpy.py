@@ -12,12 +12,14 @@ from dataclasses import dataclass
 from kane.expr import ops
 from kane.expr.ops import OPS
 from kane.program.emit.names import (
+    ARITHMETIC,
     Names,
     decimal,
     distinct,
     identifier,
     is_free_in_python,
     local_names,
+    made_by,
     python_comment,
     python_docstring,
 )
@@ -31,13 +33,9 @@ _OTHER = {
     **{"abs": "absolute", "min": "minimum", "max": "maximum"},
 }
 _FORMS = {
+    **ARITHMETIC,
     **{OPS[n]: f"np.{n}({{0}})" for n in _SAME.split()},
     **{OPS[n]: f"np.{name}({', '.join(f'{{{k}}}' for k in range(OPS[n].arity))})" for n, name in _OTHER.items()},
-    ops.ADD: "{0} + {1}",
-    ops.SUB: "{0} - {1}",
-    ops.MUL: "{0} * {1}",
-    ops.DIV: "{0} / {1}",
-    ops.NEG: "-{0}",
     ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
     ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
 }
@@ -56,14 +54,7 @@ def _vector(values, table, name):
 def emit_numpy(program: Program, *, contract: bool = False, version: str = "") -> str:
     """The text of the module: a table for each vector, `hoist(parameters)` and `<routine>(ports)` for each routine.
 
-    Parameters
-    ----------
-    program
-        What to compute.
-    contract
-        As the other emitters have it; NumPy rounds each operation by itself.
-    version
-        Kane's version, for the docstring.
+    `contract` is there as in other emitters; NumPy rounds each operation by itself.
     """
     module = _module(program)
     vectors = sorted(module.tables, key=lambda port: not port.hoisted)
@@ -120,7 +111,7 @@ def _docstring(module: _Module, version: str) -> str:
     lines = [
         f"{program.name}: {program.subject}.",
         "",
-        f"Made by kane{' ' if version else ''}{version}: derive and emit again instead of editing. Needs NumPy only.",
+        f"{made_by(version)} Needs NumPy only.",
         "",
         *what,
         "",

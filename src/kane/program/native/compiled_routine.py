@@ -3,19 +3,18 @@
 
 import ctypes
 import math
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
 
-from kane.errors import ArgumentError, KaneWarning, NotFiniteError
+from kane.errors import ArgumentError, NotFiniteError
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 from kane.program.emit.llvm_entries import block
 from kane.program.native import arguments
-from kane.program.native.callers import outside
+from kane.program.native.callers import warn
 from kane.program.native.machine import Settings, build_library
 from kane.program.native.machine_code import Library
 from kane.program.program import Program, Routine
@@ -216,7 +215,7 @@ class CompiledRoutine:
         message = f"Expected finite results of {self.name}{where}, got {reason}."
         if self.not_finite == "raise":
             raise NotFiniteError(message)
-        warnings.warn(message, KaneWarning, stacklevel=outside())
+        warn(message)
 
     def explain(self, *inputs: Any) -> str:
         """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""

@@ -13,16 +13,15 @@ import atexit
 import ctypes
 import os
 import threading
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from kane.errors import KaneWarning, ProgramError
+from kane.errors import ProgramError
 from kane.program.native import store
-from kane.program.native.callers import outside
+from kane.program.native.callers import warn
 
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "jitdefault"}
 
@@ -170,7 +169,7 @@ def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = T
         try:
             return Library(image, symbols)
         except ProgramError as error:
-            warnings.warn(f"{error} It is the cache entry {key}. Compiling anew.", KaneWarning, stacklevel=outside())
+            warn(f"{error} It is the cache entry {key}. Compiling anew.")
     image = object_code(text, on)
     library = Library(image, symbols)
     if cached:

@@ -15,11 +15,9 @@ import os
 import stat
 import tempfile
 import time
-import warnings
 from pathlib import Path
 
-from kane.errors import KaneWarning
-from kane.program.native.callers import outside
+from kane.program.native.callers import warn
 
 LIMIT = 256 * 2**20
 """Bytes that the entries may take together."""
@@ -54,7 +52,7 @@ def folder() -> Path | None:
     except RuntimeError:  # platformdirs found no home folder
         place = Path("~")
     if not place.is_absolute():  # it would be another one in each working directory
-        _warn(f"Expected this user to have a home folder for the cache, got none: nothing is kept. {_CURE}")
+        warn(f"Expected this user to have a home folder for the cache, got none: nothing is kept. {_CURE}")
         return None
     return place
 
@@ -72,15 +70,13 @@ def read(name: str) -> bytes | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        _warn(f"Expected to read the cache entry {path}, got {error.strerror or error}. Compiling anew.")
+        warn(f"Expected to read the cache entry {path}, got {error.strerror or error}. Compiling anew.")
         return None
     if not _private(status):
-        _warn(
-            f"Expected a cache entry that {_PRIVATE}, got {path} ({_owner(status)}). Compiling anew and replacing it."
-        )
+        warn(f"Expected a cache entry that {_PRIVATE}, got {path} ({_owner(status)}). Compiling anew and replacing it.")
         return None
     if head != _head(name, image):
-        _warn(f"Expected an intact cache entry, got a damaged one: {path}. Compiling anew and replacing it.")
+        warn(f"Expected an intact cache entry, got a damaged one: {path}. Compiling anew and replacing it.")
         return None
     with contextlib.suppress(OSError):
         os.utime(path)  # so that the least recently used go first
@@ -104,7 +100,7 @@ def write(name: str, image: bytes) -> None:
             raise
         _shrink(place)
     except OSError as error:
-        _warn(f"Expected to write to the cache folder {place}, got {error.strerror or error}. {_CURE}")
+        warn(f"Expected to write to the cache folder {place}, got {error.strerror or error}. {_CURE}")
 
 
 def size() -> tuple[int, int]:
@@ -126,7 +122,7 @@ def clear() -> tuple[int, int]:
             path.unlink(missing_ok=True)
             gone.append(length)
         except OSError as error:
-            _warn(f"Expected to remove the cache entry {path}, got {error.strerror or error}.")
+            warn(f"Expected to remove the cache entry {path}, got {error.strerror or error}.")
     return len(gone), sum(gone)
 
 
@@ -147,13 +143,13 @@ def _trusted(make: bool) -> Path | None:
     except OSError as error:
         if isinstance(error, FileNotFoundError) and not make:
             return None
-        _warn(f"Expected to use the cache folder {place}, got {error.strerror or error}. {_CURE}")
+        warn(f"Expected to use the cache folder {place}, got {error.strerror or error}. {_CURE}")
         return None
     if not stat.S_ISDIR(status.st_mode):
-        _warn(f"Expected a folder for the cache, got something else at {place}. {_CURE}")
+        warn(f"Expected a folder for the cache, got something else at {place}. {_CURE}")
         return None
     if not _private(status):
-        _warn(f"Expected a cache folder that {_PRIVATE}, got {place} ({_owner(status)}): it is not used. {_CURE}")
+        warn(f"Expected a cache folder that {_PRIVATE}, got {place} ({_owner(status)}): it is not used. {_CURE}")
         return None
     return place
 
@@ -202,7 +198,3 @@ def _sweep(place: Path) -> None:
         if time.time() - last > _ABANDONED:
             with contextlib.suppress(OSError):
                 path.unlink(missing_ok=True)
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, KaneWarning, stacklevel=outside())

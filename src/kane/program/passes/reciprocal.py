@@ -10,7 +10,7 @@ import dataclasses
 from collections import Counter
 
 from kane.expr.ops import DIV, MUL, Op
-from kane.program.passes.verify import sound
+from kane.program.passes.verify import verified
 from kane.program.program import Code
 
 _WORTH = 2
@@ -48,7 +48,7 @@ def with_reciprocals(code: Code) -> Code:
         place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
     routines = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in code.routines)
     result = dataclasses.replace(code, constants=constants, ops=tuple(ops), args=tuple(args), routines=routines)
-    return sound(result, "reciprocal")
+    return verified(result, "reciprocal")
 
 
 def _divisors(code: Code) -> set[int]:

@@ -11,29 +11,17 @@ from kane.program.program import Code, Program
 Checked = TypeVar("Checked", Code, Program)
 
 
-def sound(code: Code, after: str) -> Code:
-    """`code`, if its tables are well formed after the pass of that name.
+def verified(code: Checked, after: str) -> Checked:
+    """`code`, if it is well formed after the pass of that name: its tables, and of a Program its tiers and order.
 
     Raises
     ------
     ProgramError
-        naming the pass and the instruction where they are not
+        naming the pass, the place and the instruction where it is not
     """
-    return _or_fail(code, after, _tables(code) or _results(code))
-
-
-def verified(program: Program, after: str = "tiers") -> Program:
-    """`program`, if it is well formed.
-
-    Raises
-    ------
-    ProgramError
-        naming the pass after which, the place and the instruction where it is not
-    """
-    return _or_fail(program, after, _tables(program) or _results(program) or _hoisted(program) or _routines(program))
-
-
-def _or_fail(code: Checked, after: str, fault: str) -> Checked:
+    fault = _tables(code) or _results(code)
+    if isinstance(code, Program):
+        fault = fault or _hoisted(code) or _routines(code)
     if fault:
         raise ProgramError(f"Expected a well-formed program {code.name!r} after the pass {after!r}, got {fault}.")
     return code
@@ -93,7 +81,7 @@ def _routines(program: Program) -> str:
 
 
 def _defined(program: Program, block: Iterable[int], available: set[int], where: str) -> tuple[set[int], str]:
-    """`given` and the values of the block; each must read what stands before it, and stand there once."""
+    """`available` and the values of the block; each must read what stands before it, and stand there once."""
     defined = set(available)
     for i in block:
         if i < program.first or i in defined:
