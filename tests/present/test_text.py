@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.present.formulas import text_formulas
-from kane.present.text import step_text
-from kane.present.wrap import WIDTH, wrapped
+from kane.present.formulas import formulas
+from kane.present.text import WIDTH, step_text, wrapped
 from kane.space.vector import Vector
 from tests.present.disk import derived
 
@@ -45,22 +44,23 @@ def test_text_means_the_expression(i: int) -> None:
     values = {n: float(rng.uniform(0.3, 1.2)) for n in names}
     values |= {f"{s.name}_dot": float(rng.uniform(0.3, 1.2)) for s in (*eom.coordinates, *eom.speeds)}
     frames = {f.name: f for f in eom.frames}
-    between, shown = text_formulas(eom.steps[i].items)
+    between, shown = formulas(eom.steps[i].items)
     scope: dict[str, object] = {**values, "sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt}
-    for name, body in between:
-        scope[name] = _read(body, scope)
-    for (label, text), (_, value) in zip(shown, eom.steps[i].items, strict=True):
+    for z in between:
+        scope[z.name] = _read(z.text, scope)
+    for formula, (label, value) in zip(shown, eom.steps[i].items, strict=True):
+        assert formula.name == label
         exprs = value.components(eom.system.inertial) if isinstance(value, Vector) else (value,)
         numbers = {s: values[s.name.replace("'", "_dot")] for s in free_symbols(exprs)}
         expected = np.array([float(x) for x in evaluate(list(exprs), numbers)])
         got = np.zeros_like(expected)
         if isinstance(value, Vector):
-            for sign, factor, frame, axis in _vector_terms(text):
+            for sign, factor, frame, axis in _vector_terms(formula.text):
                 unit = getattr(frames[frame], axis).components(eom.system.inertial)
                 direction = [float(x) for x in evaluate(list(unit), {s: values[s.name] for s in free_symbols(unit)})]
                 got += sign * (float(_read(factor, scope)) if factor else 1.0) * np.array(direction)
         else:
-            got[0] = float(_read(text, scope))
+            got[0] = float(_read(formula.text, scope))
         np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12, err_msg=label)
 
 

@@ -12,8 +12,7 @@ from kane.gallery import rolling_disk
 from kane.gallery.rolling_disk_check import checks
 from kane.present.checks import Check, energy_check
 from kane.present.report import report
-from kane.present.text import step_text
-from kane.present.wrap import wrapped
+from kane.present.text import step_text, wrapped
 
 START = {"q1": 0.0, "q2": 0.1, "q3": 0.0, "q4": 0.0, "q5": 0.0}
 SPEEDS = {"u1": 0.0, "u2": 2.0, "u3": 25.0, "u4": 2.0, "u5": 0.0}

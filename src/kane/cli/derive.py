@@ -11,8 +11,7 @@ from kane.cli.faults import own_code
 from kane.cli.models import Model, model_of
 from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
-from kane.present.formulas import Formula, formulas
-from kane.present.names import quantity_latex
+from kane.present.names import step_formulas
 from kane.present.text import step_text
 from kane.write.latex import latex_name
 
@@ -40,32 +39,22 @@ def derived(model: Model) -> kn.Equations:
         return kn.derive(model.system)
 
 
-def _written(step: Step, eom: kn.Equations) -> tuple[list[Formula], list[Formula]]:
-    """The step's intermediates and formulas; what it only names stands as a name without a right side."""
-    if step.number == 1:
-        return [], [Formula(q.name, "", latex_name(q.name), "") for q in eom.coordinates]
-    return formulas(step.results, lambda quantity: quantity_latex(quantity, eom.system.inertial))
-
-
 def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:
-    between, shown = _written(step, eom)
-    return {
-        "number": step.number,
-        "title": step.title,
-        "text": step.text,
-        "intermediates": [_formula(f) for f in between],
-        "formulas": [_formula(f) for f in shown],
-    }
-
-
-def _formula(f: Formula) -> dict[str, str]:
-    return {"name": f.name, "text": f.text, "latex": f.latex if f.right else f.left}
+    if step.number == 1:  # it names the coordinates, and says nothing of them
+        between, shown = [], [{"name": q.name, "text": "", "latex": latex_name(q.name)} for q in eom.coordinates]
+    else:
+        between, shown = (
+            [{"name": f.name, "text": f.text, "latex": f.latex} for f in some]
+            for some in step_formulas(step, eom.system.inertial)
+        )
+    head = {"number": step.number, "title": step.title, "text": step.text}
+    return {**head, "intermediates": between, "formulas": shown}
 
 
 def _latex(step: Step, eom: kn.Equations) -> str:
-    between, shown = _written(step, eom)
     head = f"% Step {step.number}. {step.title}"
-    if not any(f.right for f in shown):
-        return f"{head}\n\\[ {', '.join(f.left for f in shown)} \\]"
+    if step.number == 1:
+        return f"{head}\n\\[ {', '.join(latex_name(q.name) for q in eom.coordinates)} \\]"
+    between, shown = step_formulas(step, eom.system.inertial)
     lines = " \\\\\n".join(f"  {f.left} &= {f.right}" for f in (*between, *shown))
     return f"{head}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}"

@@ -16,7 +16,7 @@ import typer
 from typer.core import TyperGroup
 
 from kane.errors import ArgumentError, KaneError, KaneWarning
-from kane.present.wrap import WIDTH
+from kane.present.text import WIDTH
 
 LINES = 15
 """At most as many lines of a message are shown."""

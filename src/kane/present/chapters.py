@@ -9,7 +9,7 @@ from kane.dynamics.readings.steps import Kind, Quantity, Step, moving_places, sh
 from kane.equations.equations import Equations
 from kane.expr.symbols import rate
 from kane.present.formulas import Formula, formulas
-from kane.present.names import quantity_latex
+from kane.present.names import quantity_latex, step_formulas
 from kane.present.provenance import (
     Provenance,
     active_provenance,
@@ -69,7 +69,7 @@ def _surveyable(eom: Equations) -> bool:
 def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     if step.number == 1:
         return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates_table(eom),))
-    between, written = formulas(step.results, lambda quantity: quantity_latex(quantity, eom.system.inertial))
+    between, written = step_formulas(step, eom.system.inertial)
     shown = dict(zip((quantity for quantity, _ in step.results), written, strict=True))
     tables: tuple[PageTable, ...] = ()
     displays: tuple[str, ...] = ()

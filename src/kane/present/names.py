@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 r"""LaTeX of the results of the seven steps: the angular velocity of C is {}^N\boldsymbol\omega^C."""
 
-from kane.dynamics.readings.steps import Kind, Quantity
+from kane.dynamics.readings.steps import Kind, Quantity, Step
+from kane.present.formulas import Formula, formulas
 from kane.space.frame import Frame
 from kane.write.latex import latex_name, place_latex
 
@@ -33,3 +34,8 @@ def quantity_latex(quantity: Quantity, inertial: Frame) -> str:
         return latex_name(str(quantity))
     lower = f"_{{{latex_name(quantity.speed.name)}}}" if quantity.speed is not None else ""
     return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"
+
+
+def step_formulas(step: Step, inertial: Frame) -> tuple[list[Formula], list[Formula]]:
+    """A step's shared intermediates, and a formula for each of its results."""
+    return formulas(step.results, lambda quantity: quantity_latex(quantity, inertial))

@@ -18,8 +18,7 @@ from kane.present.notebook.linear import linear_html
 from kane.present.notebook.program import program_html, routine_html
 from kane.present.notebook.solution import solution_html
 from kane.present.notebook.system import system_html
-from kane.present.notebook.typeset import expression, matrix, matrix_words
-from kane.present.notebook.vectors import dyadic, vector
+from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
 from kane.space.vector import Dyadic, Vector
 
 show.LATEX.update(

@@ -13,8 +13,7 @@ from kane.model.loads import Load
 from kane.model.system import System
 from kane.present.declared import DECLARED, Row
 from kane.present.notebook.pieces import either, escaped, folded, listed, math, paragraph, table
-from kane.present.notebook.typeset import expression
-from kane.present.notebook.vectors import dyadic, vector
+from kane.present.notebook.typeset import dyadic, expression, vector
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

@@ -4,11 +4,14 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from kane.expr.build import add, mul
 from kane.expr.count import count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.present.notebook.pieces import math, plain
-from kane.write.latex import LATEX, latex_name
+from kane.space.rotation import Basis
+from kane.space.vector import Dyadic, Vector
+from kane.write.latex import LATEX, latex_name, unit_vector_latex
 from kane.write.layout import layout
 from kane.write.trees import Tree
 
@@ -96,3 +99,29 @@ def brackets(trees: Sequence[Tree], shape: tuple[int, int]) -> str:
     cells = [LATEX.write(t) for t in trees]
     body = r" \\[3pt] ".join(" & ".join(cells[i * columns : (i + 1) * columns]) for i in range(rows))
     return rf"\begin{{bmatrix}} {body} \end{{bmatrix}}"
+
+
+def vector(v: Vector) -> Typeset:
+    """A vector, as it is written: along the axes of all its frames."""
+    terms = _terms(v)
+    return _along([x for x, _, _ in terms], [unit_vector_latex(f.name, axis) for _, f, axis in terms])
+
+
+def dyadic(d: Dyadic) -> Typeset:
+    """A dyadic multiplied out, a term for each pair of unit vectors."""
+    terms: dict[tuple[Basis, str, Basis, str], Expr] = {}
+    for a, b in d.dyads:
+        for x, f, i in _terms(a):
+            for y, g, k in _terms(b):
+                terms[f, i, g, k] = add(terms.get((f, i, g, k), ZERO), mul(x, y))
+    kept = {key: x for key, x in terms.items() if x is not ZERO}
+    pairs = [f"{unit_vector_latex(f.name, i)} {unit_vector_latex(g.name, k)}" for f, i, g, k in kept]
+    return _along(list(kept.values()), pairs)
+
+
+def _terms(v: Vector) -> list[tuple[Expr, Basis, str]]:
+    return [(x, f, axis) for f, t in v.parts for x, axis in zip(t, "xyz", strict=True) if x is not ZERO]
+
+
+def _along(factors: Sequence[Expr], units: Sequence[str]) -> Typeset:
+    return typeset(factors, lambda trees: [LATEX.along(trees, units)])
