@@ -6,16 +6,18 @@ from typing import Annotated
 
 import typer
 
+from kane.cli import screen
 from kane.cli.bench import bench
 from kane.cli.cache import app as cache_app
 from kane.cli.check import check
 from kane.cli.derive import derive
 from kane.cli.emit import emit
 from kane.cli.faults import Guarded
-from kane.cli.gallery import gallery
 from kane.cli.new import new
+from kane.cli.options import AsJson
 from kane.cli.report import report
 from kane.cli.simulate import simulate
+from kane.gallery import GALLERY, load
 
 app = typer.Typer(
     cls=Guarded,
@@ -42,7 +44,17 @@ def _kane(
     pass
 
 
-for command in (gallery, new, check, derive, simulate, report, emit, bench):
+@app.command()
+def gallery(as_json: AsJson = False) -> None:
+    """List the systems of the gallery; each can be given as MODEL."""
+    titles = {name: str(load(name).TITLE) for name in GALLERY}
+    if as_json:
+        screen.as_json([{"name": name, "title": title} for name, title in titles.items()])
+    else:
+        screen.table(list(titles.items()), indent=0)
+
+
+for command in (new, check, derive, simulate, report, emit, bench):
     app.command(command.__name__)(command)
 
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane check`: what a model is, and what is wrong with it."""
 
+import math
 import time
 import warnings
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ import typer
 import kane as kn
 from kane.analysis.state import start_state
 from kane.cli import screen
-from kane.cli.doubts import doubts
+from kane.cli.derive import derived
 from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, shown
 from kane.cli.models import Model, model_of
 from kane.cli.motion import Start, start
@@ -28,13 +30,18 @@ from kane.motion.start import check_masses
 from kane.numeric.named import finite_number
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
 
+_TURN = 2 * math.pi
+
 
 def check(name: Name, as_json: AsJson = False) -> None:
     """Say what MODEL is; leave with 1 if it is wrong."""
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", KaneWarning)
-            model, eom, took = _derived(name)
+            model = model_of(name)
+            began = time.perf_counter()
+            eom = derived(model)
+            took = time.perf_counter() - began
             begin = start(model, eom, {})
             with own_code(model.path, "START"):
                 _check_start(model, eom, begin)
@@ -45,31 +52,19 @@ def check(name: Name, as_json: AsJson = False) -> None:
         screen.as_json({"model": name, "ok": False, "error": {"type": type(error).__name__, "message": text}})
         raise typer.Exit(1) from None
     else:
-        told, doubtful = [str(w.message) for w in caught], doubts(eom, begin)
+        told, doubtful = [str(w.message) for w in caught], _doubts(eom, begin)
         what = summary(model, eom, [*told, *doubtful], took)
         if as_json:
             screen.as_json(what)
         else:
-            show(
-                what,
-                [*("\n  ".join(filter(None, (str(w.message), place_of(w, model.path)))) for w in caught), *doubtful],
-            )
-
-
-def _derived(name: str) -> tuple[Model, kn.Equations, float]:
-    model = model_of(name)
-    began = time.perf_counter()
-    with screen.working("Deriving"), own_code(model.path, "System"):
-        eom = kn.derive(model.system)
-    return model, eom, time.perf_counter() - began
+            placed = ["\n  ".join(filter(None, (str(w.message), place_of(w, model.path)))) for w in caught]
+            show(what, [*placed, *doubtful])
 
 
 def _check_start(model: Model, eom: kn.Equations, begin: Start) -> None:
     """The values must be admissible, and the equations have finite values where the motion starts."""
-    for what, values_given in (
-        ("start value", {**begin.q, **begin.u}),
-        ("value", {**begin.parameters, **begin.inputs}),
-    ):
+    given = (("start value", {**begin.q, **begin.u}), ("value", {**begin.parameters, **begin.inputs}))
+    for what, values_given in given:
         for name, value in values_given.items():
             if not callable(value):
                 finite_number(what, name, value)
@@ -121,3 +116,46 @@ def _why(eom: kn.Equations, begin: Start, t: float) -> str:
         return "the equations are singular there, or a load is not defined"
     massless = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > TAKES_PART)
     return f"the mass matrix is singular there, where {massless} moves no mass"
+
+
+def _doubts(eom: kn.Equations, begin: Start) -> list[str]:
+    """What can be computed but is perhaps not meant, one sentence or two for each."""
+    return [*_missing(eom, begin), *_degrees(eom, begin), *_loads(eom)]
+
+
+def _missing(eom: kn.Equations, begin: Start) -> Iterator[str]:
+    bare = [p.name for p in eom.parameters if p.default is None and p.name not in begin.parameters]
+    if bare:
+        yield f"No default for {', '.join(bare)}: every simulation needs --parameter NAME=VALUE for them."
+    state = [option for option in begin.missing if not option.startswith("--parameter")]
+    if state:
+        yield f"START does not say everything: a simulation needs {' '.join(state)}."
+
+
+def _degrees(eom: kn.Equations, begin: Start) -> Iterator[str]:
+    """Angles beyond a whole turn, which are perhaps given in degrees."""
+    angles = {f: f.orientation.angle for f in eom.system.frames if f.orientation and f.orientation.angle is not None}
+    for f, angle in angles.items():
+        if all(s.default is not None for s in kn.free_symbols([angle])):
+            value = float(kn.evaluate(angle, {}))
+            if abs(value) > _TURN:
+                yield _turns(f"The frame {f.name} is turned by {value:g} rad", value)
+    for q in dict.fromkeys(s for s in kn.free_symbols(angles.values()) if isinstance(s, kn.Coordinate)):
+        value = float(begin.q.get(q.name, 0.0))
+        if abs(value) > _TURN:
+            yield _turns(f"START has the angle {q.name} = {value:g} rad", value)
+
+
+def _turns(what: str, value: float) -> str:
+    return f"{what}, {value / _TURN:.3g} turns: angles are in radians. If degrees are meant, write math.radians({value:g})."
+
+
+def _loads(eom: kn.Equations) -> Iterator[str]:
+    system = eom.system
+    if not eom.loads:
+        yield "No loads: nothing but inertia acts."
+    if len(system.gravities) > 1:
+        names = " and ".join(g.name for g in system.gravities)
+        yield f"{len(system.gravities)} loads of gravity ({names}) act on every body: they add. List one, if one is meant."
+    for load in dict.fromkeys(x for x in system.loads if system.loads.count(x) > 1):
+        yield f"The load {load.name!r} is listed {system.loads.count(load)} times: it acts as often. List it once, if once is meant."

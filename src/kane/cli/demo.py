@@ -47,18 +47,12 @@ def run(out: Path, console: Console | None = None) -> bool:
     results.append(energy_check(sol, of="friction", limit=ENERGY_LIMIT))
     _check(screen, results[-1])
 
-    written = report(
-        eom,
-        out / "rolling_disk" / "report.html",
-        solution=sol,
-        title=rolling_disk.TITLE,
-        sources=rolling_disk.SOURCES,
-        checks=results,
-    )
+    place, title, sources = out / "rolling_disk" / "report.html", rolling_disk.TITLE, rolling_disk.SOURCES
+    report(eom, place, solution=sol, title=title, sources=sources, checks=results)
     screen.line()
     passed = sum(c.passed for c in results)
     _line(screen, f"{passed} of {len(results)} checks passed", "green" if passed == len(results) else "bold red")
-    _line(screen, f"Report: {written}")
+    _line(screen, f"Report: {place}")
     return passed == len(results)
 
 

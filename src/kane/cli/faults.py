@@ -89,22 +89,12 @@ def _prose(text: str) -> list[str]:
     ) or [""]  # fmt: skip
 
 
-def _unplaced(error: KaneError) -> bool:
-    """No line is named yet, and the file is what is wrong, not the command's options."""
-    return not (isinstance(error, Misuse) or hasattr(error, "__notes__"))
-
-
 @contextmanager
 def own_code(path: Path | None, about: str = "") -> Iterator[None]:
     """Run code that may be the user's, of the model file `path`.
 
     A KaneError gets a note of the line it arose in, or, where that is none of the user's, of the line that calls or sets `about`; any
-    other error becomes a UserError, unless it is none of that code's.
-
-    Raises
-    ------
-    UserError
-        if the user's code raises an error, cannot be parsed, or leaves Python
+    other error becomes a UserError, one of syntax and an exit too, unless it is none of that code's.
     """
     if path is None:
         yield
@@ -115,7 +105,9 @@ def own_code(path: Path | None, about: str = "") -> Iterator[None]:
         frames = _theirs(traceback.extract_tb(error.__traceback__), path)
         if frames:
             error.add_note(_place(frames[-1].filename, frames[-1].lineno, frames[-1].line))
-        elif _unplaced(error) and about and (place := _line_of(about, path)) is not None:
+        elif isinstance(error, Misuse) or hasattr(error, "__notes__"):
+            pass  # the command's options are wrong, or a line is named already
+        elif about and (place := _line_of(about, path)) is not None:
             error.add_note(_place(path, *place))
         raise
     except SystemExit as error:

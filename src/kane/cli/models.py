@@ -41,14 +41,8 @@ class Model:
 def model_of(text: str) -> Model:
     """The model that the argument MODEL means.
 
-    Raises
-    ------
-    Misuse
-        if it is neither in the gallery nor a file
-    ModelError
-        if the file has no `system()`, or one that gives something else
-    UserError
-        if the file's own code fails
+    Misuse where it is neither in the gallery nor a file; ModelError where the file has no `system()`, or one that gives something
+    else; UserError where the file's own code fails.
     """
     if text in GALLERY:
         module = load(text)
@@ -119,23 +113,13 @@ def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str,
     declared = time.perf_counter() - began
     if not isinstance(system, kn.System):
         cure = "end it with `return kn.System(…)`" if system is None else "return the System itself"
-        raise ModelError(
-            f"Expected system() in {where} to return a kn.System, got {_kind(system)}: {cure}.",
-        )
+        raise ModelError(f"Expected system() in {where} to return a kn.System, got {_kind(system)}: {cure}.")
     with own_code(path, "START"):
         begin = _start(getattr(module, "START", start), where)
     with own_code(path, "SPAN"):
         span = _span(getattr(module, "SPAN", (0.0, 5.0)), where)
-    return Model(
-        name,
-        str(getattr(module, "TITLE", name.replace("_", " "))),
-        tuple(getattr(module, "SOURCES", ())),
-        path,
-        system,
-        begin,
-        span,
-        declared,
-    )
+    title, sources = getattr(module, "TITLE", name.replace("_", " ")), getattr(module, "SOURCES", ())
+    return Model(name, str(title), tuple(sources), path, system, begin, span, declared)
 
 
 def _kind(value: object) -> str:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The motion that the options ask for: START of the model, changed by what the command line says."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -8,7 +9,6 @@ from typing import Any
 import kane as kn
 from kane.cli.faults import Misuse, own_code
 from kane.cli.models import KINDS, Model
-from kane.cli.options import assignments
 from kane.cli.screen import working
 from kane.errors import ModelError, ValueMissingError, alike
 
@@ -30,12 +30,7 @@ class Start:
 def start(model: Model, eom: kn.Equations, told: Mapping[str, Sequence[str] | None]) -> Start:
     """START, changed by `told`: texts NAME=VALUE for some of `KINDS`.
 
-    Raises
-    ------
-    Misuse
-        if an option names what the system does not have
-    ModelError
-        if START does
+    A name that the system does not have is Misuse in `told`, and a ModelError in START.
     """
     with own_code(model.path, "START"):
         return _start(model, eom, told)
@@ -53,7 +48,7 @@ def _start(model: Model, eom: kn.Equations, options: Mapping[str, Sequence[str] 
     for kind, symbols in symbols_of.items():
         names = [s.name for s in symbols]
         own, option = model.start.get(kind, {}), _OPTIONS[kind]
-        told = assignments(option, options.get(kind))
+        told = _assignments(option, options.get(kind))
         for name in told:
             if name not in names:
                 raise Misuse(f"{_expected(kind, names)} in {option}, got {name!r}.{alike(name, names)}")
@@ -68,6 +63,23 @@ def _start(model: Model, eom: kn.Equations, options: Mapping[str, Sequence[str] 
         ]
     begin = Start(**values, missing=tuple(missing))
     return _assembled(eom, begin, model.span[0]) if eom.system.constraints else begin
+
+
+def _assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
+    """Values by name from texts NAME=VALUE."""
+    values: dict[str, float] = {}
+    for text in texts or ():
+        name, sign, value = (part.strip() for part in text.partition("="))
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not (name and sign and math.isfinite(number)):
+            raise Misuse(f"Expected {option} NAME=VALUE with a finite number, got {text!r}.")
+        if name in values:
+            raise Misuse(f"Expected one value for each name, got {option} {name}=… twice.")
+        values[name] = number
+    return values
 
 
 def _assembled(eom: kn.Equations, begin: Start, t: float) -> Start:
@@ -90,13 +102,7 @@ def _expected(kind: str, names: Sequence[str]) -> str:
 
 
 def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> kn.Solution:
-    """The motion from the start of SPAN to `end`, or to the end of SPAN.
-
-    Raises
-    ------
-    Misuse
-        if start values are missing
-    """
+    """The motion from the start of SPAN to `end`, or to the end of SPAN; Misuse where start values are missing."""
     if begin.missing:
         raise Misuse(
             f"Expected a value for everything at the start, got none for some: add {' '.join(begin.missing)}, or set START in the "

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Arguments and options that several commands share."""
 
-import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from kane.cli.faults import Misuse
 from kane.cli.models import names_like
 
 Name = Annotated[
@@ -29,26 +26,3 @@ Parameters = Annotated[
     list[str] | None, typer.Option("--parameter", metavar="NAME=VALUE", help="Value in place of the default.")
 ]
 Inputs = Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant value of an input.")]
-
-
-def assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
-    """Values by name from `NAME=VALUE`.
-
-    Raises
-    ------
-    Misuse
-        if one is not of that form, or a name comes twice
-    """
-    values: dict[str, float] = {}
-    for text in texts or ():
-        name, sign, value = (part.strip() for part in text.partition("="))
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
-        if not (name and sign and math.isfinite(number)):
-            raise Misuse(f"Expected {option} NAME=VALUE with a finite number, got {text!r}.")
-        if name in values:
-            raise Misuse(f"Expected one value for each name, got {option} {name}=… twice.")
-        values[name] = number
-    return values

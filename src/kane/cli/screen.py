@@ -56,13 +56,7 @@ def _plain(value: Any) -> Any:
 
 
 def target(path: Path, source: Path | None) -> Path:
-    """Where a result may be written: not over the model, nor where no file can be; folders are made.
-
-    Raises
-    ------
-    Misuse
-        if nothing can be written there
-    """
+    """Where a result may be written: Misuse over the model, or where no file can be; folders are made."""
     if source is not None and path.resolve() == source.resolve():
         raise Misuse(f"Expected another file to write than the model's own, got {path}.")
     if path.is_dir():

@@ -8,6 +8,7 @@ from kane.dynamics.readings.contributions import Contributions
 from kane.dynamics.readings.steps import Kind, Quantity, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
 from kane.expr.symbols import rate
+from kane.present.declared import DECLARED
 from kane.present.formulas import Formula, formulas
 from kane.present.names import quantity_latex, step_formulas
 from kane.present.provenance import (
@@ -17,7 +18,7 @@ from kane.present.provenance import (
     mass_provenance,
     noncontributing,
 )
-from kane.present.tables import PageTable, Tex, coordinates_table
+from kane.present.tables import PageTable, Tex, page_table
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.write.latex import latex_name
@@ -68,7 +69,8 @@ def _surveyable(eom: Equations) -> bool:
 
 def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     if step.number == 1:
-        return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates_table(eom),))
+        coordinates = page_table("", DECLARED["coordinates"](eom.system), "coordinate", "unit", "meaning")
+        return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates,))
     between, written = step_formulas(step, eom.system.inertial)
     shown = dict(zip((quantity for quantity, _ in step.results), written, strict=True))
     tables: tuple[PageTable, ...] = ()

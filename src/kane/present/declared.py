@@ -10,16 +10,11 @@ from typing import Any
 
 from kane.expr.symbols import AuxiliarySpeed, Symbol
 from kane.model.bodies import Part, parts_of
-from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of, cut_of
 from kane.model.system import System
 
 Row = Mapping[str, Any]
 """Cells by the names of their columns; "" or None where there is nothing."""
-
-
-def _bodies(system: System) -> Iterable[Row]:
-    return map(_part, parts_of(system.bodies))
 
 
 def _part(part: Part) -> Row:
@@ -35,7 +30,7 @@ def _part(part: Part) -> Row:
 
 
 def _symbols(kind: str, symbols: Iterable[Symbol]) -> Iterable[Row]:
-    return ({kind: s, "unit": s.unit, "meaning": s.description} for s in symbols)
+    return ({kind: s, "default": s.default, "unit": s.unit, "meaning": s.description} for s in symbols)
 
 
 def _speeds(system: System) -> Iterable[Row]:
@@ -48,20 +43,6 @@ def _loads(system: System) -> Iterable[Row]:
     fields = [g.acceleration for g in system.gravities]
     loads = zip_longest(system.all_loads(), fields)
     return ({"load": load.name, "acts": load, "potential": load.potential, "field": field} for load, field in loads)
-
-
-def _joints(system: System) -> Iterable[Row]:
-    return (
-        {"joint": j.name, "kind": j.kind, "from": j.parent, "to": j.frame, "coordinates": j.coordinates}
-        for j in system.joints
-    )
-
-
-def _constraints(system: System) -> Iterable[Row]:
-    return (
-        {"constraint": c.name, "kind": c.kind, "vanishes": c.expr, "held by": c if c.placed else None}
-        for c in system.constraints
-    )
 
 
 def reactions(system: System, auxiliary: Iterable[AuxiliarySpeed] = ()) -> Iterable[Row]:
@@ -80,18 +61,19 @@ def _cut(kind: str, s: Symbol) -> Row:
     return {**row, "at": at, "along": cut.along if cut else ""}
 
 
-def _parameters(system: System) -> Iterable[Row]:
-    named = _symbols("parameter", system.parameters)
-    return ({**row, "default": p.default} for row, p in zip(named, system.parameters, strict=True))
-
-
 DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
-    "bodies": _bodies,
+    "bodies": lambda system: map(_part, parts_of(system.bodies)),
     "coordinates": lambda system: _symbols("coordinate", system.coordinates),
     "speeds": _speeds,
     "loads": _loads,
-    "joints": _joints,
-    "constraints": _constraints,
+    "joints": lambda system: (
+        {"joint": j.name, "kind": j.kind, "from": j.parent, "to": j.frame, "coordinates": j.coordinates}
+        for j in system.joints
+    ),
+    "constraints": lambda system: (
+        {"constraint": c.name, "kind": c.kind, "vanishes": c.expr, "held by": c if c.placed else None}
+        for c in system.constraints
+    ),
     "reactions": reactions,
     "auxiliary speeds": lambda system: (_cut("auxiliary speed", s) for s in system.auxiliary_speeds),
     "inputs": lambda system: _symbols("input", system.inputs),
@@ -99,7 +81,7 @@ DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
         {"event": e.name, "where": e, "": "ends the simulation" if e.terminal else "", "message": e.message}
         for e in system.events
     ),
-    "parameters": _parameters,
+    "parameters": lambda system: _symbols("parameter", system.parameters),
     "frames": lambda system: (
         {"frame": f, "from": f.orientation.base if f.orientation else "", "orientation": f.orientation}
         for f in system.frames
@@ -107,8 +89,3 @@ DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
     "points": lambda system: ({"point": p, "from": p.parent or "", "position": p} for p in system.points),
 }
 """The rows of each group."""
-
-
-def holds(constraint: Constraint) -> Any:
-    """The first of the directions along which a constraint's multiplier acts."""
-    return next((v for _, v in (*constraint.forces, *constraint.torques)), "")

@@ -41,25 +41,16 @@ class Provenance:
     between: tuple[Formula, ...]
 
 
-Idle = Sequence[Load] | Sequence[Body]
-
-
 def active_provenance(eom: Equations, contributions: Sequence[Contributions]) -> Provenance | None:
     """For each F_r the forces and torques that it is summed from."""
-    terms = [
-        (_left(eom, Kind.ACTIVE_FORCE, c.speed), c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads"))
-        for c in contributions
-    ]
-    return _provenance(eom, ("load", "on", "force or torque", "partial velocity", "term"), terms)
+    terms = [(c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads")) for c in contributions]
+    return _provenance(eom, Kind.ACTIVE_FORCE, ("load", "on", "force or torque"), terms)
 
 
 def inertia_provenance(eom: Equations, contributions: Sequence[Contributions]) -> Provenance | None:
     """For each F*_r the bodies' inertia forces and torques."""
-    terms = [
-        (_left(eom, Kind.INERTIA_FORCE, c.speed), c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies"))
-        for c in contributions
-    ]
-    return _provenance(eom, ("body", "of", "inertia force or torque", "partial velocity", "term"), terms)
+    terms = [(c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies")) for c in contributions]
+    return _provenance(eom, Kind.INERTIA_FORCE, ("body", "of", "inertia force or torque"), terms)
 
 
 def mass_provenance(eom: Equations) -> Provenance | None:
@@ -67,27 +58,20 @@ def mass_provenance(eom: Equations) -> Provenance | None:
     entries = [
         (r, s, c) for i, r in enumerate(eom.speeds) for s in eom.speeds[i:] for c in eom.mass_contributions(r, s)
     ]
+    if len(entries) > _MOST:
+        return None
     between, shown = formulas([("", x) for _, _, c in entries for x in (c.translation, c.rotation)])
+    right = iter(shown)
     rows = tuple(
-        (
-            Tex(_left(eom, Kind.MASS, r, s)),
-            c.body.name,
-            _cell(c.translation, shown[2 * i]),
-            _cell(c.rotation, shown[2 * i + 1]),
-        )
-        for i, (r, s, c) in enumerate(entries)
+        (Tex(_left(eom, Kind.MASS, r, s)), c.body.name, *(_share(x, next(right)) for x in (c.translation, c.rotation)))
+        for r, s, c in entries
     )
-    head = (
-        "entry",
-        "body",
+    translation, rotation = (
         r"$m\,\mathbf{v}_r\cdot\mathbf{v}_s$",
         r"$\boldsymbol{\omega}_r\cdot\mathbf{I}\cdot\boldsymbol{\omega}_s$",
     )
-    if len(rows) > _MOST:
-        return None
-    return Provenance(
-        "The mass matrix, body by body", (Origin("M", _terms(len(rows)), PageTable("", head, rows)),), tuple(between)
-    )
+    table = PageTable("", ("entry", "body", translation, rotation), rows)
+    return Provenance("The mass matrix, body by body", (Origin("M", _terms(len(rows)), table),), tuple(between))
 
 
 def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> str:
@@ -96,40 +80,33 @@ def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> s
     names = [load.name for load in eom.loads if all(load in some for some in idle)]
     if not names:
         return ""
-    return (
-        f"{', '.join(names)} {'enters' if len(names) == 1 else 'enter'} no generalized active force: noncontributing."
-    )
+    enter = "enters" if len(names) == 1 else "enter"
+    return f"{', '.join(names)} {enter} no generalized active force: noncontributing."
 
 
 def _provenance(
-    eom: Equations, head: tuple[str, ...], quantities: Sequence[tuple[str, Any, Sequence[Contribution], str]]
+    eom: Equations, kind: Kind, head: tuple[str, ...], quantities: Sequence[tuple[Any, Sequence[Contribution], str]]
 ) -> Provenance | None:
-    terms = [c for _, _, some, _ in quantities for c in some]
+    terms = [c for _, some, _ in quantities for c in some]
     if len(terms) > _MOST or not (terms or any(idle for *_, idle in quantities)):
         return None
     between, shown = formulas([("", x) for c in terms for x in (c.vector, c.partial, c.term)])
     right = iter(Tex(f.right) for f in shown)
     origins = []
-    for left, speed, some, idle in quantities:
+    for speed, some, idle in quantities:
         rows = []
         for c in some:
             vector, partial, term = next(right), next(right), next(right)
-            met = _met(eom, c, speed, partial)
-            rows.append((_source(c), Tex(place_latex(c.place.name)), vector, met, term))
-        origins.append(Origin(left, _terms(len(some)), PageTable("", head, tuple(rows)), idle))
+            velocity = Kind.PARTIAL_VELOCITY if isinstance(c.place, Point) else Kind.PARTIAL_ANGULAR_VELOCITY
+            met = Tex(f"{_left(eom, velocity, c.place, speed)} = {partial.source}")
+            source = Tex(latex_name(c.source.name)) if isinstance(c.source, Symbol) else c.source.name
+            rows.append((source, Tex(place_latex(c.place.name)), vector, met, term))
+        table = PageTable("", (*head, "partial velocity", "term"), tuple(rows))
+        origins.append(Origin(_left(eom, kind, speed), _terms(len(some)), table, idle))
     return Provenance("Where the terms come from", tuple(origins), tuple(between))
 
 
-def _met(eom: Equations, c: Contribution, speed: Any, partial: Tex) -> Tex:
-    kind = Kind.PARTIAL_VELOCITY if isinstance(c.place, Point) else Kind.PARTIAL_ANGULAR_VELOCITY
-    return Tex(f"{_left(eom, kind, c.place, speed)} = {partial.source}")
-
-
-def _source(c: Contribution) -> Cell:
-    return Tex(latex_name(c.source.name)) if isinstance(c.source, Symbol) else c.source.name
-
-
-def _cell(e: Any, formula: Formula) -> Cell:
+def _share(e: Any, formula: Formula) -> Cell:
     return "–" if e is ZERO else Tex(formula.right)
 
 
@@ -141,7 +118,7 @@ def _terms(n: int) -> str:
     return "no terms" if n == 0 else "1 term" if n == 1 else f"{n} terms"
 
 
-def _idle(some: Idle, one: str, many: str) -> str:
+def _idle(some: Sequence[Load | Body], one: str, many: str) -> str:
     names = ", ".join(x.name for x in some)
     if len(some) == 1:
         return f"1 {one} contributes nothing: {names}."

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from kane.equations.equations import Equations
@@ -55,49 +55,39 @@ def report(
         raise ValueError(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(page(eom, solution, title, tuple(sources), tuple(checks)), encoding="utf-8")
-    return target
-
-
-def page(
-    eom: Equations, solution: Solution | None, title: str | None, sources: Sequence[str], checks: Sequence[Check]
-) -> str:
-    """The report's HTML."""
-    from kane.present.plots import plots
-
-    environment = Environment(
-        loader=PackageLoader("kane.present"),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=StrictUndefined,
-    )
-    environment.filters["segments"] = segments
-    environment.filters["figure"] = lambda x: f"{x:.3g}" if 0.1 <= x < 1e4 else f"{x:.1e}"
-    environment.tests["tex"] = lambda cell: isinstance(cell, Tex)
-    names = ", ".join(b.name for b in eom.system.bodies)
-    return environment.get_template("report.html").render(
-        title=title or f"Equations of motion: {names}",
+    told = list(checks)
+    motion = {"checks": told} if solution is None else _motion(solution, told)
+    page = _template().render(
+        title=title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}",
         eom=eom,
         summary=_summary(eom),
         receipt=costs(eom),
         declared=declared_tables(eom, solution.parameters if solution is not None else None),
         chapters=chapters(eom),
         long=LONG,
-        checks=(*checks, *(motion_checks(solution, checks) if solution is not None else ())),
         solution=solution,
-        start=_start(solution) if solution is not None else None,
-        plots=[(p, Markup(p.svg)) for p in plots(solution)] if solution is not None else [],
-        sources=sources,
+        **motion,
+        sources=tuple(sources),
         version=version("kane"),
         katex_css=Markup(asset("katex.min.css")),
         katex_js=Markup(asset("katex.min.js")),
     )
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(page, encoding="utf-8")
+    return target
 
 
-def segments(text: str) -> list[tuple[bool, str]]:
+def _template() -> Template:
+    loader = PackageLoader("kane.present")
+    page = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    page.filters["segments"] = _segments
+    page.filters["figure"] = lambda x: f"{x:.3g}" if 0.1 <= x < 1e4 else f"{x:.1e}"
+    page.tests["tex"] = lambda cell: isinstance(cell, Tex)
+    return page.get_template("report.html")
+
+
+def _segments(text: str) -> list[tuple[bool, str]]:
     """Pieces of a sentence, LaTeX between dollar signs marked."""
     return [(i % 2 == 1, piece) for i, piece in enumerate(re.split(r"\$", text)) if piece]
 
@@ -114,16 +104,22 @@ def _summary(eom: Equations) -> list[tuple[int, str]]:
     return [*sizes, (eom.operations.total, "operations")]
 
 
-def _start(solution: Solution) -> PageTable:
+def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
+    """Start and end, plots, and the checks of a motion after those `told`."""
+    from kane.present.plots import plots
+
     eom = solution.equations
     symbols = (*eom.coordinates, *eom.speeds)
     rows = tuple(
         (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s)))
         for s, a, b in zip(symbols, solution.states[0], solution.states[-1], strict=True)
     )
-    return PageTable(
-        "Start and end", ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit"), rows, False
-    )
+    head = ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit")
+    return {
+        "checks": [*told, *motion_checks(solution, told)],
+        "start": PageTable("Start and end", head, rows, unfolded=False),
+        "plots": [(p, Markup(p.svg)) for p in plots(solution)],
+    }
 
 
 @cache

@@ -10,7 +10,7 @@ from kane.expr.node import ZERO, Expr
 from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.loads import Load
-from kane.present.declared import DECLARED, Row, holds, reactions
+from kane.present.declared import DECLARED, Row, reactions
 from kane.present.formulas import formulas
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -49,36 +49,25 @@ def declared_tables(eom: Equations, values: Mapping[Any, float] | None = None) -
     used = {p: v for p, v in (values or {}).items() if p.default is None or v != p.default}
     rows: dict[str, Iterable[Row]] = {group: DECLARED[group](system) for group in DECLARED}
     rows["reactions"] = reactions(system, eom.auxiliary_speeds)
+    simulated = ["simulated with"] if used else []
     if used:
         rows["parameters"] = ({**row, "simulated with": used.get(row["parameter"], "")} for row in rows["parameters"])
     tables = [
-        _table("Bodies", rows["bodies"], "body", "mass", "mass centre", "frame", "central inertia"),
-        _table("Loads", rows["loads"], "load", "acts", "potential"),
-        _table("Joints", rows["joints"], "joint", "kind", "from", "to", "coordinates"),
-        _table("Constraints", rows["constraints"], "constraint", "kind", "held by", "vanishes"),
-        _table("Reactions brought into evidence", rows["reactions"], "reaction", "at", "along", "auxiliary speed"),
-        _table(
-            "Parameters",
-            rows["parameters"],
-            "parameter",
-            "default",
-            *["simulated with"] * bool(used),
-            "unit",
-            "meaning",
-        ),
-        _table("Inputs", rows["inputs"], "input", "unit", "meaning"),
-        _table("Frames", rows["frames"], "frame", "from", "orientation", unfolded=False),
-        _table("Points", rows["points"], "point", "from", "position", unfolded=False),
+        page_table("Bodies", rows["bodies"], "body", "mass", "mass centre", "frame", "central inertia"),
+        page_table("Loads", rows["loads"], "load", "acts", "potential"),
+        page_table("Joints", rows["joints"], "joint", "kind", "from", "to", "coordinates"),
+        page_table("Constraints", rows["constraints"], "constraint", "kind", "held by", "vanishes"),
+        page_table("Reactions brought into evidence", rows["reactions"], "reaction", "at", "along", "auxiliary speed"),
+        page_table("Parameters", rows["parameters"], "parameter", "default", *simulated, "unit", "meaning"),
+        page_table("Inputs", rows["inputs"], "input", "unit", "meaning"),
+        page_table("Frames", rows["frames"], "frame", "from", "orientation", unfolded=False),
+        page_table("Points", rows["points"], "point", "from", "position", unfolded=False),
     ]
     return [t for t in tables if t.rows]
 
 
-def coordinates_table(eom: Equations) -> PageTable:
-    """The coordinates with their units and meanings."""
-    return _table("", DECLARED["coordinates"](eom.system), "coordinate", "unit", "meaning")
-
-
-def _table(title: str, rows: Iterable[Row], *head: str, unfolded: bool = True) -> PageTable:
+def page_table(title: str, rows: Iterable[Row], *head: str, unfolded: bool = True) -> PageTable:
+    """A table of the columns `head` of what was declared."""
     return PageTable(title, head, tuple(tuple(_cell(row, column) for column in head) for row in rows), unfolded)
 
 
@@ -98,7 +87,7 @@ def _cell(row: Row, column: str) -> Cell:
     return f"{value:g}"
 
 
-def vector_tex(value: Vector | Expr) -> Tex:
+def _vector(value: Vector | Expr) -> Tex:
     """A vector or an expression in LaTeX, with its intermediates."""
     between, (shown,) = formulas([("", value)])
     where = ",\\; ".join(z.latex for z in between)
@@ -130,14 +119,16 @@ def _factor(text: str) -> str:
 
 
 def _at(row: Row) -> Cell:
-    return (
-        row["at"].name if isinstance(row["at"], Constraint) else Tex(place_latex(row["at"].name)) if row["at"] else ""
-    )
+    at = row["at"]
+    return at.name if isinstance(at, Constraint) else Tex(place_latex(at.name)) if at else ""
 
 
 def _along(row: Row) -> Cell:
-    along = holds(row["at"]) if isinstance(row["at"], Constraint) else row["along"]
-    return vector_tex(along) if along else ""
+    """Of a multiplier the first direction along which its constraint acts."""
+    at, along = row["at"], row["along"]
+    if isinstance(at, Constraint):
+        along = next((v for _, v in (*at.forces, *at.torques)), "")
+    return _vector(along) if along else ""
 
 
 def _names(symbols: Iterable[Any]) -> str:
@@ -159,7 +150,7 @@ def _orientation(o: Orientation | None) -> Cell:
 def _position(point: Point) -> Tex:
     if point.parent is None:
         return Tex(rf"\text{{fixed in }} {place_latex(point.frame.name)}")
-    here = vector_tex(point.offset)
+    here = _vector(point.offset)
     if point.body is None:
         return here
     return Tex(rf"{here.source} \quad\text{{(particle of }} {place_latex(point.body.name)}\text{{)}}")
@@ -170,7 +161,7 @@ _COLUMNS: dict[str, Callable[[Row], Cell]] = {
     "potential": lambda row: Tex(to_latex(row["potential"])) if row["potential"] is not None else "none",
     "coordinates": lambda row: Tex(_names(row["coordinates"])) if row["coordinates"] else "none",
     "held by": lambda row: _acting(row["held by"]) if row["held by"] is not None else "not told",
-    "vanishes": lambda row: vector_tex(row["vanishes"]),
+    "vanishes": lambda row: _vector(row["vanishes"]),
     "at": _at,
     "along": _along,
     "default": lambda row: f"{row['default']:g}" if row["default"] is not None else "–",
