@@ -4,6 +4,7 @@
 import time
 from collections.abc import Callable
 from statistics import median
+from timeit import Timer
 from typing import Any
 
 import numpy as np
@@ -65,14 +66,7 @@ def _first(run: Callable[[], Any]) -> tuple[float, Any]:
 
 def _each(run: Callable[[], Any], count: int) -> float:
     """Seconds for one of `count`: the median of rounds, each long enough for the clock."""
-    calls = 1
-    while (took := _several(run, calls)) < _LEAST:
+    timer, calls = Timer(run), 1
+    while (took := timer.timeit(calls)) < _LEAST:
         calls = max(2 * calls, int(calls * _LEAST / max(took, 1e-9)))
-    return median(_several(run, calls) for _ in range(_ROUNDS)) / calls / count
-
-
-def _several(run: Callable[[], Any], calls: int) -> float:
-    began = time.perf_counter()
-    for _ in range(calls):
-        run()
-    return time.perf_counter() - began
+    return median(timer.repeat(_ROUNDS, calls)) / calls / count

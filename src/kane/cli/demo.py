@@ -20,9 +20,9 @@ FRICTION = 0.1
 ENERGY_LIMIT = 1e-8
 
 
-def run(out: Path, console: Console | None = None) -> bool:
+def run(out: Path) -> bool:
     """Derive, print, check, simulate, report; whether every check passed."""
-    screen = console or Console(highlight=False)
+    screen = Console(highlight=False)
     began = time.perf_counter()
     disk = rolling_disk.model()
     eom = kn.derive(disk.system)

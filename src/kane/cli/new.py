@@ -11,12 +11,6 @@ from kane.cli import screen
 from kane.cli.faults import Misuse
 
 
-def text() -> str:
-    """The example's source without the licence line, which is not the user's."""
-    source = (files("kane.cli") / "example.py").read_text(encoding="utf-8")
-    return source.partition("\n")[2]
-
-
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Python file to write.", show_default=False)],
     force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
@@ -26,5 +20,6 @@ def new(
         raise Misuse(f"Expected a name that ends in .py, got {file}: `kane new {file.with_suffix('.py')}`.")
     if file.exists() and not force:
         raise Misuse(f"Expected a new file, got {file}, which is there already. Choose another name, or add --force.")
-    screen.write(screen.target(file, None), text())
+    _, _, text = (files("kane.cli") / "example.py").read_text(encoding="utf-8").partition("\n")  # without the licence
+    screen.write(screen.target(file, None), text)
     typer.echo(f"Go on with: kane check {file}", err=True)

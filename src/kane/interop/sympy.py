@@ -247,19 +247,10 @@ def _derivative(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
 
 def _combine(node: Any, args: list[Any]) -> Any:
     kind = type(node).__name__
-    if kind == "ExprCondPair":
-        return tuple(args)
-    rule = _FROM.get(kind)
-    if rule is not None:
-        return rule(*args)
-    build = NODE_BUILDERS.get(_OWN_NAMES.get(kind, kind))
-    if build is None:
+    rule = _FROM.get(kind) or NODE_BUILDERS.get(kind)
+    if rule is None:
         raise ExpressionError(f"Expected operations that kane has, got SymPy's {kind} in {node!s:.80}.")
-    return build(*args)
-
-
-def _sum(*terms: Expr) -> Expr:
-    return reduce(add, terms, ZERO)
+    return rule(*args)
 
 
 def _product(*factors: Expr) -> Expr:
@@ -298,8 +289,8 @@ def _if(c: _Choice, a: _Choice, b: _Choice) -> _Choice:
     return lambda x, y: c(a(x, y), b(x, y))
 
 
-def _equal(a: Expr, b: Expr) -> _Choice:
-    return _not(_or(_less(a, b), _less(b, a)))
+def _differ(a: Expr, b: Expr) -> _Choice:
+    return _or(_less(a, b), _less(b, a))
 
 
 def _piecewise(*cases: tuple[Expr, _Choice]) -> Expr:
@@ -313,11 +304,11 @@ def _piecewise(*cases: tuple[Expr, _Choice]) -> Expr:
     return value
 
 
-_OWN_NAMES = {"Abs": "abs"}
 _FROM: dict[str, Callable[..., Any]] = {
-    "Add": _sum,
+    "Add": lambda *terms: reduce(add, terms, ZERO),
     "Mul": _product,
     "Pow": _power,
+    "Abs": NODE_BUILDERS["abs"],
     "Min": lambda *args: reduce(NODE_BUILDERS["min"], args),
     "Max": lambda *args: reduce(NODE_BUILDERS["max"], args),
     # SymPy's symbols may be complex, ours are real: Abs(exp(m)) comes back as exp(re(m)).
@@ -329,13 +320,14 @@ _FROM: dict[str, Callable[..., Any]] = {
     "cot": lambda x: div(x.cos(), x.sin()),
     "coth": lambda x: div(ONE, x.tanh()),
     "Heaviside": lambda x, at_zero: _less(x, ZERO)(ZERO, _less(ZERO, x)(ONE, at_zero)),
+    "ExprCondPair": lambda *case: case,
     "Piecewise": _piecewise,
     "StrictLessThan": _less,
     "StrictGreaterThan": lambda a, b: _less(b, a),
     "LessThan": lambda a, b: _not(_less(b, a)),
     "GreaterThan": lambda a, b: _not(_less(a, b)),
-    "Equality": _equal,
-    "Unequality": lambda a, b: _not(_equal(a, b)),
+    "Equality": lambda a, b: _not(_differ(a, b)),
+    "Unequality": _differ,
     "And": _and,
     "Or": _or,
     "Not": _not,

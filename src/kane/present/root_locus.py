@@ -141,13 +141,8 @@ def _against(a: Axes, branch: Branch, values: Array, parts: Array, label: str) -
     a.axhline(0, color=_GUIDE, linewidth=0.8)
     a.plot(values, parts, color=_LINE, linewidth=1.4)
     for k, i in enumerate(branch.turning):
-        a.axvline(
-            branch.values[i],
-            color=_TURN,
-            linewidth=0.9,
-            linestyle=(0, (4, 2)),
-            label="turning point" if not k else None,
-        )
+        label_once = None if k else "turning point"
+        a.axvline(branch.values[i], color=_TURN, linewidth=0.9, linestyle=(0, (4, 2)), label=label_once)
     a.set_ylabel(label)
 
 
@@ -171,10 +166,9 @@ def _plane(a: Axes, branch: Branch, lines: Complex) -> Any:
     a.plot(lines.real, lines.imag, color="0.8", linewidth=0.8, zorder=1)
     for column in values.T:
         shown = a.scatter(column.real, column.imag, c=branch.values, cmap=colours, s=9, zorder=2, linewidths=0)
-    a.plot(
-        values[0].real, values[0].imag, linestyle="", marker="o", markerfacecolor="none", color="black", markersize=6
-    )
-    a.plot(values[-1].real, values[-1].imag, linestyle="", marker="o", color="black", markersize=4)
+    start, end = values[0], values[-1]
+    a.plot(start.real, start.imag, linestyle="", marker="o", markerfacecolor="none", color="black", markersize=6)
+    a.plot(end.real, end.imag, linestyle="", marker="o", color="black", markersize=4)
     a.set_xlabel("Re λ [1/s]")
     a.set_ylabel("Im λ [1/s]")
     return shown

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from kane.equations.equations import Equations
 from kane.expr.count import count_operations
-from kane.present.notebook.pieces import display, either, escaped, folded, listed, math, paragraph, table
+from kane.present.notebook.pieces import code, display, either, escaped, folded, listed, math, paragraph, table
 from kane.present.notebook.typeset import MOST, NAMED, TALL, WIDE, Typeset, brackets, equations, matrix_words, typeset
 from kane.write.latex import latex_name
 from kane.write.layout import layout
@@ -55,7 +55,7 @@ def _names(names: list[str]) -> str:
 def _motion(eom: Equations) -> str:
     speeds = _names([u.name for u in eom.speeds])
     lead = paragraph(math(r"M\,\dot{u} = f") + ", " + math(f"u = ({speeds})"))
-    shown = motion_formula(eom)
+    shown = _motion_formula(eom)
     if shown.latex:
         return lead + display(shown.latex)
     return lead + paragraph(
@@ -63,7 +63,7 @@ def _motion(eom: Equations) -> str:
     )
 
 
-def motion_formula(eom: Equations) -> Typeset:
+def _motion_formula(eom: Equations) -> Typeset:
     """M = […] and f = […] below each other, with one list of intermediates; M in full where it is short."""
     n = len(eom.speeds)
     entries = [x for row in eom.mass_matrix for x in row]
@@ -72,22 +72,16 @@ def motion_formula(eom: Equations) -> Typeset:
         return Typeset("", operations)
     alone = layout(entries)
     if alone.intermediates or count_operations(entries).total > NAMED:
-        return typeset([*entries, *eom.forcing], lambda trees: [_mass(trees[: n * n], n), _forcing(trees[n * n :], n)])
-    mass = _mass(alone.trees, n)
-    return typeset(eom.forcing, lambda trees: [mass, _forcing(trees, n)])
+        return typeset([*entries, *eom.forcing], lambda trees: _sides(trees[: n * n], trees[n * n :], n))
+    return typeset(eom.forcing, lambda trees: _sides(alone.trees, trees, n))
 
 
-def _mass(trees: Sequence[Tree], n: int) -> str:
-    return f"M = {brackets(trees, (n, n))}"
-
-
-def _forcing(trees: Sequence[Tree], n: int) -> str:
-    return f"f = {brackets(trees, (n, 1))}"
+def _sides(mass: Sequence[Tree], forcing: Sequence[Tree], n: int) -> list[str]:
+    return [f"M = {brackets(mass, (n, n))}", f"f = {brackets(forcing, (n, 1))}"]
 
 
 def _rates(eom: Equations) -> str:
-    pairs = zip(eom.coordinates, eom.rates, strict=True)
-    named = [(latex_name(f"{q.name}'"), rate) for q, rate in pairs]
+    named = [(latex_name(f"{q.name}'"), rate) for q, rate in zip(eom.coordinates, eom.rates, strict=True)]
     shown = equations(named[:TALL], most=SMALL)
     if not named:
         return ""
@@ -106,12 +100,7 @@ def _steps(eom: Equations) -> str:
     if eom.operations.total > MOST:  # the steps' results are made when they are first read
         return ""
     rows = [
-        (
-            str(step.number),
-            escaped(step.title),
-            str(len(step.results)),
-            ", ".join(f"<code>{escaped(name)}</code>" for name in _READ.get(step.number, ())),
-        )
-        for step in eom.steps
+        (str(s.number), escaped(s.title), str(len(s.results)), ", ".join(map(code, _READ.get(s.number, ()))))
+        for s in eom.steps
     ]
     return folded("The seven steps", table(("step", "", "results", "read as"), rows))

@@ -55,6 +55,11 @@ def paragraph(content: str) -> str:
     return f"<p>{content}</p>"
 
 
+def code(text: str) -> str:
+    """Names and signatures; nothing where there are none."""
+    return f"<code>{escaped(text)}</code>" if text else ""
+
+
 def folded(summary: str, content: str) -> str:
     """HTML to unfold; nothing where there is none."""
     return f"<details><summary>{escaped(summary)}</summary>{content}</details>" if content else ""
