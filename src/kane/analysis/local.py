@@ -89,10 +89,7 @@ def slopes_at(numeric: Numeric[Equations], state: State, z: Array, *by: Symbol) 
 def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     """Constraints that are independent of each other at the numbers `a`; the others follow from them.
 
-    Raises
-    ------
-    SingularError
-        if they hold fewer speeds here than elsewhere
+    A SingularError says that they hold fewer speeds here than elsewhere.
     """
     if eom.embedding is None:
         return ()
@@ -125,13 +122,7 @@ class Solver:
 
 
 def solver(eom: Equations, values: Values) -> Solver:
-    """K to be solved with.
-
-    Raises
-    ------
-    SingularError
-        if K is singular at this state
-    """
+    """K to be solved with; a SingularError says that it is singular at this state."""
     n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
     rows = independent_rows(eom, values.constraints(n))
     keep = np.array([*range(n), *(n + i for i in rows), *range(n + m, n + m + s)], dtype=np.intp)

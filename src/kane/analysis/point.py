@@ -76,13 +76,7 @@ def state_at(
     inputs: Mapping[Any, Any] | None,
     t: float,
 ) -> State:
-    """The state at a point on the constraints; what is left out is solved for.
-
-    Raises
-    ------
-    SimulationError
-        if the point is off the constraints
-    """
+    """The state at a point on the constraints; what is left out is solved for."""
     eom = numeric.equations
     constants = parameter_values(eom.system, parameters)
     p = np.array([constants[s] for s in eom.parameters])

@@ -72,15 +72,7 @@ def entries(what: str, symbols: Sequence[Symbol], given: Any, label: str = "star
 
 
 def start_state(eom: Equations, q: Any, u: Any) -> Array:
-    """(q, u), each value given; Euler parameters must be of unit length.
-
-    Raises
-    ------
-    ValueMissingError
-        if a value is missing
-    SimulationError
-        if one is no finite number, or Euler parameters are not of unit length
-    """
+    """(q, u), each value given as a finite number; Euler parameters must be of unit length."""
     state = [*_numbers("coordinates", eom.coordinates, q), *_numbers("speeds", eom.speeds, u)]
     place = {c: i for i, c in enumerate(eom.coordinates)}
     for s in eom.system.euler_parameters:

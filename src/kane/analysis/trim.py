@@ -136,10 +136,7 @@ def equilibrium(
 def solve_problem(task: Problem, tolerance: float) -> Array:
     """X by Gauss–Newton from the start; where something was left out and that fails, from other starts for it.
 
-    Raises
-    ------
-    SimulationError
-        if there is none; says what remains
+    A SimulationError says what remains where there is none.
     """
     spreads = [0.2 * k for k in range(1, _TRIES)] if task.missing else []
     tries = starts(task.start, task.missing, _SEED, spreads)

@@ -181,17 +181,7 @@ class Derived:
 
 
 def derived(system: System) -> Derived:
-    """Speeds, motions of bodies and rows of constraints of a system.
-
-    Raises
-    ------
-    SpeedsError
-        if the generalized speeds do not determine the rates
-    ReactionError
-        if a reaction enters nonlinearly, or its direction is free already
-    ModelError
-        if a constraint is not affine in the rates or holds nothing
-    """
+    """Speeds, motions of bodies and rows of constraints of a system; what it must satisfy is said by `kane.derive`."""
     speeds = generalized_speeds(system)
     auxiliary, pairs = _auxiliary_speeds(system)
     kinematics, bodies = _motions(system, speeds, auxiliary, aligned_bases(system.frames))

@@ -40,13 +40,7 @@ class ConstraintRows:
 
 
 def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[AuxiliarySpeed]) -> ConstraintRows:
-    """Every constraint of the system in its speeds.
-
-    Raises
-    ------
-    ModelError
-        if a constraint is not affine in the rates, or holds nothing that moves
-    """
+    """Every constraint of the system in its speeds; each must be affine in the rates, and hold something that moves."""
     speeds: Sequence[Expr] = kinematics.speeds.speeds
     forms = [(c, _placed(c, kinematics) if c.placed else _bare(c, kinematics)) for c in system.constraints]
     for c, form in forms:

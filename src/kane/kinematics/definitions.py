@@ -22,13 +22,7 @@ _SEED = 20041
 
 
 def generalized_speeds(system: System) -> Speeds:
-    """Read the speeds' definitions, check them and invert them.
-
-    Raises
-    ------
-    SpeedsError
-        if a definition is not affine in the rates, or the speeds are too many, too few or dependent.
-    """
+    """The speeds' definitions read, checked (affine in the rates, as many as these, independent) and inverted."""
     sets = system.euler_parameters
     quasi_of = {x: s for s in sets for x in s.coordinates}
     rates: list[Expr] = []

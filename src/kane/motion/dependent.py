@@ -11,7 +11,7 @@ from kane.errors import ReactionError
 from kane.motion.projection import Numbers
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility, sizes
-from kane.numeric.rank import MOTION_RANK, balanced, combinations, sure_rows
+from kane.numeric.rank import combinations, sure_rows
 
 _BETTER = 4.0
 """By how much the quality of other dependent speeds must be better for a change."""
@@ -50,19 +50,8 @@ def determined(first: Numeric[Equations], present: Equations, numbers: Numbers, 
         return present
 
 
-def side(a: Array, partition: Partition, reach: Array) -> float:
-    """The sign of the determinant of the dependent block of A (m × n)."""
-    block = balanced(a, reach)[np.ix_(partition.rows, partition.dependent)]
-    return float(np.linalg.slogdet(block)[0])
-
-
 def share_of_rank(a: Array, rank: int, reach: Array) -> float:
     """The singular value of A (m × n) that makes its rank, over the largest; NaN where A is zero."""
     values = combinations(a, reach)[1]
     with np.errstate(invalid="ignore"):
         return float(values[rank - 1] / values[0])
-
-
-def loses_rank(a: Array, rank: int, reach: Array) -> bool:
-    """Whether A (m × n) has less than its usual rank."""
-    return share_of_rank(a, rank, reach) < MOTION_RANK

@@ -77,12 +77,7 @@ def input_functions(
 ) -> dict[Expr, Function]:
     """A function of time for each input and for the derivatives of those that move something, in the order of `eom.inputs`.
 
-    Raises
-    ------
-    ValueMissingError
-        if an input has no value, or one that moves something has no derivatives
-    SimulationError
-        if a prescribed motion jumps, or its derivatives are not its own
+    An input must have a value, and derivatives of its own if it moves something; a prescribed motion must not jump.
     """
     values = named_values("inputs", eom.inputs, inputs)
     own = [s for s in eom.inputs if isinstance(s, Input)]

@@ -30,7 +30,11 @@ class Vanishing(NamedTuple):
     pivot: Expr
     value: float
     relative: float
-    coordinates: tuple[Coordinate, ...]
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The coordinates that it holds."""
+        return tuple(s for s in free_symbols([self.pivot]) if isinstance(s, Coordinate))
 
     def __str__(self) -> str:
         return f"{self.pivot!s:.80} = {self.value:.3g}"
@@ -43,24 +47,14 @@ def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
         return []
     usual = [abs(x) for x in sample(moving, _SEED)]
     rows = [
-        Vanishing(p, float(v), abs(float(v)) / (scale or 1.0), _coordinates(p))
+        Vanishing(p, float(v), abs(float(v)) / (scale or 1.0))
         for p, v, scale in zip(moving, evaluate(moving, values), usual, strict=True)
     ]
     return sorted(rows, key=lambda r: r.relative)
 
 
-def _coordinates(e: Expr) -> tuple[Coordinate, ...]:
-    return tuple(s for s in free_symbols([e]) if isinstance(s, Coordinate))
-
-
 def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
-    """Y must be invertible at the start.
-
-    Raises
-    ------
-    SimulationError
-        if it is not; the message names the pivot of W that vanishes, and the rates that are left open
-    """
+    """Y must be invertible at the start; the error names the pivot of W that vanishes, and the rates that are left open."""
     small = pivots(eom, values)
     if not small:
         return

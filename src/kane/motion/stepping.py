@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The loop over a solver's steps: project, look for events, sample."""
+"""The loop over a solver's steps: project, look for events on the solver's own interpolant, sample."""
 
 import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.model.events import Event
-from kane.motion.crossings import crossings
 from kane.motion.projection import Numbers
 from kane.motion.steps import Stepper
 from kane.motion.stops import broken_off
@@ -22,6 +22,7 @@ _DRIFT = 10.0
 """Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
 _NARROW = 1e-12
 """Share of the time below which a step is not halved any more."""
+_TIME_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,3 +160,41 @@ def _step(solver: Any) -> str | None:
             return message
     except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
         return str(error)
+
+
+def crossings(
+    events: Sequence[Event],
+    watch: Callable[[float, Array], Array],
+    dense: Callable[[float], Array],
+    span: tuple[float, float],
+    values: tuple[Array, Array],
+) -> list[tuple[Event, float]]:
+    """The events that a step from `span[0]` to `span[1]` meets, in order of time.
+
+    `watch` gives the events' quantities at a time and state, `values` those at both ends of the step.
+    """
+    t_old, t_new = span
+    met: list[tuple[Event, float]] = []
+    for k, event in enumerate(events):
+        a, b = values[0][k] - event.threshold, values[1][k] - event.threshold
+        falls, rises = a > 0 >= b and event.direction <= 0, a < 0 <= b and event.direction >= 0
+        if not (falls or rises):
+            continue
+
+        def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
+            return float(watch(t, dense(t))[k] - threshold)
+
+        met.append((event, _located(gap, t_old, t_new, a, b)))
+    return sorted(met, key=lambda pair: pair[1])
+
+
+def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float, b: float) -> float:
+    """Where `gap` passes zero, a and b being its values at the states kept; an end that projection moved across is the place."""
+    from scipy.optimize import brentq
+
+    first, last = gap(t_old), gap(t_new)
+    if first * a <= 0:
+        return t_old
+    if b == 0 or last * a > 0:
+        return t_new
+    return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE))

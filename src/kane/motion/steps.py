@@ -15,11 +15,12 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import ZERO
 from kane.model.events import Event
-from kane.motion.dependent import better, determined, loses_rank, side
+from kane.motion.dependent import better, determined, share_of_rank
 from kane.motion.projection import Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.routines import routines
 from kane.motion.solution import Segment
 from kane.numeric.arrays import Array
+from kane.numeric.rank import MOTION_RANK, balanced
 from kane.program.native.machine import Settings
 
 
@@ -117,11 +118,14 @@ class Stepper:
         return self.eom.embedding is not None and bool(np.all(np.isfinite(numbers.a)))
 
     def _side(self, numbers: Numbers) -> float:
+        """The sign of the determinant of the dependent block of A."""
         assert self.eom.embedding is not None
-        return side(numbers.a, self.eom.embedding.partition, self.reach)
+        partition = self.eom.embedding.partition
+        block = balanced(numbers.a, self.reach)[np.ix_(partition.rows, partition.dependent)]
+        return float(np.linalg.slogdet(block)[0])
 
     def _loses_rank(self, numbers: Numbers) -> bool:
-        return loses_rank(numbers.a, len(self.eom.dependent_speeds), self.reach)
+        return share_of_rank(numbers.a, len(self.eom.dependent_speeds), self.reach) < MOTION_RANK
 
     def _note(self, t: float, name: str, message: str) -> None:
         self.changes.append((Event(name, ZERO, terminal=False, message=message), t))

@@ -52,13 +52,7 @@ class Embedding:
 
 
 def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
-    """Solve the constraints for the dependent speeds of `partition`.
-
-    Raises
-    ------
-    SingularError
-        if a pivot of A_D is zero whatever the state
-    """
+    """Solve the constraints for the dependent speeds of `partition`; no pivot of A_D may be zero whatever the state."""
     free = partition.independent(rows.a.shape[1])
     factors = lu(rows.a.take(partition.rows, partition.dependent).rows)
 
@@ -81,14 +75,8 @@ def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
 def first_partition(system: System, rows: ConstraintRows) -> Partition | None:
     """The partition at a configuration that satisfies the constraints, parameters at their defaults; None without constraints.
 
-    What the user made dependent is taken first.
-
-    Raises
-    ------
-    ModelError
-        if A is not finite there, `dependent_speeds` are not given by the constraints, or these contradict each other
-    ReactionError
-        if a reaction is not determined
+    What the user made dependent is taken first. There A must be finite, the constraints must give `dependent_speeds` and not
+    contradict each other, and every reaction must be determined.
     """
     if not rows.constraints:
         return None

@@ -58,14 +58,8 @@ def check_determinate(system: System, rows: ConstraintRows, a: Array, released: 
     """Rows that depend on each other are named; what they leave undetermined, at a cut or a multiplier, is no reaction.
 
     That no configuration was found is said too, unless it may be for values that are not known here. `a` and `released` are A and A_a
-    in numbers: a reaction is determined where its column of A_a adds nothing to the rank of A.
-
-    Raises
-    ------
-    ModelError
-        if motion constraints contradict each other, whatever the parameters
-    ReactionError
-        if a reaction is not determined
+    in numbers: a reaction is determined where its column of A_a adds nothing to the rank of A. Errors are motion constraints that
+    contradict each other whatever the parameters, and reactions that are not determined.
     """
     if sample.missed:
         _check_affine(system)

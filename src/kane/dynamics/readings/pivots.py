@@ -30,12 +30,7 @@ def check_pivots(
 ) -> list[Any]:
     """`numbers` of `roots` at `values`, checked: those that divide by a vanishing pivot are not finite, or rounding's alone.
 
-    Of arrays a warning names the first place, and such numbers are NaN.
-
-    Raises
-    ------
-    SingularError
-        if a pivot that the numbers were divided by vanishes at a single state
+    At a single state that is a SingularError; of arrays a warning names the first place, and such numbers are NaN.
     """
     kept = list(numbers)
     below = _denominators(roots)

@@ -33,13 +33,7 @@ class BlockSolution(NamedTuple):
 
 
 def block_solution(blocks: Blocks) -> BlockSolution:
-    """Solve for u̇ and R.
-
-    Raises
-    ------
-    SingularError
-        if a pivot of M, or of what the reactions are solved from, is zero whatever the state
-    """
+    """Solve for u̇ and R; a SingularError where a pivot of M, or of what R is solved from, is zero whatever the state."""
     factors = ldl(blocks.mass.rows)
     d = factors.pivots
     y = forward(factors.lower, blocks.forcing)

@@ -22,15 +22,7 @@ from kane.expr.node import Expr
 
 
 def classical(derived: Derived, partition: Partition | None) -> Solved:
-    """u̇ and the reactions from M u̇ = f + G R.
-
-    Raises
-    ------
-    SingularError
-        if the reactions cannot be solved for
-    ModelError
-        if a speed, or a combination of speeds, moves no mass
-    """
+    """u̇ and the reactions from M u̇ = f + G R; a speed, or a combination of speeds, that moves no mass is a ModelError."""
     system, speeds, blocks = derived.system, derived.speeds, derived.blocks
     if partition is None:
         check_mass(system, speeds, blocks.mass)

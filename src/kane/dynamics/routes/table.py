@@ -17,15 +17,7 @@ ROUTES: dict[str, Route] = {"classical": classical}
 
 
 def solved(derived: Derived, partition: Partition | None, route: str = "classical") -> Solved:
-    """u̇ and the reactions; with constraints also how the dependent speeds follow from the independent ones.
-
-    Raises
-    ------
-    ReactionError
-        if the reactions cannot be told apart
-    ModelError
-        if a speed moves no mass
-    """
+    """u̇ and the reactions, which must be such that they can be told apart; with constraints also u_D by u_I."""
     try:
         solution = ROUTES[route](derived, partition)
     except SingularError as error:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.crossings import crossings
+from kane.motion.stepping import crossings
 
 
 def met(kept, dense, direction=0):
