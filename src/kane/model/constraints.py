@@ -19,11 +19,10 @@ from kane.expr.build import neg
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.symbols import Coordinate, Rate, Speed, Symbol, input_of
+from kane.expr.symbols import Coordinate, Rate, Speed, input_of
 from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.text import excerpt
 
@@ -77,10 +76,11 @@ def as_constraints(declared: Any, kind: Kind) -> Constraints:
     return tuple(constraints)
 
 
-def _names(name: str, count: int) -> list[str]:
-    if count == 1:
-        return [name]
-    return [f"{name} {k}" for k in (["x", "y", "z"] if count == 3 else map(str, range(1, count + 1)))]
+def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[str, Vector]]:
+    """One unit vector or several, with the names of their constraints: several are numbered, three are x, y and z."""
+    vectors = [along] if isinstance(along, Vector) else list(along)
+    marks = {1: [""], 3: [" x", " y", " z"]}.get(len(vectors)) or [f" {k}" for k in range(1, len(vectors) + 1)]
+    return zip((name + mark for mark in marks), vectors, strict=True)
 
 
 def _points(what: str, p: Any, q: Any) -> None:
@@ -94,24 +94,13 @@ def _points(what: str, p: Any, q: Any) -> None:
 def _check_rides(what: str, p: Point) -> None:
     """A geometric point whose place in a frame depends on what orients that frame rides on no body: forces cannot act at it."""
     for f, r in p.offset.parts:
-        turns = {s for g in f.lineage for s in _orienting(g)}
+        turns = set(free_symbols(x for g in f.lineage if g.orientation is not None for x in g.orientation.scalars()))
         both = [str(s) for s in free_symbols(r) if isinstance(s, Coordinate) and s in turns]
         if both:
             raise ModelError(
                 f"Expected points of bodies to {what}, got {p.name}, which wanders in {f.name} as {', '.join(both)} turns it. Take "
                 f"the particle that is there now: {p.parent.name if p.parent else 'P'}.fixed_in({f.name}, …)."
             )
-
-
-def _orienting(frame: Basis) -> tuple[Symbol, ...]:
-    """What the orientation of a frame in its base depends on."""
-    o = frame.orientation
-    if o is None:
-        return ()
-    if o.angle is not None:
-        return free_symbols([o.angle])
-    cosines = (x for row in o.cosines for x in row) if o.cosines is not None else ()
-    return (*o.parameters, *free_symbols(cosines))
 
 
 def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: str = "") -> Constraints:
@@ -127,12 +116,10 @@ def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: st
     name : by default "p = q"; directions are numbered
     """
     _points("keep together", p, q)
-    directions = [along] if isinstance(along, Vector) else list(along)
     apart = p.position(q)
     constraints = []
     label = name or f"{p.name} = {q.name}"
-    for title, n in zip(_names(label, len(directions)), directions, strict=True):
-        check_unit(n, f"direction of {label!r}")
+    for title, n in _directions(label, along):
         home = home_of(n, f"direction of {label!r}")
         arm = apart.cross(n)
         torques = () if home.parent is None or arm.is_zero else ((home, -arm),)
@@ -173,8 +160,6 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
 def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
     """Unit vectors, each fixed in the frame it is written in, stay perpendicular: a·b = 0; the multiplier's torque is along a × b."""
     label = name or f"{a} ⟂ {b}"
-    for v in (a, b):
-        check_unit(v, f"direction of {label!r}")
     left, right = (home_of(v, f"direction of {label!r}") for v in (a, b))
     normal = a.cross(b)
     return Constraint(label, "configuration", a.dot(b), (), ((left, normal), (right, -normal)), "N*m")
@@ -193,14 +178,13 @@ def no_slip(p: Point, q: Point | None = None, *, along: Sequence[Vector] | Vecto
     `p` and `q` are particles made with `fixed_in`, which are at the same place now. The multiplier is the force on `p` along e.
     """
     _points("keep from slipping", p, p if q is None else q)
-    directions = [along] if isinstance(along, Vector) else list(along)
     inertial = p.root().frame
     slip = p.velocity(inertial)
     if q is not None:
         slip = slip - q.velocity(inertial)
     label = name or f"no slip of {p.name}"
     constraints = []
-    for title, e in zip(_names(label, len(directions)), directions, strict=True):
+    for title, e in _directions(label, along):
         check_unit(e, f"direction of {label!r}")
         pair = ((p, e),) if q is None else ((p, e), (q, -e))
         constraints.append(Constraint(title, "motion", slip.dot(e), pair, (), "N"))

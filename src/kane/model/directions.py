@@ -29,13 +29,7 @@ def is_unit(v: Vector) -> bool:
 
 
 def check_unit(v: object, what: str) -> None:
-    """`v` must be a unit vector.
-
-    Raises
-    ------
-    ModelError
-        if it is none
-    """
+    """Raise a ModelError unless `v` is a unit vector."""
     if not isinstance(v, Vector) or v.is_zero:
         raise ModelError(f"Expected a unit vector as the {what}, got {v!r:.60}.")
     if not is_unit(v):
@@ -43,13 +37,8 @@ def check_unit(v: object, what: str) -> None:
 
 
 def home_of(v: Vector, what: str) -> Frame:
-    """The one frame in which `v` is written and fixed.
-
-    Raises
-    ------
-    ModelError
-        if there is none
-    """
+    """The one frame in which the unit vector `v` is written and fixed; a ModelError where it is no unit vector, or there is none."""
+    check_unit(v, what)
     frames = frames_of(v)
     if len(frames) != 1 or not is_constant_in_time(v.scalars()):
         raise ModelError(

@@ -28,13 +28,7 @@ _SEED = 20047
 
 
 def check_mass(name: str, mass: Expr) -> None:
-    """No mass below zero.
-
-    Raises
-    ------
-    ModelError
-        if it is, at the defaults of its parameters
-    """
+    """Raise a ModelError for a mass below zero at the defaults of its parameters."""
     number = mass.default if isinstance(mass, Parameter) else constant_value(mass)
     if number is None:
         if isinstance(mass, Parameter) or any(s.default is None for s in free_symbols([mass])):
@@ -47,13 +41,7 @@ def check_mass(name: str, mass: Expr) -> None:
 
 
 def check_inertia(name: str, inertia: Dyadic) -> None:
-    """A central inertia that a body can have; warns where only the triangle inequality is broken.
-
-    Raises
-    ------
-    ModelError
-        if it is not symmetric, or a principal moment is negative
-    """
+    """A ModelError for a central inertia that is not symmetric or has a negative moment; warn of a broken triangle inequality."""
     frames = inertia.frames()
     if not frames:
         return

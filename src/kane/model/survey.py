@@ -82,14 +82,7 @@ def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[E
     for p in points:
         yield from p.offset.scalars()
     for f in frames:
-        o = f.orientation
-        if o is None:
-            continue
-        yield from o.parameters
-        if o.angle is not None:
-            yield from (o.angle, *(o.direction or ()))
-        elif o.cosines is not None:
-            yield from (x for row in o.cosines for x in row)
+        yield from f.orientation.scalars() if f.orientation is not None else ()
 
 
 def contents(bodies: tuple[Body, ...], loads: tuple[Load, ...], gravities: tuple[Gravity, ...]) -> Iterator[Expr]:

@@ -17,7 +17,6 @@ from kane.model.bodies import parts_of
 from kane.model.declarations import Declarations
 from kane.model.reactions import cut_of
 from kane.space.point import Point
-from kane.space.vector import Dyadic
 from kane.units.parse import parse
 from kane.units.rules import Known, infer, unit_of
 from kane.units.scales import conflict
@@ -117,11 +116,13 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
     for f in system.frames:
         o = f.orientation
         if o is not None:
-            yield f"the orientation of {f.name}", ONE, _orientation(o.angle, o.parameters, o.cosines)
+            turned = o.parameters or ((o.angle,) if o.angle is not None else o.scalars())
+            yield f"the orientation of {f.name}", ONE, turned
     for part in parts_of(system.bodies):
         yield f"the mass of {part.name}", MASS, (part.mass,)
         if part.inertia is not None:
-            yield f"the inertia of {part.name}", INERTIA, _measures(part.inertia)
+            pairs = ((x, y) for a, b in part.inertia.dyads for x in a.scalars() for y in b.scalars())
+            yield f"the inertia of {part.name}", INERTIA, (mul(x, y) for x, y in pairs)
     for load in system.loads:
         for point, v in load.forces:
             yield f"the force of {load.name!r} on {point.name}", FORCE, v.scalars()
@@ -138,18 +139,6 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
         yield f"the quantity of the event {event.name!r}", None, (event.quantity,)
 
 
-def _orientation(
-    angle: Expr | None, parameters: tuple[Expr, ...], cosines: Iterable[tuple[Expr, ...]] | None
-) -> Iterable[Expr]:
-    if parameters:
-        return parameters
-    return (angle,) if angle is not None else [x for row in cosines or () for x in row]
-
-
-def _measures(dyadic: Dyadic) -> list[Expr]:
-    return [mul(x, y) for a, b in dyadic.dyads for x in a.scalars() for y in b.scalars()]
-
-
 def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
     try:
         unit = infer(e, inferred)
@@ -161,8 +150,9 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
         return
     if _is_of_time(e):
         return
+    carried = ", ".join(f"{s} [{s.unit}]" for s in free_symbols((e,))[:6])
     raise UnitError(
-        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(unit, e)}: {excerpt(e, 80)}, with {_listed(e)}. "
+        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(unit, e)}: {excerpt(e, 80)}, with {carried}. "
         "Correct the expression, or the unit of a symbol in it."
     )
 
@@ -170,10 +160,6 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
 def _is_of_time(e: Expr) -> bool:
     """Whether numbers and the time are all that is in it: a given function, whose numbers have units that nobody said."""
     return all(isinstance(s, Time) for s in free_symbols((e,)))
-
-
-def _listed(e: Expr) -> str:
-    return ", ".join(f"{s} [{s.unit}]" for s in free_symbols((e,))[:6])
 
 
 def _check_reaction(reaction: Reaction) -> None:
@@ -221,17 +207,11 @@ def _is_complete(system: Declarations) -> bool:
     """Whether every symbol but the speeds carries a unit, and no quantity of a dimension is a number other than 0."""
     if not all(s.unit for s in (*system.coordinates, *system.parameters, *system.inputs, *system.reactions)):
         return False
-    if _unasked(system) and not _fits(system):
+    try:
+        if _unasked(system):  # the units that joints chose fit the others
+            _check_quantities(system, {})
+    except UnitError:
         return False
     inferred: Known = {}
     dimensional = (exprs for _, wanted, exprs in _quantities(system) if wanted is not None and not wanted.is_bare)
     return all(infer(e, inferred) is not NUMBER for exprs in dimensional for e in exprs)
-
-
-def _fits(system: Declarations) -> bool:
-    """Whether the units that joints chose fit the others."""
-    try:
-        _check_quantities(system, {})
-    except UnitError:
-        return False
-    return True

@@ -45,7 +45,9 @@ def ordered_coordinates(symbols: tuple[Symbol, ...], order: Sequence[Coordinate]
         groups: dict[str, list[Coordinate]] = {}
         for q in seen:
             groups.setdefault(q.name.rstrip("0123456789"), []).append(q)
-        return tuple(q for stem, group in groups.items() for q in sorted(group, key=lambda q: _number(q, stem)))
+        return tuple(
+            q for stem, group in groups.items() for q in sorted(group, key=lambda q: int(q.name[len(stem) :] or -1))
+        )
     listed = _coordinates(order)
     unused = [q for q in listed if q not in seen]
     if unused:
@@ -69,10 +71,6 @@ def _coordinates(order: Any) -> tuple[Any, ...]:
 
 def _names(symbols: Iterable[Any]) -> str:
     return ", ".join(map(str, symbols))
-
-
-def _number(q: Coordinate, stem: str) -> int:
-    return int(q.name[len(stem) :] or -1)
 
 
 def speed_definitions(

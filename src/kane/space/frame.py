@@ -77,7 +77,7 @@ class Frame(Basis):
         """
         child = self._rotated(name, angle, axis)
         if angular_velocity is not None:
-            check_angular_velocity(child, self, angular_velocity)
+            _check_angular_velocity(child, self, angular_velocity)
         return child
 
     def _rotated(self, name: str, angle: Any, axis: Vector) -> Frame:
@@ -212,14 +212,8 @@ def frames_of(v: Vector) -> tuple[Frame, ...]:
     return tuple(f for f, _ in v.parts if isinstance(f, Frame))
 
 
-def check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
-    """An angular velocity given by the user must be the one that follows from the orientation, at a random state.
-
-    Raises
-    ------
-    SpaceError
-        if it is not
-    """
+def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
+    """Raise a SpaceError unless an angular velocity is, at a random state, the one that follows from the orientation."""
     if not isinstance(claimed, Vector):
         raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {claimed!r:.60}.")
     own = frame.angular_velocity(base)

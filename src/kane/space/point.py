@@ -38,15 +38,9 @@ class Point:
     def _finish(self, name: str, parent: Point | None, offset: Vector, frame: Frame, body: Frame | None) -> None:
         if not name or not isinstance(name, str):
             raise SpaceError(f"Expected a name for the point, got {name!r}.")
-        values: dict[str, object] = {
-            "name": name,
-            "parent": parent,
-            "offset": offset,
-            "frame": frame,
-            "body": body,
-            "_known": {},
-        }
-        for slot, value in values.items():
+        known: dict[str, Vector] = {}
+        own = {"name": name, "parent": parent, "offset": offset, "frame": frame, "body": body, "_known": known}
+        for slot, value in own.items():
             object.__setattr__(self, slot, value)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
@@ -123,44 +117,37 @@ class Point:
             total = total - p.offset
         return total
 
-    def _check_fixed(self, frame: Frame, what: str) -> None:
-        home = self.root().frame
-        if frame is not home:
-            raise SpaceError(
-                f"Expected the {what} of {self.name} in {home.name}, where its root {self.root().name} is fixed, got frame "
-                f"{frame.name}. For another frame differentiate a position: P.position(Q).dt({frame.name}), Q fixed in "
-                f"{frame.name}."
-            )
-
     def velocity(self, frame: Frame) -> Vector:
         """Velocity in `frame` (the one the root point is fixed in), in rates."""
-        self._check_fixed(frame, "velocity")
         return self._recall("velocity", frame)
 
     def acceleration(self, frame: Frame) -> Vector:
         """Acceleration in `frame` (the one the root point is fixed in), in rates and their derivatives."""
-        self._check_fixed(frame, "acceleration")
         return self._recall("acceleration", frame)
 
     def _recall(self, what: str, frame: Frame) -> Vector:
-        waiting = [p for p in self.ancestry() if what not in p._known]
-        for p in reversed(waiting):
-            p._known[what] = p._velocity(frame) if what == "velocity" else p._acceleration(frame)
+        line = self.ancestry()
+        root = line[-1]
+        if frame is not root.frame:
+            raise SpaceError(
+                f"Expected the {what} of {self.name} in {root.frame.name}, where its root {root.name} is fixed, got frame "
+                f"{frame.name}. For another frame differentiate a position: P.position(Q).dt({frame.name}), Q fixed in "
+                f"{frame.name}."
+            )
+        for p in reversed([p for p in line if what not in p._known]):
+            start = p.parent._known[what] if p.parent is not None else Vector()
+            p._known[what] = start + (p._velocity(frame) if what == "velocity" else p._acceleration(frame))
         return self._known[what]
 
     def _velocity(self, frame: Frame) -> Vector:
-        if self.parent is None:
-            return Vector()
-        start = self.parent._known["velocity"]
+        """What the velocity is more than the parent's."""
         if self.body is not None:
-            return start + self.body.angular_velocity(frame).cross(self.offset)
-        return start + self.offset.dt(frame)
+            return self.body.angular_velocity(frame).cross(self.offset)
+        return self.offset.dt(frame)
 
     def _acceleration(self, frame: Frame) -> Vector:
-        if self.parent is None:
-            return Vector()
-        start = self.parent._known["acceleration"]
+        """What the acceleration is more than the parent's."""
         if self.body is not None:
             spin, r = self.body.angular_velocity(frame), self.offset
-            return start + self.body.angular_acceleration(frame).cross(r) + spin.cross(spin.cross(r))
-        return start + self.offset.dt(frame).dt(frame)
+            return self.body.angular_acceleration(frame).cross(r) + spin.cross(spin.cross(r))
+        return self.offset.dt(frame).dt(frame)

@@ -42,6 +42,12 @@ class Orientation:
     parameters: tuple[Coordinate, ...] = ()
     quasi: tuple[QuasiRate, ...] = ()
 
+    def scalars(self) -> tuple[Expr, ...]:
+        """What B is oriented by: Euler parameters, and the angle with the axis that is no basis axis, else the direction cosines."""
+        if self.angle is not None:
+            return (*self.parameters, self.angle, *(self.direction or ()))
+        return (*self.parameters, *(x for row in self.cosines or () for x in row))
+
 
 def about_axis(base: Basis, axis: int, angle: Expr) -> Orientation:
     """That of a basis turned about a basis axis of another one."""

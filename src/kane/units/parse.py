@@ -31,13 +31,7 @@ USUAL += ["1", "rad", "deg", "cm", "t", "min", "h", "rpm", "K"]
 
 @lru_cache(4096)
 def parse(text: str) -> Unit:
-    """The unit that a text such as "kg*m^2" or "m/s^2" means.
-
-    Raises
-    ------
-    UnitError
-        if it means none, or one that models cannot be written in (degC, dB)
-    """
+    """The unit that "kg*m^2" or "m/s^2" means; a UnitError for what means none, or one that models cannot be written in (degC, dB)."""
     meant = _read(text)
     if meant is None:
         _refuse(text)

@@ -28,13 +28,7 @@ _FINEST = 10_000
 
 
 def infer(root: Expr, units: Known) -> Unit | None:
-    """The unit of `root`, None where a symbol without one is below; `units` is filled on the way.
-
-    Raises
-    ------
-    UnitError
-        if terms of different units are added or compared, or a function takes what is not of dimension one
-    """
+    """The unit of `root`, None where a symbol without one is below; `units` is filled on the way. Errors are those of `unit_of`."""
 
     def combine(node: Expr) -> Unit | None:
         if node.op is SYMBOL:

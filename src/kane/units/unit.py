@@ -35,13 +35,7 @@ _units: dict[tuple[tuple[Exponent, ...], float], Unit] = {}
 
 
 def unit(exponents: tuple[Exponent, ...], scale: float = 1.0) -> Unit:
-    """The one unit with these exponents and this scale.
-
-    Raises
-    ------
-    OverflowError
-        if the scale is zero or infinite
-    """
+    """The one unit with these exponents and this scale; an OverflowError where the scale is zero or infinite."""
     rounded = float(f"{scale:.12g}")
     if not 0 < rounded < math.inf:
         raise OverflowError(scale)

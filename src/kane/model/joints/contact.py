@@ -69,7 +69,6 @@ def _contact(
     rounding = _positive(crown, f"{'crown ' if ring else ''}radius of {name!r}") if crown is not None else ZERO
     check_place(name, center, wheel)
     check_place(name, plane, wheel)
-    check_unit(normal, f"normal of {name!r}")
     base = home_of(normal, f"normal of {name!r}")
     reach = normal * -rounding
     if ring is not None:
