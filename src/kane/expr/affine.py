@@ -4,10 +4,10 @@
 from collections.abc import Callable, Iterable
 
 from kane.errors import NotAffineError
-from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
-from kane.expr.visit import fold
+from kane.expr.visit import fold, rebuilt
 
 Affine = tuple[dict[Expr, Expr], Expr]
 """Coefficients by symbol, without zeros, and the remainder."""
@@ -46,9 +46,7 @@ def combined(node: Expr, parts: list[Affine]) -> Affine | None:
     """The form of a node from those of its arguments; None where it is not affine."""
     # A coefficient can cancel, so that a part without coefficients is its remainder, not the node it came from.
     if not any(c for c, _ in parts):
-        rests = [r for _, r in parts]
-        same = all(r is a for r, a in zip(rests, node.args, strict=True))
-        return {}, node if same else NODE_BUILDERS[node.op.name](*rests)
+        return {}, rebuilt(node, [r for _, r in parts])
     op = node.op
     if op is ADD or op is SUB:
         (ca, ra), (cb, rb) = parts

@@ -43,17 +43,12 @@ def add(a: Expr, b: Expr) -> Expr:
         alike = like_terms(a, b, 1)
         if alike is not None:
             return _scaled_product(*alike)
-        whole = _sum_of_products(a, b) if ao is bo else None
+        whole = (mul(TWO, a) if same_product(a, b) else sin2_cos2(a, b)) if ao is bo else None
         if whole is not None:
             return whole
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
         return intern_node(ADD, a, b)
     return intern_node(ADD, b, a)
-
-
-def _sum_of_products(a: Expr, b: Expr) -> Expr | None:
-    """2 a where the same factors are grouped otherwise in b, k for k sin² + k cos²."""
-    return mul(TWO, a) if same_product(a, b) else sin2_cos2(a, b)
 
 
 def sub(a: Expr, b: Expr) -> Expr:
@@ -265,18 +260,14 @@ def _sine(a: Expr) -> Expr:
     if a.op is NEG:
         return neg(_sine(a.args[0]))
     value = constant_value(a)
-    if value is None:
-        return intern_node(SIN, a)
-    return constant(math.sin(value))
+    return intern_node(SIN, a) if value is None else constant(math.sin(value))
 
 
 def _cosine(a: Expr) -> Expr:
     if a.op is NEG:
         a = a.args[0]
     value = constant_value(a)
-    if value is None:
-        return intern_node(COS, a)
-    return constant(math.cos(value))
+    return intern_node(COS, a) if value is None else constant(math.cos(value))
 
 
 def _signed(a: Expr, negative: bool) -> Expr:
@@ -334,19 +325,8 @@ def where(condition: Expr, x: Expr, y: Expr) -> Expr:
     return x if x is y else intern_node(WHERE, condition, x, y)
 
 
-_DIRECT: dict[str, Callable[..., Expr]] = {
-    "add": add,
-    "sub": sub,
-    "mul": mul,
-    "div": div,
-    "neg": neg,
-    "pow": power,
-    "sqrt": sqrt,
-    "sin": sin,
-    "cos": cos,
-    "where": where,
-}
 NODE_BUILDERS: dict[str, Callable[..., Expr]] = {
-    name: _DIRECT.get(name) or (_function(op) if op.arity == 1 else _binary(op)) for name, op in OPS.items() if op.arity
+    name: _function(op) if op.arity == 1 else _binary(op) for name, op in OPS.items() if op.arity
 }
 """Builders that take expressions only; the public ones of `operators` also take numbers."""
+NODE_BUILDERS |= {build.__name__: build for build in (add, sub, mul, div, neg, sqrt, sin, cos, where)} | {"pow": power}

@@ -362,8 +362,6 @@ def _from_rows(rows: list[tuple[Any, ...]]) -> Expr:
             nodes.append(constant(rest[0]))
         elif name == "symbol":
             nodes.append(rest[0].declare(*rest[1]))
-        elif name == "pi":
-            nodes.append(pi)
         else:
             nodes.append(intern_node(OPS[name], *(nodes[i] for i in rest)))
     return nodes[-1]

@@ -56,13 +56,7 @@ def _power_partials(node: Any, x: Any, p: Any) -> tuple[Any, Any]:
     return p * x ** (p - 1), 0 if p.op is CONST else node * x.log()
 
 
-def _max_partials(_node: Any, x: Any, y: Any) -> tuple[Any, Any]:
-    at_x = y.less(x)
-    return at_x.where(1, 0), at_x.where(0, 1)
-
-
-def _min_partials(_node: Any, x: Any, y: Any) -> tuple[Any, Any]:
-    at_x = x.less(y)
+def _choice_partials(at_x: Any) -> tuple[Any, Any]:
     return at_x.where(1, 0), at_x.where(0, 1)
 
 
@@ -96,10 +90,10 @@ _ROWS = (
     _function("log", np.log, lambda n, x: (1 / x,)),
     _function("abs", np.absolute, lambda n, x: (x.sign(),)),
     _function("sign", np.sign, lambda n, x: (0,)),
-    _function("min", np.minimum, _min_partials, 2, commutative=True),
-    _function("max", np.maximum, _max_partials, 2, commutative=True),
+    _function("min", np.minimum, lambda n, x, y: _choice_partials(x.less(y)), 2, commutative=True),
+    _function("max", np.maximum, lambda n, x, y: _choice_partials(y.less(x)), 2, commutative=True),
     Op("less", 2, _less, lambda n, x, y: (0, 0)),
-    Op("where", 3, _where, lambda n, c, x, y: (0, c.where(1, 0), c.where(0, 1))),
+    Op("where", 3, _where, lambda n, c, x, y: (0, *_choice_partials(c))),
 )
 
 OPS: dict[str, Op] = {}

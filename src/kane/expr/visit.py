@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The visit that differentiation, the affine forms and `substitute` share: arguments first, each node once, no recursion."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from kane.expr.build import NODE_BUILDERS
@@ -34,10 +34,10 @@ def substitute(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, E
     """`root` with every key of `replacements` replaced; what does not change stays the same object."""
     images: dict[Expr, Expr] = {} if memo is None else memo
     images.update(replacements)
+    return fold(root, images, lambda node: rebuilt(node, [images[a] for a in node.args]))
 
-    def rebuilt(node: Expr) -> Expr:
-        args = [images[a] for a in node.args]
-        same = all(x is y for x, y in zip(args, node.args, strict=True))
-        return node if same else NODE_BUILDERS[node.op.name](*args)
 
-    return fold(root, images, rebuilt)
+def rebuilt(node: Expr, args: Sequence[Expr]) -> Expr:
+    """The operation of `node` on `args`, `node` itself where they are its own."""
+    same = all(x is y for x, y in zip(args, node.args, strict=True))
+    return node if same else NODE_BUILDERS[node.op.name](*args)

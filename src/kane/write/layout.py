@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 from kane.expr.node import Expr, Number, constant_value, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN
+from kane.expr.patterns import number_of
 from kane.expr.symbols import Symbol
 from kane.write.forms import PI_NAME, call, name_tree, number_tree, product_form, scaled, size_of, sum_form, unsigned
 from kane.write.trees import Signed, Tree
@@ -58,6 +59,7 @@ def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
 
 _FLAT = dict.fromkeys((ADD, SUB), (ADD, SUB)) | dict.fromkeys((MUL, DIV), (MUL, DIV))
 """The operations that are flattened into each operation."""
+_SUMS = {ADD, SUB, NEG}
 _SATURATED = 10_000
 
 
@@ -179,19 +181,13 @@ def _plan(node: Expr, stops: Mapping[Expr, str]) -> _Plan:
     if op is PI:
         return (), lambda forms: (False, PI_NAME)
     if op is CONST:
-        value = _value(node)
+        value = number_of(node)
         return (), lambda forms: (value < 0, number_tree(size_of(value)))
-    if op is ADD or op is SUB or op is NEG:
+    if op in _SUMS:
         return _plan_sum(node, stops)
     if op is MUL or op is DIV or _whole_exponent(node) is not None:
         return _plan_product(node, stops)
     return node.args, lambda forms: call(op.name, [forms[a] for a in node.args])
-
-
-def _value(node: Expr) -> Number:
-    value = constant_value(node)
-    assert value is not None
-    return value
 
 
 def _whole_exponent(node: Expr) -> int | None:
@@ -206,12 +202,8 @@ def _region(root: Expr, stops: Mapping[Expr, str], inner: Callable[[Expr], Seque
     return _ordered(root, lambda node: inner(node) if node is root or node not in stops else ())
 
 
-def _summands(node: Expr) -> Sequence[Expr]:
-    return node.args if node.op is ADD or node.op is SUB or node.op is NEG else ()
-
-
 def _plan_sum(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
-    order = _region(root, stops, _summands)
+    order = _region(root, stops, lambda node: node.args if node.op in _SUMS else ())
     weights: dict[Expr, Number] = dict.fromkeys(order, 0)
     weights[root] = 1
     constant: Number = 0
@@ -220,14 +212,14 @@ def _plan_sum(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
         w, op = weights[node], node.op
         if node is not root and node in stops:
             terms[node] = terms.get(node, 0) + w
-        elif op is ADD or op is SUB or op is NEG:
+        elif op in _SUMS:
             for i, a in enumerate(node.args):
                 weights[a] += -w if op is NEG or (op is SUB and i) else w
         elif op is CONST:
-            constant += w * _value(node)
+            constant += w * number_of(node)
         elif op is MUL and node.args[0].op is CONST:
             rest = node.args[1]
-            terms[rest] = terms.get(rest, 0) + w * _value(node.args[0])
+            terms[rest] = terms.get(rest, 0) + w * number_of(node.args[0])
         else:
             terms[node] = terms.get(node, 0) + w
     left = [(n, w) for n, w in terms.items() if w]
@@ -274,7 +266,7 @@ def _plan_product(root: Expr, stops: Mapping[Expr, str]) -> _Plan:
             negative ^= e % 2 == 1
         elif whole is not None:
             exponents[node.args[0]] += e * whole
-        elif op is CONST and (product := _folded(coefficient, _value(node), e)) is not None:
+        elif op is CONST and (product := _folded(coefficient, number_of(node), e)) is not None:
             coefficient = product
         else:
             factors[node] = e

@@ -15,7 +15,7 @@ import kane as kn
 from kane.equations.handle import Handle
 from kane.errors import KaneWarning, ProgramError
 from kane.gallery.pendulums import system as chain
-from kane.program.emit.llvm import Options, emit_llvm
+from kane.program.emit.llvm import emit_llvm
 from kane.program.native import machine_code, store
 from kane.program.native.machine import Settings
 from kane.program.native.machine_code import Library, Target, compile_text, object_code, target
@@ -128,7 +128,7 @@ class TestGeneric:
         found = {}
         for cpu in ("host", "generic"):
             on = target(cpu)
-            text = emit_llvm([program], Options(True, on.lanes))
+            text = emit_llvm([program], True, on.lanes)
             llvm = machine_code._llvm()
             machine = llvm.Target.from_triple(on.triple).create_target_machine(
                 cpu=on.cpu, features=on.features, **machine_code._OPTIONS

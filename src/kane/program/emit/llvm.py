@@ -47,24 +47,19 @@ _FORMS = {
 """The lines for the value {r} of {0}, {1}, …, with {f} for flags of contraction."""
 
 
-@dataclass(frozen=True, slots=True)
-class Options:
-    """How to emit: `contract` allows a·b + c in one rounding, `lanes` is the width of the machine's vectors in doubles."""
+def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4) -> str:
+    """The module's text; the same programs and options give the same text. The names of all routines must differ.
 
-    contract: bool = True
-    lanes: int = 4
-
-
-def emit_llvm(programs: Sequence[Program], options: Options) -> str:
-    """The module's text; the same programs and options give the same text. The names of all routines must differ."""
-    module = _Module(options)
+    `contract` allows a·b + c in one rounding, `lanes` is the width of the machine's vectors in doubles.
+    """
+    module = _Module(contract, lanes)
     texts = [shared()]
     for program, hoist in zip(programs, hoists(programs), strict=True):
         texts.append(module.function(program, walk.hoisting(program), hoist))
         for routine in program.routines:
             texts.append(module.function(program, walk.kernel(program, routine), routine.name))
             texts += [call_entry(program, routine, hoist), batch_entry(program, routine, hoist)]
-    sines = [llvm_sincos(width, options.contract) for width in sorted(module.widths)]
+    sines = [llvm_sincos(width, contract) for width in sorted(module.widths)]
     called = module.called | ({"sin": 1, "cos": 1} if sines else {})
     declared = [f"declare double @{name}({', '.join(['double'] * n)})" for name, n in sorted(called.items())]
     return "\n".join([*declared, *sines, *texts])
@@ -79,13 +74,14 @@ def hoists(programs: Sequence[Program]) -> list[str]:
 class _Module:
     """What the functions written so far call: the library's with their numbers of arguments, sines of so many angles."""
 
-    options: Options
+    contract: bool
+    lanes: int
     called: dict[str, int] = field(default_factory=dict)
     widths: set[int] = field(default_factory=set)
 
     def function(self, program: Program, function: walk.Function, name: str) -> str:
         """One function, or several with one that calls them in turn."""
-        style = walk.Style(lazy=True, lanes=self.options.lanes)
+        style = walk.Style(lazy=True, lanes=self.lanes)
         parts = walk.pieces(program, function, style)
         kinds = [("double" if p.scalar else "ptr", pointer(p.name)) for p in function.ports]
         kinds += [("ptr", f"%{walk.VECTORS[base]}") for base in dict.fromkeys((walk.KEPT, function.target))]
@@ -114,7 +110,7 @@ class _Writer:
     """The lines of one piece."""
 
     def __init__(self, program: Program, module: _Module, body: Sequence[walk.Statement]) -> None:
-        self.module, self.flags = module, "contract " if module.options.contract else ""
+        self.module, self.flags = module, "contract " if module.contract else ""
         self.lines: list[str] = []
         first = len(program.inputs)
         self.names = {first + k: bits(value) for k, value in enumerate(program.constants)}

@@ -30,7 +30,7 @@ class Block:
     size: int
 
 
-def block(program: Program, routine: Routine, lanes: Lanes = LANES) -> Block:
+def block(program: Program, routine: Routine) -> Block:
     """The layout of the routine's block.
 
     Without parameters too there is room for one: reciprocals of constants are hoisted, and "as hoisted" says whether they are.
@@ -39,15 +39,15 @@ def block(program: Program, routine: Routine, lanes: Lanes = LANES) -> Block:
     for port in program.ports:
         if not port.hoisted:
             at[port.name], end = end, end + len(port.symbols)
-    parameters = end = lanes.padded(end)
+    parameters = end = LANES.padded(end)
     for port in program.ports:
         if port.hoisted:
             at[port.name], end = end, end + len(port.symbols)
-    width = lanes.padded(max(1, end - parameters))
+    width = LANES.padded(max(1, end - parameters))
     hoisted = parameters + width
     h = hoisted + width
-    out = h + lanes.padded(len(program.kept))
-    size = out + lanes.padded(max(1, len(routine.results)))
+    out = h + LANES.padded(len(program.kept))
+    size = out + LANES.padded(max(1, len(routine.results)))
     return Block(tuple(at[port.name] for port in program.ports), parameters, hoisted, h, out, size)
 
 
@@ -56,11 +56,11 @@ def pointer(port: str) -> str:
     return f"%in.{port}"
 
 
-def shared(lanes: Lanes = LANES) -> str:
+def shared() -> str:
     """What the entries of all routines call: is a section not finite; do two differ in a bit, as 0.0 and −0.0 do? None is empty."""
-    n, double, integer, truth = lanes.width, lanes.double, lanes.of("i64"), lanes.of("i1")
+    n, double, integer, truth = LANES.width, LANES.double, LANES.of("i64"), LANES.of("i1")
     return f"""
-declare double @llvm.vector.reduce.fadd.{lanes.suffix}(double, {double})
+declare double @llvm.vector.reduce.fadd.{LANES.suffix}(double, {double})
 declare i1 @llvm.vector.reduce.or.v{n}i1({truth})
 declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
 
@@ -77,7 +77,7 @@ loop:
   %on = icmp ult i64 %j, %n
   br i1 %on, label %loop, label %end
 end:
-  %all = call double @llvm.vector.reduce.fadd.{lanes.suffix}(double 0.0, {double} %more)
+  %all = call double @llvm.vector.reduce.fadd.{LANES.suffix}(double 0.0, {double} %more)
   %bad = fcmp uno double %all, 0.0
   ret i1 %bad
 }}
@@ -103,13 +103,13 @@ end:
 """
 
 
-def call_entry(program: Program, routine: Routine, hoist: str, lanes: Lanes = LANES) -> str:
+def call_entry(program: Program, routine: Routine, hoist: str) -> str:
     """The text of `<name>.call`; `hoist` is the name of the function that gives h."""
-    b = block(program, routine, lanes)
+    b = block(program, routine)
     sections = {pointer(port.name): at for port, at in zip(program.ports, b.ports, strict=True)}
     sections |= {"%parameters": b.parameters, "%hoisted": b.hoisted, "%h": b.h, "%out": b.out}
     places = "\n".join(f"  {name} = getelementptr double, ptr %block, i64 {at}" for name, at in sections.items())
-    width, align = b.hoisted - b.parameters, 8 * lanes.width
+    width, align = b.hoisted - b.parameters, 8 * LANES.width
     copied = f"ptr align {align} %hoisted, ptr align {align} %parameters, i64 {8 * width}, i1 false"
     hoisting = f"""  %new = call i1 @kane.differ(ptr %parameters, ptr %hoisted, i64 {width})
   br i1 %new, label %hoist, label %run

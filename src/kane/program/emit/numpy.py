@@ -27,15 +27,10 @@ from kane.program.emit.walk import Compute, Function, Read, Style, Write, hoisti
 from kane.program.program import Port, Program, Routine
 
 _STYLE = Style(whole=math.inf)
-_SAME = "sqrt sin cos tan sinh cosh tanh exp log sign"
-_OTHER = {
-    **{"pow": "power", "asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"},
-    **{"abs": "absolute", "min": "minimum", "max": "maximum"},
-}
+_UFUNCS = {op: op.ufunc.__name__ for op in OPS.values() if op.ufunc}
 _FORMS = {
+    **{op: f"np.{name}({', '.join(f'{{{k}}}' for k in range(op.arity))})" for op, name in _UFUNCS.items()},
     **ARITHMETIC,
-    **{OPS[n]: f"np.{n}({{0}})" for n in _SAME.split()},
-    **{OPS[n]: f"np.{name}({', '.join(f'{{{k}}}' for k in range(OPS[n].arity))})" for n, name in _OTHER.items()},
     ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
     ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
 }

@@ -73,13 +73,7 @@ def _alone() -> Any:
 
 @contextmanager
 def _inside() -> Iterator[Any]:
-    """LLVM, for this thread alone.
-
-    Raises
-    ------
-    ProgramError
-        if the interpreter is ending and this is not its main thread
-    """
+    """LLVM, for this thread alone, unless the interpreter is ending and this is not its main thread."""
     llvm = _llvm()
     with _alone():
         if _ended.is_set() and threading.current_thread() is not threading.main_thread():
