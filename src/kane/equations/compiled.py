@@ -54,7 +54,7 @@ class Compiled:
         return program(self.equations.solved, names, outputs, name=self.name, reciprocals=self.settings.contract)
 
     def _handle(self, name: str) -> Handle:
-        return Handle(self._program((name,)), name, self.settings, self.default, self.not_finite)
+        return Handle(self._program((name,)), name, self.settings, {"p": self.default}, self.not_finite)
 
     mass_matrix = read[Handle](lambda c: c._handle("mass_matrix"), "M, n × n.")
     forcing = read[Handle](lambda c: c._handle("forcing"), "f of M u̇ = f, with the reactions at their solved values.")

@@ -7,10 +7,7 @@ import numpy as np
 
 from kane import show
 from kane.numeric.arrays import Array
-from kane.program.native.compiled_routine import ALL, CompiledRoutine, NotFinite, new_block
-from kane.program.native.machine import Settings
-from kane.program.native.machine_code import Library
-from kane.program.program import Program
+from kane.program.native.compiled_routine import ALL, CompiledRoutine, new_block
 
 _ARRAY: Any = np.ndarray
 
@@ -26,20 +23,7 @@ class Handle(CompiledRoutine):
     (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
     """
 
-    __slots__ = ("_driven", "_parameters")
-
-    def __init__(
-        self,
-        program: Program,
-        name: str,
-        settings: Settings,
-        default: Array | None = None,
-        not_finite: NotFinite = "warn",
-        library: Library | None = None,
-    ) -> None:
-        super().__init__(program, name, settings, {} if default is None else {"p": default}, not_finite, library)
-        self._parameters = self._defaults["p"].data
-        self._driven = bool(program.port("r").symbols)
+    __slots__ = ()
 
     def __call__(self, t: Any, x: Any, p: Any = None, r: Any = None) -> Array:
         """The results at t, x, p, r."""
@@ -48,7 +32,7 @@ class Handle(CompiledRoutine):
             (type(t) is float or type(t) is np.float64)
             and type(x) is _ARRAY
             and (p is None or type(p) is _ARRAY)
-            and (type(r) is _ARRAY or (r is None and not self._driven))
+            and (type(r) is _ARRAY or (r is None and self._standard[3] is not None))
         ):
             free = self._free
             try:
@@ -59,7 +43,7 @@ class Handle(CompiledRoutine):
             try:
                 time.value = t
                 x_own[ALL] = x
-                p_own[ALL] = self._parameters if p is None else p
+                p_own[ALL] = self._standard[2] if p is None else p
                 if r is not None:
                     r_own[ALL] = r
             except (ValueError, NotImplementedError):
@@ -75,8 +59,5 @@ class Handle(CompiledRoutine):
     def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
         """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""
         return super().explain(t, x, p, r)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Handle, (self.program, self.name, self.settings, self._defaults["p"], self.not_finite)
 
     _repr_html_ = show.html
