@@ -190,6 +190,9 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
     spectra = [linear.eigenvalues for _, linear in every]
     met = changes(path.points, spectra, curve.middle, lambda y: at(y)[1].eigenvalues)
     points, linear = zip(*(every[k] for k in path.marked), strict=True)
+    after = np.searchsorted(
+        path.marked, [c.interval for c in met], side="right"
+    ).tolist()  # the marked points after them
     return Branch(
         conditions.symbols[unknowns.places[-1]],
         np.array([path.points[k][-1] * scale for k in path.marked]),
@@ -198,14 +201,8 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
         tracked([at.eigenvalues for at in linear]),
         path.turning,
         tuple(
-            Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], _neighbours(path.marked, c.interval), c.grows)
-            for c in met
+            Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], (k - 1, k), c.grows)
+            for c, k in zip(met, after, strict=True)
         ),
         path.message,
     )
-
-
-def _neighbours(marked: Sequence[int], interval: int) -> tuple[int, int]:
-    """The marked points before and after an interval of the path."""
-    after = int(np.searchsorted(marked, interval, side="right"))
-    return after - 1, after

@@ -101,13 +101,8 @@ class Linear:
         """The modes, by falling real part; one of each conjugate pair."""
         values, vectors = np.linalg.eig(self.A)
         order = np.lexsort((-values.imag, -values.real))
-        modes = []
-        for k in order:
-            if values[k].imag < 0:
-                continue
-            v = np.asarray(vectors[:, k], dtype=complex)
-            modes.append(Mode(complex(values[k]), self.states, v / v[np.argmax(np.abs(v))]))
-        return tuple(modes)
+        pairs = [(complex(values[k]), np.asarray(vectors[:, k], dtype=complex)) for k in order]
+        return tuple(Mode(e, self.states, v / v[np.argmax(np.abs(v))]) for e, v in pairs if e.imag >= 0)
 
     @property
     def stable(self) -> bool:

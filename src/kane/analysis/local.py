@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.analysis.state import State
 from kane.dynamics.constraints.partition import choose
@@ -107,25 +107,11 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     return partition.rows
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solver:
-    """K with one row and one column for each independent constraint, ready to be solved with."""
-
-    matrix: Array
-    keep: npt.NDArray[np.intp]
-
-    def __call__(self, right: Array) -> Array:
-        """z of K z = right, multipliers of the constraints that follow from the others zero."""
-        z = np.zeros(right.shape)
-        z[self.keep] = np.linalg.solve(self.matrix, right[self.keep])
-        return z
-
-
-def solver(eom: Equations, values: Values) -> Solver:
-    """K to be solved with; a SingularError says that it is singular at this state."""
+def solver(eom: Equations, values: Values) -> Callable[[Array], Array]:
+    """z of K z = right, multipliers of the constraints that follow from the others zero; K must be regular at this state."""
     n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
     rows = independent_rows(eom, values.constraints(n))
-    keep = np.array([*range(n), *(n + i for i in rows), *range(n + m, n + m + s)], dtype=np.intp)
+    keep = np.array([*range(n), *(n + i for i in rows), *range(n + m, n + m + s)], dtype=int)
     matrix = values.matrix[np.ix_(keep, keep)]
     if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(values.right)):
         raise SingularError(
@@ -137,4 +123,10 @@ def solver(eom: Equations, values: Values) -> Solver:
             "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "
             "no mass here, or reactions cannot be told apart."
         )
-    return Solver(matrix, keep)
+
+    def solve(right: Array) -> Array:
+        z = np.zeros(right.shape)
+        z[keep] = np.linalg.solve(matrix, right[keep])
+        return z
+
+    return solve

@@ -45,11 +45,10 @@ class OperatingPoint:
 
     def __getitem__(self, what: Any) -> float:
         name = what.name if isinstance(what, Symbol) else what
-        for group in (self.q, self.u, self.parameters, self.inputs):
-            for s, value in group.items():
-                if s.name == name:
-                    return value
-        raise ValueMissingError(f"Expected a coordinate, speed, parameter or input of the point, got {what!r}.")
+        values = {s.name: v for s, v in {**self.q, **self.u, **self.parameters, **self.inputs}.items()}
+        if name not in values:
+            raise ValueMissingError(f"Expected a coordinate, speed, parameter or input of the point, got {what!r}.")
+        return values[name]
 
     def __repr__(self) -> str:
         values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items(), *self.inputs.items()))

@@ -101,7 +101,9 @@ def _bisected(
         y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > _CLOSE else None
         if y is None:
             break
-        roots = _between(a[1], b[1], spectrum(y))
+        # in the order of those before and after: the modes together, so that none takes another's place
+        roots = spectrum(y)
+        roots = _matched(roots, np.abs(a[1][:, None] - roots) + np.abs(b[1][:, None] - roots))
         if (roots[k].real > level) == (b[1][k].real > level):
             b = y, roots
         else:
@@ -109,11 +111,6 @@ def _bisected(
     y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
     frequency = abs(roots[k].imag)
     return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
-
-
-def _between(a: Complex, b: Complex, roots: Complex) -> Complex:
-    """Eigenvalues in the order of those before and after: the modes together, so that none takes another's place."""
-    return _matched(roots, np.abs(a[:, None] - roots) + np.abs(b[:, None] - roots))
 
 
 def _matched(row: Complex, distance: Array) -> Complex:

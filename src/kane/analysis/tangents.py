@@ -60,16 +60,12 @@ def turning(e: Entries) -> Entries:
     return 0.5 * np.array([[-e1, -e2, -e3], [e0, -e3, e2], [e3, e0, -e1], [-e2, e1, e0]])
 
 
-def cross(w: Entries) -> Entries:
-    """The matrix (3 × 3) of w ×."""
-    return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
-
-
 def turning_rates(rates: Entries, plain: int) -> Entries:
     """The matrix (ξ × ξ) of ω × θ in the rates of ξ, whose first `plain` are those of coordinates; ω follow them."""
     matrix = np.zeros((len(rates), len(rates)), dtype=rates.dtype)
     for k in range(plain, len(rates), 3):
-        matrix[k : k + 3, k : k + 3] = cross(rates[k : k + 3])
+        x, y, z = rates[k : k + 3]
+        matrix[k : k + 3, k : k + 3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
     return matrix
 
 

@@ -114,7 +114,12 @@ def trim(
     numeric = eom.numeric(settings)
     task = problem(numeric, {"q": q, "u": u, "inputs": inputs, "parameters": parameters}, t, moving, independent)
     x = solve_problem(task, tolerance)
-    _check_determined(task, x)
+    names = undetermined(task, x, task.missing)
+    if names:
+        raise ValueMissingError(
+            f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "
+            "some of them, or a guess for each: kn.guess(value)."
+        )
     return point_of(eom, closed(numeric, task.conditions.state(x)))
 
 
@@ -179,12 +184,3 @@ def undetermined(task: Problem, x: Array, among: Sequence[int]) -> list[str]:
         for i, d in zip(task.free, directions, strict=True)
         if d > TAKES_PART and i in matter
     ]
-
-
-def _check_determined(task: Problem, x: Array) -> None:
-    names = undetermined(task, x, task.missing)
-    if names:
-        raise ValueMissingError(
-            f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "
-            "some of them, or a guess for each: kn.guess(value)."
-        )

@@ -42,15 +42,15 @@ def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned)
         home = frame
         matrix = inertia.components(home)
     moving = [str(s) for s in free_symbols(x for row in matrix.rows for x in row) if not is_constant_in_time([s])]
+    wrong = ""
     if moving and _turns_with(matrix):
+        wrong = f"measure numbers that depend on {', '.join(moving)}"
+    elif home is not frame and _turns_with(inertia.components(frame)):
+        wrong = f"one that is constant in {home.name}, in which {frame.name} turns"
+    if wrong:
         raise ModelError(
-            f"Expected the inertia of {name} constant in its frame {frame.name}, got measure numbers that depend on "
-            f"{', '.join(moving)}. Write the dyadic along the axes of {frame.name}."
-        )
-    if home is not frame and _turns_with(inertia.components(frame)):
-        raise ModelError(
-            f"Expected the inertia of {name} constant in its frame {frame.name}, got one that is constant in "
-            f"{home.name}, in which {frame.name} turns. Write the dyadic along the axes of {frame.name}."
+            f"Expected the inertia of {name} constant in its frame {frame.name}, got {wrong}. Write the dyadic along the axes of "
+            f"{frame.name}."
         )
     a, b, c = matrix.rows
     rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))

@@ -18,7 +18,6 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Speed, rate
 from kane.expr.visit import fold, substitute
 from kane.model.system import System
-from kane.model.variables import EulerParameters
 
 Row = Mapping[Expr, Expr]
 
@@ -173,40 +172,32 @@ class Speeds:
 
     def matrices(self) -> tuple[Matrix, tuple[Expr, ...], Matrix, tuple[Expr, ...]]:
         """Y, z, W, X in the rates of the coordinates; Y has the row eᵀė = 0 for each set of Euler parameters."""
-        q = self.system.coordinates
-        sets = self.system.euler_parameters
-        of: dict[Expr, EulerParameters] = {w: s for s in sets for w in s.quasi}
-        place: dict[Expr, int] = {w: k for s in sets for k, w in enumerate(s.quasi)}
+        q, sets = self.system.coordinates, self.system.euler_parameters
+        shares: dict[Expr, dict[Coordinate, Expr]] = {rate(x): {x: ONE} for x in q}
+        for s in sets:
+            rows = zip(s.quasi, _twice_g(s.coordinates), strict=True)
+            shares.update((w, dict(zip(s.coordinates, row, strict=True))) for w, row in rows)
         y_rows: list[list[Expr]] = []
         for row in self.rows:
             line = dict.fromkeys(q, ZERO)
             for b, c in row.items():
-                if b in of:
-                    e, k = of[b].coordinates, place[b]
-                    for i, g in enumerate(_twice_g(e)[k]):
-                        line[e[i]] = add(line[e[i]], mul(c, g))
-                else:
-                    line[b.place] = c  # type: ignore[attr-defined]
+                for x, g in shares[b].items():
+                    line[x] = add(line[x], mul(c, g))
             y_rows.append([line[x] for x in q])
-        for s in sets:
-            y_rows.append([x if x in set(s.coordinates) else ZERO for x in q])
+        of_set = [[x if x in set(s.coordinates) else ZERO for x in q] for s in sets]
         z = (*self.z, *(ZERO for _ in sets))
         w_rows: list[list[Expr]] = []
         x_column: list[Expr] = []
-        for x in q:
-            if rate(x) in self.inverse:
-                row, rest = self.inverse[rate(x)], self.x[rate(x)]
-            else:
-                (form,) = affine_forms([self.euler_rates[rate(x)]], self.rates)
-                row, rest = {}, ZERO
-                for b, c in form[0].items():
-                    rest = add(rest, mul(c, self.x[b]))
-                    for u, w in self.inverse[b].items():
-                        row[u] = add(row.get(u, ZERO), mul(c, w))
-            multipliers = [x if x in set(s.coordinates) else ZERO for s in sets]
-            w_rows.append([row.get(u, ZERO) for u in self.speeds] + multipliers)
+        for k, (own, _) in enumerate(affine_forms([self._basic(rate(x)) for x in q], self.rates)):
+            by_speed: dict[Expr, Expr] = {}
+            rest = ZERO
+            for b, c in own.items():
+                rest = add(rest, mul(c, self.x[b]))
+                for u, w in self.inverse[b].items():
+                    by_speed[u] = add(by_speed.get(u, ZERO), mul(c, w))
+            w_rows.append([by_speed.get(u, ZERO) for u in self.speeds] + [e[k] for e in of_set])
             x_column.append(rest)
-        return Matrix(y_rows), z, Matrix(w_rows), tuple(x_column)
+        return Matrix([*y_rows, *of_set]), z, Matrix(w_rows), tuple(x_column)
 
 
 def _twice_g(e: tuple[Coordinate, ...]) -> list[list[Expr]]:

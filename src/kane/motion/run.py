@@ -85,7 +85,7 @@ def simulate(
     stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
     begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
     start = _admissible(stepper, t0, np.append(_start(eom, q, u, rates, begin, t0), 0.0))
-    for event, value in zip(eom.events, stepper.watch(t0, start), strict=True):
+    for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
         if not np.isfinite(value):
             warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
     course = Course(stepper, solver, span, start, sample_times(samples, span))
@@ -108,7 +108,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)
     start, numbers = stepper.keep(t0, y)
     stepper.settle(t0, numbers)
-    check_events(stepper.first, stepper.watch(t0, start), t0)
+    check_events(stepper.first, stepper.now.watch(t0, start), t0)
     check_rates(stepper.now.rates.labels[:-1], stepper.rate(t0, start), t0, lambda: stepper.now.explain(t0, start))
     return start
 

@@ -59,7 +59,7 @@ class Course:
     def __init__(self, stepper: Stepper, method: Method, span: tuple[float, float], start: Array, times: Array) -> None:
         self.stepper, self.method, self.span, self.times = stepper, method, span, times
         self.solver = method.solver(stepper, span[0], start, span[1])
-        self.watched = stepper.watch(span[0], start)
+        self.watched = stepper.now.watch(span[0], start)
         self.t = [span[0]]
         self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
         self.events: list[tuple[Event, float]] = []
@@ -90,7 +90,7 @@ class Course:
             self._jump = solver.t
             return None
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
-        after = stepper.watch(solver.t, kept)
+        after = stepper.now.watch(solver.t, kept)
         end, at = self._met(dense, (self.watched, after)), solver.t
         if end is not None:
             at = self.events[-1][1]
@@ -116,7 +116,7 @@ class Course:
     def _met(self, dense: Any, watched: tuple[Array, Array]) -> End | None:
         """Notes the events of a step, up to one that ends the motion."""
         step = (self.solver.t_old, self.solver.t)
-        for event, t in crossings(self.stepper.eom.events, self.stepper.watch, dense, step, watched):
+        for event, t in crossings(self.stepper.eom.events, self.stepper.now.watch, dense, step, watched):
             self.events.append((event, t))
             if event.terminal:
                 return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
@@ -127,7 +127,7 @@ class Course:
         end = self.solver.t
         changed = self.stepper.settle(end, numbers)
         if changed:
-            self.watched = self.stepper.watch(end, kept)
+            self.watched = self.stepper.now.watch(end, kept)
         if changed or not np.array_equal(kept, self.solver.y):
             self._take(kept, changed)
         self._jump = self._jump if end < self._jump and not changed else np.inf

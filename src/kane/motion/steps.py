@@ -25,7 +25,7 @@ from kane.program.native.machine import Settings
 
 
 class Stepper:
-    """One motion of the equations `first`: `rate(t, y)` and `watch(t, y)` with y = (q, u, ∫P dt), `keep(t, y)`.
+    """One motion of the equations `first`: `rate(t, y)` and `keep(t, y)` with y = (q, u, ∫P dt).
 
     What changes on the way: `now`, the routines of the dependent speeds that are stepped; `lost`, whether rank is lost; `side`, the
     sign of the dependent block's determinant; `reach`, the sizes that the entries of A have had. `segments` and `changes` tell of it.
@@ -54,10 +54,6 @@ class Stepper:
             return self.now.rate(t, y)
         numbers = self._numbers(t, y)
         return self.now.least_rate(t, y, numbers.m, numbers.a, self.reach)
-
-    def watch(self, t: float, y: Array) -> Array:
-        """The events' quantities."""
-        return self.now.watch(t, y)
 
     def _numbers(self, t: float, y: Array) -> Numbers:
         assert self.manifold is not None
