@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from kane import __version__
 from kane.cli import screen
 from kane.cli.bench import bench
 from kane.cli.cache import app as cache_app
@@ -29,8 +30,6 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from kane import __version__
-
         typer.echo(f"kane {__version__}")
         raise typer.Exit()
 

@@ -3,14 +3,14 @@
 
 import typer
 
+from kane.program.native import store
+
 app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")
 
 
 @app.command("info")
 def _info() -> None:
     """Say where the cache is and how much is in it."""
-    from kane.program.native import store
-
     place = store.folder()
     if place is None:
         typer.echo("The cache is off (KANE_CACHE).")
@@ -22,8 +22,6 @@ def _info() -> None:
 @app.command("clear")
 def _clear() -> None:
     """Remove all compiled code; it is compiled anew when needed."""
-    from kane.program.native import store
-
     typer.echo(f"Removed {_amount(*store.clear())}.")
 
 

@@ -52,7 +52,9 @@ def check(name: Name, as_json: AsJson = False) -> None:
         screen.as_json({"model": name, "ok": False, "error": {"type": type(error).__name__, "message": text}})
         raise typer.Exit(1) from None
     else:
-        told, doubtful = [str(w.message) for w in caught], _doubts(eom, begin)
+        told = [str(w.message) for w in caught]
+        # what can be computed but is perhaps not meant
+        doubtful = [*_missing(eom, begin), *_degrees(eom, begin), *_loads(eom)]
         what = summary(model, eom, [*told, *doubtful], took)
         if as_json:
             screen.as_json(what)
@@ -63,9 +65,9 @@ def check(name: Name, as_json: AsJson = False) -> None:
 
 def _check_start(model: Model, eom: kn.Equations, begin: Start) -> None:
     """The values must be admissible, and the equations have finite values where the motion starts."""
-    given = (("start value", {**begin.q, **begin.u}), ("value", {**begin.parameters, **begin.inputs}))
-    for what, values_given in given:
-        for name, value in values_given.items():
+    groups = (("start value", {**begin.q, **begin.u}), ("value", {**begin.parameters, **begin.inputs}))
+    for what, told in groups:
+        for name, value in told.items():
             if not callable(value):
                 finite_number(what, name, value)
     if begin.missing:
@@ -80,47 +82,39 @@ def _check_start(model: Model, eom: kn.Equations, begin: Start) -> None:
     numbers.update(zip((*eom.coordinates, *eom.speeds), state, strict=True))
     check_regular(eom, numbers, t)
     with np.errstate(all="ignore"):
-        values = _rates(
-            eom, numbers, {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}
-        )
+        given = {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}
+        values = _rates(eom, numbers, given)
     bad = [n for n, v in zip(rate_names(eom.derived), values, strict=False) if not np.all(np.isfinite(v))]
     if bad:
         raise ModelError(
-            f"Expected finite rates at START, got none for {', '.join(bad)}: {_why(eom, begin, t)}. Start elsewhere, or choose "
+            f"Expected finite rates at START, got none for {', '.join(bad)}: {_why(eom, numbers)}. Start elsewhere, or choose "
             "coordinates and speeds that are regular there."
         )
 
 
-def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], state: dict[str, Any]) -> list[Any]:
+def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], given: dict[str, Any]) -> list[Any]:
     """q̇ and u̇, with the dependent speeds that a simulation would go on with where the first ones do not follow."""
     try:
-        rates: list[Any] = eom.evaluate(list(eom.right_hand_side), **state)
+        rates: list[Any] = eom.evaluate(list(eom.right_hand_side), **given)
     except SingularError:
-        a = np.asarray(kn.evaluate(eom.A, numbers), dtype=float).reshape(eom.A.shape)
+        a = np.asarray(kn.evaluate(eom.A, numbers), dtype=float)
         other, first = choose(a), eom.embedding
         if first is None or len(other.rows) < len(first.partition.rows):
             return list(kn.evaluate(list(eom.rates), numbers))  # rank drops: the accelerations of least size are taken
         eom = repartition(eom, other)
-        rates = eom.evaluate(list(eom.right_hand_side), **state)
+        rates = eom.evaluate(list(eom.right_hand_side), **given)
     return rates
 
 
-def _why(eom: kn.Equations, begin: Start, t: float) -> str:
+def _why(eom: kn.Equations, numbers: dict[kn.Expr, Any]) -> str:
     """What is singular: the mass matrix, or something in a load."""
     with np.errstate(all="ignore"):
-        mass = np.asarray(
-            eom.evaluate(eom.mass_matrix, q=begin.q, u=begin.u, parameters=begin.parameters, t=t), dtype=float
-        )
+        mass = np.asarray(kn.evaluate(eom.mass_matrix, numbers), dtype=float)
     free = null_direction(mass, SOLVE_RANK)
     if free is None:
         return "the equations are singular there, or a load is not defined"
     massless = ", ".join(u.name for u, c in zip(eom.speeds, free, strict=True) if abs(c) > TAKES_PART)
     return f"the mass matrix is singular there, where {massless} moves no mass"
-
-
-def _doubts(eom: kn.Equations, begin: Start) -> list[str]:
-    """What can be computed but is perhaps not meant, one sentence or two for each."""
-    return [*_missing(eom, begin), *_degrees(eom, begin), *_loads(eom)]
 
 
 def _missing(eom: kn.Equations, begin: Start) -> Iterator[str]:

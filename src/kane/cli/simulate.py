@@ -67,9 +67,10 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
     """A motion in figures, ready for JSON."""
     eom, check = sol.equations, energy_check(sol)
     energy = sol.energy_check
+    singular = sol.event is not None and sol.event.name.startswith(SINGULAR)  # of the coordinates, not of the model
     rows = {s.name: np.asarray(sol[s]) for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
     return {
-        "ok": check.passed and sol.status != "stopped" and not _is_singular(sol),
+        "ok": check.passed and sol.status != "stopped" and not singular,
         "status": sol.status,
         "message": sol.message,
         "t0": sol.t[0],
@@ -90,11 +91,6 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
         },
         "events": [{"name": event.name, "t": t} for event, t in sol.events],
     }
-
-
-def _is_singular(sol: kn.Solution) -> bool:
-    """Whether the motion ended because its coordinates do not describe it any further, not because the model does."""
-    return sol.event is not None and sol.event.name.startswith(SINGULAR)
 
 
 def _show(sol: kn.Solution, what: dict[str, Any]) -> None:

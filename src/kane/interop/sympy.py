@@ -284,11 +284,6 @@ def _or(*conditions: _Choice) -> _Choice:
     return lambda x, y: reduce(lambda inner, c: c(x, inner), reversed(conditions), y)
 
 
-def _if(c: _Choice, a: _Choice, b: _Choice) -> _Choice:
-    """SymPy makes it of a Piecewise that stands in a condition."""
-    return lambda x, y: c(a(x, y), b(x, y))
-
-
 def _differ(a: Expr, b: Expr) -> _Choice:
     return _or(_less(a, b), _less(b, a))
 
@@ -331,5 +326,5 @@ _FROM: dict[str, Callable[..., Any]] = {
     "And": _and,
     "Or": _or,
     "Not": _not,
-    "ITE": _if,
+    "ITE": lambda c, a, b: lambda x, y: c(a(x, y), b(x, y)),  # a Piecewise that stands in a condition
 }

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kane.expr.evaluate import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
 from kane.motion.solution import EnergyCheck, Solution
@@ -153,8 +154,7 @@ def _constraints(solution: Solution) -> Check:
 def _reactions(solution: Solution) -> Check:
     # it holds the dependent speeds eliminated, and these change
     size = len(solution.equations.reactions)
-    flat = solution.by_sample(lambda eom: [x for row in eom.solved.reaction_matrix.rows for x in row])
-    matrix = np.moveaxis(np.array(flat).reshape(size, size, len(solution)), -1, 0)
+    matrix = stacked(solution.by_sample(lambda eom: eom.solved.reaction_matrix.entries), (size, size))
     return Check("condition number of the reactions' equations", _condition(matrix), _CONDITION, _at(solution))
 
 
@@ -166,8 +166,7 @@ def _condition(matrices: Array) -> float:
 
 def _matrix(solution: Solution, matrix: Matrix) -> Array:
     """Values (samples, rows, columns)."""
-    flat = np.array(solution[[x for row in matrix.rows for x in row]])
-    values: Array = np.moveaxis(flat.reshape(*matrix.shape, len(solution)), -1, 0)
+    values: Array = stacked(solution[matrix.entries], matrix.shape)
     return values
 
 

@@ -52,7 +52,7 @@ def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, i
         solved = solved[::-1]
     parts: tuple[tuple[str, tuple[Expr, ...]], ...] = (
         (r"$\dot{q} = W u + X$", eom.rates),
-        ("$M$, the mass matrix", tuple(x for row in eom.mass_matrix for x in row)),
+        ("$M$, the mass matrix", eom.mass_matrix.entries),
         ("$f$, the right side", eom.forcing),
         *solved,
     )

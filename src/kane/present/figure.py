@@ -72,7 +72,9 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
     ValueMissingError
         if the motion knows no such name
     """
-    place = None if path is None else _checked(Path(path))
+    place = None if path is None else Path(path)
+    if place is not None and place.suffix.lower() not in FORMATS:
+        raise ArgumentError(f"Expected a file for the figure that ends in {', '.join(FORMATS)}, got {str(place)!r}.")
     panels = _everything(solution) if not quantities else _panels("", solution, quantities)
     if ax is None:
         figure: Figure = Picture(figsize=(6.4, 0.5 + 1.9 * len(panels)), layout="constrained")
@@ -90,12 +92,6 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
         with matplotlib.rc_context({"svg.hashsalt": "kane"}):
             figure.savefig(place, metadata=FORMATS[place.suffix.lower()], dpi=160)
     return figure
-
-
-def _checked(path: Path) -> Path:
-    if path.suffix.lower() not in FORMATS:
-        raise ArgumentError(f"Expected a file for the figure that ends in {', '.join(FORMATS)}, got {str(path)!r}.")
-    return path
 
 
 def _everything(solution: Solution) -> list[Panel]:

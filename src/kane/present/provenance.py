@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Where each generalized force and each entry of the mass matrix comes from, as tables with their own intermediates."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from kane.dynamics.readings.contributions import Contribution, Contributions
 from kane.dynamics.readings.steps import Kind, Quantity
 from kane.equations.equations import Equations
-from kane.expr.node import ZERO
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
 from kane.model.loads import Load
@@ -61,15 +60,10 @@ def mass_provenance(eom: Equations) -> Provenance | None:
     if len(entries) > _MOST:
         return None
     between, shown = formulas([("", x) for _, _, c in entries for x in (c.translation, c.rotation)])
-    right = iter(shown)
-    rows = tuple(
-        (Tex(_left(eom, Kind.MASS, r, s)), c.body.name, *(_share(x, next(right)) for x in (c.translation, c.rotation)))
-        for r, s, c in entries
-    )
-    translation, rotation = (
-        r"$m\,\mathbf{v}_r\cdot\mathbf{v}_s$",
-        r"$\boldsymbol{\omega}_r\cdot\mathbf{I}\cdot\boldsymbol{\omega}_s$",
-    )
+    shares: Iterator[Cell] = ("–" if f.right == "0" else Tex(f.right) for f in shown)
+    rows = tuple((Tex(_left(eom, Kind.MASS, r, s)), c.body.name, next(shares), next(shares)) for r, s, c in entries)
+    translation = r"$m\,\mathbf{v}_r\cdot\mathbf{v}_s$"
+    rotation = r"$\boldsymbol{\omega}_r\cdot\mathbf{I}\cdot\boldsymbol{\omega}_s$"
     table = PageTable("", ("entry", "body", translation, rotation), rows)
     return Provenance("The mass matrix, body by body", (Origin("M", _terms(len(rows)), table),), tuple(between))
 
@@ -104,10 +98,6 @@ def _provenance(
         table = PageTable("", (*head, "partial velocity", "term"), tuple(rows))
         origins.append(Origin(_left(eom, kind, speed), _terms(len(some)), table, idle))
     return Provenance("Where the terms come from", tuple(origins), tuple(between))
-
-
-def _share(e: Any, formula: Formula) -> Cell:
-    return "–" if e is ZERO else Tex(formula.right)
 
 
 def _left(eom: Equations, kind: Kind, place: Any, speed: Any = None) -> str:

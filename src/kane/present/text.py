@@ -6,7 +6,6 @@ from itertools import accumulate
 
 from kane.dynamics.readings.steps import Step
 from kane.equations.equations import Equations
-from kane.expr.symbols import Symbol
 from kane.present.formulas import Formula, formulas
 
 WIDTH = 110
@@ -20,16 +19,12 @@ def step_text(step: Step, eom: Equations) -> str:
     """The step with one shared list of intermediates, lines of about `WIDTH` columns at most."""
     lines = [f"Step {step.number}. {step.title}", *wrapped(step.text, indent=_INDENT, hang=_INDENT)]
     if step.number == 1:
-        return "\n".join([*lines, *(f"{'':{_INDENT}}{_described(q)}" for q in eom.coordinates)])
+        told = (f"{q.name}  {', '.join(filter(None, (q.description, q.unit)))}" for q in eom.coordinates)
+        return "\n".join([*lines, *(f"{'':{_INDENT}}{line.rstrip()}" for line in told)])
     between, shown = formulas(step.results, str)
     if between:
         lines += [*_block(between), ""]
     return "\n".join([*lines, *_block(shown)])
-
-
-def _described(symbol: Symbol) -> str:
-    """A symbol with its description and unit: `q1  yaw, rad`."""
-    return f"{symbol.name}  {', '.join(w for w in (symbol.description, symbol.unit) if w)}".rstrip()
 
 
 def _block(shown: list[Formula]) -> list[str]:

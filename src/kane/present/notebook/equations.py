@@ -66,7 +66,7 @@ def _motion(eom: Equations) -> str:
 def _motion_formula(eom: Equations) -> Typeset:
     """M = […] and f = […] below each other, with one list of intermediates; M in full where it is short."""
     n = len(eom.speeds)
-    entries = [x for row in eom.mass_matrix for x in row]
+    entries = eom.mass_matrix.entries
     operations = count_operations([*entries, *eom.forcing]).total
     if operations > SMALL or n > WIDE:
         return Typeset("", operations)

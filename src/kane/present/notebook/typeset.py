@@ -79,15 +79,14 @@ def equations(named: Sequence[tuple[str, Expr]], *, most: int = MOST) -> Typeset
 
 def matrix(m: Matrix) -> Typeset:
     """A matrix; "" where it is too large."""
-    entries = [x for row in m for x in row]
     if m.shape[0] > TALL or m.shape[1] > WIDE:
-        return Typeset("", count_operations(entries).total)
-    return typeset(entries, lambda trees: [brackets(trees, m.shape)])
+        return Typeset("", count_operations(m.entries).total)
+    return typeset(m.entries, lambda trees: [brackets(trees, m.shape)])
 
 
 def matrix_words(m: Matrix) -> str:
     """How large a matrix is, for where it is not typeset."""
-    filled = sum(x is not ZERO for row in m for x in row)
+    filled = sum(x is not ZERO for x in m.entries)
     return f"{m.shape[0]} × {m.shape[1]} matrix with {filled} entries that are not zero"
 
 
