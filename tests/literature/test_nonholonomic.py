@@ -14,8 +14,8 @@ from kane.gallery import (
     chaplygin_sleigh,
     furuta_pendulum,
     knife_edge,
-    pure_rolling_disk,
     rattleback,
+    rolling_disk,
     snakeboard,
     sphere_on_turntable,
 )
@@ -103,7 +103,7 @@ def test_sphere_against_newton_and_euler(seed: int) -> None:
 
 def test_rolling_disk_against_newton_and_euler() -> None:
     """Accelerations and contact forces at 100 random states."""
-    disk = pure_rolling_disk.model()
+    disk = rolling_disk.model(contact="rolling")
     eom = kn.derive(disk.system)
     rng = np.random.default_rng(1)
     inertia = 1.2 * 0.3**2 * np.diag([0.25, 0.25, 0.5])

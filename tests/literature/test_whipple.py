@@ -17,15 +17,15 @@ from tests.oracles.loops.equations import solve
 from tests.oracles.loops.joints import Joint
 from tests.oracles.loops.records import GROUND, Body, Mark, Pose, Twist, mark
 
-BIKE = whipple_bicycle.model()
-REACTIONS = [kn.reaction(f"f{i}", constraint=c) for i, c in enumerate((*BIKE.rear, *BIKE.front, BIKE.height))]
-N = BIKE.system.inertial
-P = BIKE.system["P"]
+BIKE = whipple_bicycle.system()
+REACTIONS = [kn.reaction(f"f{i}", constraint=c) for i, c in enumerate((*BIKE.nonholonomic, *BIKE.holonomic))]
+N = BIKE.inertial
+P = BIKE["P"]
 assert isinstance(P, kn.Point)
 LOAD = kn.reaction(
     "n", at=P, along=N.z
 )  # the rear wheel is on the road by its coordinates: no constraint holds it there
-EOM = kn.derive(BIKE.system.replace(reactions=[*REACTIONS, LOAD]))
+EOM = kn.derive(BIKE.replace(reactions=[*REACTIONS, LOAD]))
 INERTIA = {
     "rear wheel": (0.0603, 0.12, 0.0603, 0.0),
     "rear frame": (9.2, 11.0, 2.8, 2.4),
@@ -54,9 +54,9 @@ def axes(frame: kn.Frame, state: dict[str, Any]) -> Any:
 
 
 def bodies_and_joints() -> tuple[list[Body], list[Joint]]:
-    mass = {b.name: kn.evaluate(b.mass, {}) for b in BIKE.bodies}
+    mass = {b.name: kn.evaluate(b.mass, {}) for b in BIKE.rigid_bodies}
     found = []
-    for b in BIKE.bodies:
+    for b in BIKE.rigid_bodies:
         xx, yy, zz, xz = INERTIA[b.name]
         found.append(Body(float(mass[b.name]), np.array([[xx, 0, xz], [0, yy, 0], [xz, 0, zz]])))
     tilt, radius, front = np.pi / 10, 0.3, 0.35
@@ -78,7 +78,7 @@ def bodies_and_joints() -> tuple[list[Body], list[Joint]]:
 
 def poses_and_twists(state: dict[str, Any]) -> tuple[list[Pose], list[Twist]]:
     poses, twists = [], []
-    for b in BIKE.bodies:
+    for b in BIKE.rigid_bodies:
         frame = b.inertia.frames()[0] if b.name == "fork" else b.frame  # the fork's inertia and marks are in E
         origin = b.mass_center.root()
         poses.append(Pose(vector(b.mass_center.position(origin), state), axes(frame, state)))
@@ -101,11 +101,11 @@ def test_accelerations_and_contact_forces(seed: int) -> None:
     found = solve(bodies, held, poses, twists, torques=torques, gravity=np.array([0.0, 0.0, 9.81]))
     assert found.drift < 1e-10
     limit = tolerance(1e-9, found.condition)
-    for i, b in enumerate(BIKE.bodies):
+    for i, b in enumerate(BIKE.rigid_bodies):
         assert error(vector(EOM.point_accelerations[b.mass_center], state), found.a[i]) < limit
         assert error(vector(EOM.angular_accelerations[b.frame], state), found.alpha[i]) < limit
     *forces, normal = EOM.evaluate([*REACTIONS, LOAD], **state, inputs=INPUTS)
-    directions = [vector(v, state) for c in (*BIKE.rear, *BIKE.front, BIKE.height) for _, v in c.forces[:1]]
+    directions = [vector(v, state) for c in (*BIKE.nonholonomic, *BIKE.holonomic) for _, v in c.forces[:1]]
     rear = sum(f * d for f, d in zip(forces[:2], directions[:2], strict=True)) + np.array([0.0, 0.0, normal])
     front = sum(f * d for f, d in zip(forces[2:], directions[2:], strict=True))
     assert error(rear, found.reactions[3].force) < limit
@@ -116,7 +116,7 @@ def test_power_balance_and_operations() -> None:
     state = random_state(np.random.default_rng(7))
     rate, power = EOM.evaluate([EOM.time_derivative(EOM.energy), EOM.power], **state, inputs=INPUTS)
     assert rate == pytest.approx(power, rel=1e-12)
-    assert kn.derive(BIKE.system).operations.total <= 2000
+    assert kn.derive(BIKE).operations.total <= 2000
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -6,8 +6,7 @@ rolls upright with v² > g R/3 is stable.
 """
 
 import kane as kn
-from kane.gallery.rolling_disk import Model
-from kane.gallery.rolling_disk import model as disk
+from kane.gallery.rolling_disk import model
 
 TITLE = "disk that rolls without slip"
 SOURCES = (
@@ -20,11 +19,6 @@ START = {
 }
 
 
-def model() -> Model:
-    """The disk with its frames, points and constraints."""
-    return disk(contact="rolling")
-
-
 def system() -> kn.System:
     """The rolling disk."""
-    return model().system
+    return model(contact="rolling").system

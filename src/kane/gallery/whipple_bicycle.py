@@ -8,7 +8,6 @@ which shortens the equations; neither is level, so that the road's force on it i
 """
 
 import math
-from dataclasses import dataclass
 
 import kane as kn
 from kane.gallery import choose
@@ -18,19 +17,6 @@ SOURCES = (
     "Meijaard, J. P., Papadopoulos, J. M., Ruina, A., Schwab, A. L. (2007), Linearized dynamics equations for the balance and steer "
     "of a bicycle: a benchmark and review, Proc. R. Soc. A 463, 1955-1982; parameters of table 1.",
 )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Model:
-    """The bicycle's parts by name."""
-
-    system: kn.System
-    bodies: tuple[kn.RigidBody, ...]
-    contacts: tuple[kn.Point, kn.Point]
-    rear: tuple[kn.Constraint, ...]
-    front: tuple[kn.Constraint, ...]
-    height: kn.Constraint
-    road: tuple[kn.Vector, kn.Vector]
 
 
 COORDINATES = (
@@ -52,8 +38,8 @@ Frames = tuple[kn.Frame, ...]
 """N ground, Y yawed, L leaning, B rear frame, S z along the steering axis, H fork, E axes of its inertia, R and F wheels."""
 
 
-def model(speeds: str = "rates") -> Model:
-    """The bicycle with its frames, contact points and constraints.
+def system(speeds: str = "rates") -> kn.System:
+    """The bicycle.
 
     Fork and front wheel turn at the rates of their angles ("rates"), or at angular velocities in the ground's frame ("spins"),
     as the rear wheel does either way: with these the equations take a twentieth fewer operations.
@@ -70,7 +56,7 @@ def model(speeds: str = "rates") -> Model:
     height = kn.touching(F_hat, O, normal=N.z, name="front wheel on the road")
     T_phi = kn.input("T_phi", "N*m", "lean torque on the rear frame")
     T_delta = kn.input("T_delta", "N*m", "steer torque between rear frame and fork")
-    system = kn.System(
+    return kn.System(
         N,
         bodies=bodies,
         speeds=choose(_definitions(frames, delta, theta_F, P), speeds),
@@ -84,7 +70,6 @@ def model(speeds: str = "rates") -> Model:
         coordinates=q,
         dependent_coordinates=(theta,),
     )
-    return Model(system, bodies, (R_hat, F_hat), rear, front, height, (H.x, H.y))
 
 
 def _frames(q: tuple[kn.Coordinate, ...], tilt: kn.Expr) -> Frames:
@@ -178,8 +163,3 @@ def _frame(
         kn.parameter(f"m_{letter}", mass, "kg", f"{words}: mass"),
         (xx, yy, zz, 0, 0, xz),
     )
-
-
-def system(speeds: str = "rates") -> kn.System:
-    """The bicycle, with "rates" or "spins" as the speeds of fork and front wheel."""
-    return model(speeds).system

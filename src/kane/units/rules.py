@@ -71,14 +71,6 @@ def _cure(a: Unit, b: Unit) -> str:
     return "Correct the expression, or the unit of a symbol in it."
 
 
-def _terms(node: Expr, *units: Unit) -> Unit:
-    return _common(node, node.args, units)
-
-
-def _choice(node: Expr, _condition: Unit, *units: Unit) -> Unit:
-    return _common(node, node.args[1:], units)
-
-
 def _compared(node: Expr, *units: Unit) -> Unit:
     _common(node, node.args, units)
     return ONE
@@ -109,8 +101,8 @@ RULES: dict[object, Rule] = {
     for names, rule in (
         ("const", lambda node: ANY if constant_value(node) == 0 else NUMBER),
         ("pi", lambda node: NUMBER),
-        ("add sub min max", _terms),
-        ("where", _choice),
+        ("add sub min max", lambda node, *units: _common(node, node.args, units)),
+        ("where", lambda node, condition, *units: _common(node, node.args[1:], units)),
         ("less atan2", _compared),
         ("mul", lambda node, a, b: product(a, b)),
         ("div", lambda node, a, b: quotient(a, b)),

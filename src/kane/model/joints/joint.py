@@ -100,11 +100,7 @@ class Seat(NamedTuple):
 
     def symbols(self, **units: str) -> tuple[Coordinate, ...]:
         """The coordinates: as given, by name, or these stems and the joint's name; with their units."""
-        names = tuple(units)
-        chosen: tuple[Coordinate, ...] = _symbols(
-            Coordinate, "coordinates", self.name, self.coordinates, names, tuple(units.values())
-        )
-        return chosen
+        return _symbols(Coordinate, "coordinates", self.name, self.coordinates, tuple(units), tuple(units.values()))
 
     def turned(self, angle: Any, axis: Vector) -> Frame:
         """The child frame, turned about an axis of the parent."""
@@ -199,12 +195,9 @@ def _chosen(symbols: Sequence[Symbol], names: Any) -> tuple[Symbol, ...]:
 def _symbols(
     kind: type[Any], what: str, name: str, names: Any, stems: Sequence[str], units: Sequence[str]
 ) -> tuple[Any, ...]:
-    label, count = "_".join(name.split()), len(units)
+    count = len(units)
     if names is None:
-        if len(stems) == count:
-            wanted: list[Any] = [f"{stem}_{label}" for stem in stems]
-        else:
-            wanted = [f"{stems[0]}{k}_{label}" for k in range(1, count + 1)]
+        wanted: list[Any] = [f"{stem}_{'_'.join(name.split())}" for stem in stems[:count]]
     else:
         wanted = [names] if isinstance(names, str | kind) else list(names)
     if len(wanted) != count or len(set(wanted)) < count or not all(isinstance(x, str | kind) for x in wanted):
