@@ -8,14 +8,13 @@ from rich.console import Console
 from rich.text import Text
 
 import kane as kn
+from kane.cli.models import STARTS
 from kane.gallery import rolling_disk
 from kane.gallery.rolling_disk_check import checks
 from kane.present.checks import Check, energy_check
 from kane.present.report import report
 from kane.present.text import step_text, wrapped
 
-START = {"q1": 0.0, "q2": 0.1, "q3": 0.0, "q4": 0.0, "q5": 0.0}
-SPEEDS = {"u1": 0.0, "u2": 2.0, "u3": 25.0, "u4": 2.0, "u5": 0.0}
 FRICTION = 0.1
 ENERGY_LIMIT = 1e-8
 
@@ -41,7 +40,8 @@ def run(out: Path) -> bool:
         _check(screen, check)
 
     _heading(screen, f"Motion, thrown forward with backspin, {disk.mu} = {FRICTION:g}")
-    sol = kn.simulate(eom, (0, 5), q=START, u=SPEEDS, parameters={disk.mu: FRICTION})
+    start = STARTS["rolling_disk"]
+    sol = kn.simulate(eom, (0, 5), q=start["q"], u=start["u"], parameters={disk.mu: FRICTION})
     _prose(screen, f"From {sol.t[0]:g} s: {sol.message}.")
     _line(screen, f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations")
     results.append(energy_check(sol, of="friction", limit=ENERGY_LIMIT))

@@ -11,7 +11,7 @@ from kane.cli.faults import own_code
 from kane.cli.models import Model, model_of
 from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
-from kane.present.names import step_formulas
+from kane.present.formulas import step_formulas
 from kane.present.text import step_text
 from kane.write.latex import latex_name
 

@@ -9,8 +9,7 @@ from kane.dynamics.readings.steps import Kind, Quantity, Step, moving_places, sh
 from kane.equations.equations import Equations
 from kane.expr.symbols import rate
 from kane.present.declared import DECLARED
-from kane.present.formulas import Formula, formulas
-from kane.present.names import quantity_latex, step_formulas
+from kane.present.formulas import Formula, formulas, quantity_latex, step_formulas
 from kane.present.provenance import (
     Provenance,
     active_provenance,

@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Named expressions and vectors as formulas that share one list of intermediates, Z1 and so on."""
+"""Named expressions, vectors and results of the steps as formulas that share one list of intermediates, Z1 and so on."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from kane.dynamics.readings.steps import Kind, Quantity, Step
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
+from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
-from kane.write.latex import LATEX, latex_name
+from kane.write.latex import LATEX, latex_name, place_latex
 from kane.write.layout import layout
 from kane.write.notation import Notation
 from kane.write.text import TEXT
@@ -79,3 +81,38 @@ def _signed(minus: bool, tree: Tree) -> Tree:
     if not minus:
         return tree
     return tree.body if isinstance(tree, Minus) else Minus(tree, tree.tokens)
+
+
+def step_formulas(step: Step, inertial: Frame) -> tuple[list[Formula], list[Formula]]:
+    """A step's shared intermediates, and a formula for each of its results."""
+    return formulas(step.results, lambda quantity: quantity_latex(quantity, inertial))
+
+
+def quantity_latex(quantity: Quantity, inertial: Frame) -> str:
+    r"""LaTeX of a quantity: the angular velocity of C is {}^N\boldsymbol\omega^C; that of a symbol is its own."""
+    if quantity.kind in _SCALARS:
+        return quantity.named(_SCALARS[quantity.kind], latex_name)
+    letter = _VECTORS.get(quantity.kind)
+    if letter is None:
+        return latex_name(str(quantity))
+    lower = f"_{{{latex_name(quantity.speed.name)}}}" if quantity.speed is not None else ""
+    return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"
+
+
+_VECTORS = {
+    Kind.ANGULAR_VELOCITY: r"\boldsymbol{\omega}",
+    Kind.PARTIAL_ANGULAR_VELOCITY: r"\boldsymbol{\omega}",
+    Kind.ANGULAR_ACCELERATION: r"\boldsymbol{\alpha}",
+    Kind.VELOCITY: r"\mathbf{v}",
+    Kind.PARTIAL_VELOCITY: r"\mathbf{v}",
+    Kind.ACCELERATION: r"\mathbf{a}",
+}
+_SCALARS = {
+    Kind.CONSTRAINT: r"\left(A u + b\right)_{{{place}}}",
+    Kind.ACTIVE_FORCE: "F_{{{place}}}",
+    Kind.INERTIA_FORCE: "F^{{*}}_{{{place}}}",
+    Kind.NONHOLONOMIC_ACTIVE_FORCE: r"\tilde{{F}}_{{{place}}}",
+    Kind.NONHOLONOMIC_INERTIA_FORCE: r"\tilde{{F}}^{{*}}_{{{place}}}",
+    Kind.MASS: r"M_{{{place}\,{speed}}}",
+    Kind.FORCING: "f_{{{place}}}",
+}
