@@ -89,6 +89,8 @@ def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
     """
     if not isinstance(outputs, Mapping):
         raise ArgumentError(f"Expected outputs as a mapping from names to expressions, got {type(outputs).__name__}.")
+    if not outputs:
+        return None
     groups = {}
     for name, what in outputs.items():
         if not isinstance(name, str) or not name.strip():
@@ -104,11 +106,7 @@ def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
             )
         groups[name] = Shaped(plain.shape, roots)
     names = list(groups)
-    return (
-        Bundle("outputs", ports(solved.derived), lambda *parts: dict(zip(names, parts, strict=True)), groups)
-        if names
-        else None
-    )
+    return Bundle("outputs", ports(solved.derived), lambda *parts: dict(zip(names, parts, strict=True)), groups)
 
 
 def _shaped(solved: Solved, name: str, what: Any) -> Shaped:

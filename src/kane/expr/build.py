@@ -282,7 +282,6 @@ def _function(op: Op) -> Callable[[Expr], Expr]:
     def build(a: Expr) -> Expr:
         value = constant_value(a)
         if value is not None:
-            assert op.numpy is not None
             if op.name == "log" and value <= 0:
                 raise ExpressionError(f"Logarithm of the constant {value}, which is not positive.")
             if op.name in ("asin", "acos") and not -1 <= value <= 1:
@@ -302,7 +301,6 @@ def _binary(op: Op) -> Callable[[Expr, Expr], Expr]:
     def build(a: Expr, b: Expr) -> Expr:
         x, y = constant_value(a), constant_value(b)
         if op is not LESS and x is not None and y is not None:
-            assert op.numpy is not None
             with np.errstate(all="ignore"):
                 return constant(float(op.numpy(float(x), float(y))))
         if op.commutative:

@@ -41,7 +41,6 @@ def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable
                 f"{', '.join(str(s) for s in leaves) or 'none'}."
             )
         else:
-            assert node.op.numpy is not None
             start.append(None)
             steps.append((node.op.numpy, tuple(place[a] for a in node.args), place[node]))
     outputs = [place[r] for r in wanted]

@@ -103,13 +103,7 @@ class Expr:
         build = BUILDERS[name]
         if not any(isinstance(x, np.ndarray) for x in inputs):
             return build(*inputs)
-        boxed = []
-        for x in inputs:
-            box = x
-            if isinstance(x, Expr):
-                box = np.empty((), dtype=object)
-                box[()] = x
-            boxed.append(box)
+        boxed = [np.array(x, dtype=object) if isinstance(x, Expr) else x for x in inputs]
         return np.frompyfunc(build, len(boxed), 1)(*boxed)
 
     def __str__(self) -> str:
@@ -120,7 +114,7 @@ class Expr:
 
     _repr_latex_ = show.latex
 
-    # Arithmetic and functions are attached by expr.build, which holds the rewriting rules.
+    # Arithmetic and functions are attached by expr.operators.
     if TYPE_CHECKING:
 
         def __add__(self, other: Expr | Number) -> Expr: ...
@@ -153,7 +147,7 @@ class Constant(Expr):
 
 
 BUILDERS: dict[str, Callable[..., Expr]] = {}
-"""Builder of each operation by name; filled by expr.build."""
+"""Builder of each operation by name; filled by expr.operators."""
 
 _table: dict[tuple[Any, ...], Expr] = {}
 _lock = threading.RLock()

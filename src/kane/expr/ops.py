@@ -25,7 +25,7 @@ class Op:
 
     name: str
     arity: int
-    numpy: Callable[..., Any] | None = None
+    numpy: Callable[..., Any]
     derivative: Derivative | None = None
     cost: int = 1
     ufunc: np.ufunc | None = None
@@ -66,9 +66,7 @@ def _function(name: str, ufunc: np.ufunc, derivative: Derivative, arity: int = 1
 
 
 _ROWS = (
-    Op("const", 0, cost=0),
-    Op("pi", 0, cost=0),
-    Op("symbol", 0, cost=0),
+    *(Op(leaf, 0, lambda: None, cost=0) for leaf in ("const", "pi", "symbol")),
     Op("add", 2, operator.add, lambda n, x, y: (1, 1), ufunc=np.add, commutative=True),
     Op("sub", 2, operator.sub, lambda n, x, y: (1, -1), ufunc=np.subtract),
     Op("mul", 2, operator.mul, lambda n, x, y: (y, x), ufunc=np.multiply, commutative=True),

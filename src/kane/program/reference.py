@@ -19,9 +19,7 @@ def values(program: Program, block: Iterable[int], inputs: Sequence[Any]) -> dic
     computed.update(enumerate(map(np.float64, program.constants), len(program.inputs)))
     with np.errstate(all="ignore"):
         for i in (*program.hoisted, *block):
-            f = program.op(i).numpy
-            assert f is not None
-            computed[i] = f(*[computed[a] for a in program.arguments(i)])
+            computed[i] = program.op(i).numpy(*[computed[a] for a in program.arguments(i)])
     return computed
 
 

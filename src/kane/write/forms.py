@@ -88,9 +88,8 @@ def product_form(negative: bool, coefficient: Number, factors: Sequence[tuple[Si
     shown_factors: list[tuple[Tree, int, Expr]] = []
     for (minus, tree), exponent, node in factors:
         shown = tree
-        if (
-            isinstance(shown, NumberTree) and node.op is not CONST and (shown.value or exponent > 0)
-        ):  # a sum that vanished
+        # A sum may have come out as a number.
+        if isinstance(shown, NumberTree) and node.op is not CONST and (shown.value or exponent > 0):
             if not shown.value:
                 return False, number_tree(0)
             coefficient = coefficient * Fraction(shown.value) ** exponent

@@ -106,17 +106,17 @@ def pieces(program: Program, function: Function, style: Style) -> Split:
 def statements(program: Program, function: Function, piece: Chunk, style: Style) -> list[Statement]:
     """The statements of a piece in order."""
     walk = _Walk(program, function, piece, style)
-    if not style.lazy:
-        walk.read_all()
-    for i in piece.instructions:
-        walk.compute(i)
-        if style.lazy:
-            walk.write(i)
     if style.lazy:
-        for i in piece.writes:
-            if i not in walk.computed:
-                walk.write(i)
+        for i in piece.instructions:
+            walk.compute(i)
+            walk.write(i)
+        computed = set(piece.instructions)
+        for i in [i for i in piece.writes if i not in computed]:
+            walk.write(i)
     else:
+        walk.read_all()
+        for i in piece.instructions:
+            walk.compute(i)
         walk.write_all()
     return walk.done
 
@@ -126,8 +126,10 @@ class _Walk:
 
     def __init__(self, program: Program, function: Function, piece: Chunk, style: Style) -> None:
         self.program, self.function, self.piece, self.style = program, function, piece, style
-        self.sources = sources(program, function) | {i: (WORK, slot) for i, slot in piece.loads.items()}
-        self.computed = frozenset(piece.instructions)
+        places = ((port, k) for port in program.ports for k in range(len(port.symbols)))
+        self.sources = {i: (port.name, k) for i, (port, k) in enumerate(places) if not port.scalar}
+        self.sources |= {i: (KEPT, k) for k, i in enumerate(function.kept)}
+        self.sources |= {i: (WORK, slot) for i, slot in piece.loads.items()}
         self.done: list[Statement] = []
         self.ready: set[int] = set()
         self.angles: dict[int, dict[Op, int]] = {}
@@ -190,10 +192,3 @@ class _Walk:
             self.read(i)
             label = "" if base == WORK else self.function.labels[place]
             self.done.append(Write(i, base, place, label))
-
-
-def sources(program: Program, function: Function) -> dict[int, tuple[str, int]]:
-    """What a function reads each value from: a port's name or h, and the place there."""
-    vectors = [(port.name, k) if not port.scalar else None for port in program.ports for k in range(len(port.symbols))]
-    read = {i: source for i, source in enumerate(vectors) if source}
-    return read | {i: (KEPT, k) for k, i in enumerate(function.kept)}
