@@ -119,7 +119,11 @@ class Inverse:
             if a in columns:
                 right = right - whole[..., columns[a]] * full[a][..., None]
         flat_whole, flat_right = whole.reshape(-1, *whole.shape[-2:]), right.reshape(-1, size)
-        _check_finite(flat_whole)
+        if not np.all(np.isfinite(flat_whole)):
+            raise SingularError(
+                "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or "
+                "parameters are singular there. Take other states."
+            )
         held: dict[tuple[int, ...], list[int]] = {}
         for k, state in enumerate(flat_whole):
             held.setdefault(independent_rows(eom, state[n : n + m, :n]), []).append(k)
@@ -167,14 +171,6 @@ def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
     return Bundle(
         "inverse", ports(eom.derived), _Mixed, {**groups, "configuration": u.configuration, "motion": u.motion}
     )
-
-
-def _check_finite(whole: Array) -> None:
-    if not np.all(np.isfinite(whole)):
-        raise SingularError(
-            "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or parameters "
-            "are singular there. Take other states."
-        )
 
 
 def _check_state(eom: Equations, f: Array, motion: Array) -> None:

@@ -77,14 +77,7 @@ def linearizer(
     outputs: Mapping[str, Any] | Sequence[Any] | None = None,
     settings: Settings | None = None,
 ) -> Linearizer:
-    """A function that linearizes `eom` at many points: the derivatives are made and compiled once.
-
-    Parameters
-    ----------
-    eom : Equations
-    outputs : expressions y by name, which may hold coordinates, their rates, speeds with their accelerations, reactions and inputs
-    settings : how to compile
-    """
+    """A function that linearizes `eom` at many points, made and compiled once; `outputs` and `settings` are those of `linearize`."""
     return Linearizer(eom, outputs_of(eom, outputs), settings)
 
 

@@ -8,7 +8,6 @@ T is the identity; for Euler parameters it turns three small angles along the ax
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -71,7 +70,11 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     values, slopes = _at_point(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
     width, n, rates, c = len(perturbed.names), len(eom.speeds), len(flow), len(equations.configuration)
     slopes[:width, :width] = slopes[:width, :width] - turning_rates(values[:width], len(plain))
-    sample = partial(_numbers, values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), _SEED))
+    point_values = values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), _SEED)
+
+    def sample(exprs: Entries) -> Array:
+        return np.array(evaluate(list(map(as_expr, exprs.flat)), point_values), dtype=float).reshape(exprs.shape)
+
     _check_held(eom, sample(values[rates:]))
     wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
     own = eom.embedding.partition.dependent if eom.embedding else ()
@@ -105,11 +108,6 @@ def _at_point(
         columns.append([tangent(e, seed, own) for e in roots])
     table = np.array([[substitute(e, at, memo) for e in column] for column in columns], dtype=object)
     return table[0], table[1:].T
-
-
-def _numbers(values: Mapping[Expr, float], exprs: Entries) -> Array:
-    """Numbers (…) of the expressions (…)."""
-    return np.array(evaluate(list(map(as_expr, exprs.flat)), values), dtype=float).reshape(exprs.shape)
 
 
 def _in_symbols(sample: Callable[[Entries], Array], preferred: Sequence[int]) -> FreePart:

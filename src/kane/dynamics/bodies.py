@@ -1,16 +1,43 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The parts of bodies with their motions."""
+"""The parts of bodies with their motions, and their inertias, each along the frame in which it is constant and short.
+
+A body of revolution may be written in the frame that does not spin with it.
+"""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from kane.dynamics.inertia_frames import ConstantInertia, constant_inertia
+import numpy as np
+
+from kane.errors import ModelError
+from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ZERO
+from kane.expr.symbols import Parameter
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.motion import Kinematics, Motion
 from kane.model.bodies import Body, Part
+from kane.numeric.sample import draw
 from kane.space.frame import Frame
-from kane.space.rotation import Basis
-from kane.space.vector import Vector
+from kane.space.rotation import Basis, Cosines, Triple
+from kane.space.vector import Dyadic, Vector
+
+_SEEDS = (20043, 20068)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConstantInertia:
+    """The measure numbers of a central inertia dyadic along a frame in which they are constant."""
+
+    frame: Basis
+    rows: Cosines
+
+    def times(self, w: Vector) -> Vector:
+        """I · w."""
+        components: Triple = w.components(self.frame)
+        a, b, c = (dot(row, components) for row in self.rows)
+        return Vector(((self.frame, (a, b, c)),))
 
 
 class Turning(NamedTuple):
@@ -66,3 +93,56 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
         )
         for b, p, inertia in inertias
     )
+
+
+def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned) -> ConstantInertia:
+    """The inertia along the frame highest up the tree in which its measure numbers are those of the body's own frame."""
+    frames = inertia.frames()
+    home = frames[0] if len(frames) == 1 else frame
+    matrix = inertia.components(home)
+    if home is not frame and not is_constant_in_time(x for row in matrix.rows for x in row):
+        home = frame
+        matrix = inertia.components(home)
+    moving = [str(s) for s in free_symbols(x for row in matrix.rows for x in row) if not is_constant_in_time([s])]
+    wrong = ""
+    if moving and _turns_with(matrix):
+        wrong = f"measure numbers that depend on {', '.join(moving)}"
+    elif home is not frame and _turns_with(inertia.components(frame)):
+        wrong = f"one that is constant in {home.name}, in which {frame.name} turns"
+    if wrong:
+        raise ModelError(
+            f"Expected the inertia of {name} constant in its frame {frame.name}, got {wrong}. Write the dyadic along the axes of "
+            f"{frame.name}."
+        )
+    a, b, c = matrix.rows
+    rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
+    basis, rows = aligned.symmetric(home, rows)
+    return ConstantInertia(_despun(basis, rows), rows)
+
+
+def _turns_with(matrix: Matrix) -> bool:
+    """Whether the measure numbers differ between two configurations, drawn at random."""
+    symbols = free_symbols(x for row in matrix.rows for x in row)
+    if is_constant_in_time(symbols):
+        return False
+    points = [{s: draw(_SEEDS[0] if isinstance(s, Parameter) else seed, s) for s in symbols} for seed in _SEEDS]
+    one, other = (evaluate(matrix, point) for point in points)
+    return bool(np.abs(other - one).max() > 1e-9 * np.abs(one).max())
+
+
+def _despun(frame: Basis, rows: Cosines) -> Basis:
+    """Climb over rotations about an axis of symmetry: I is the same on either side of them."""
+    if _symmetric_about(rows, 0) and _symmetric_about(rows, 1):
+        return frame  # a sphere has the same inertia everywhere; its own frame serves
+    while frame.orientation is not None:
+        axis = frame.orientation.axis
+        if axis is None or not _symmetric_about(rows, axis):
+            break
+        frame = frame.orientation.base
+    return frame
+
+
+def _symmetric_about(rows: Cosines, axis: int) -> bool:
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    diagonal = all(rows[i][m] is ZERO for i in range(3) for m in range(3) if i != m)
+    return diagonal and rows[j][j] is rows[k][k]

@@ -173,9 +173,7 @@ class Derived:
         """f_a (auxiliary speeds), with the reactions."""
         return tuple(map(add, self.blocks.forcing_a, self.blocks.coupling_a @ self.reactions))
 
-    A = read[Matrix](
-        lambda d: d.constraints.a, "A of the constraints A u + b = 0, a row for each of `system.constraints`."
-    )
+    A = read[Matrix](lambda d: d.constraints.a, "A of A u + b = 0, a row for each of `system.constraints`.")
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
     constraint_rates = read[Exprs](lambda d: tuple(map(add, d.A @ d.speeds, d.b)), "A u + b.")
 

@@ -13,7 +13,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert, structural_rank
 from kane.expr.symbols import QuasiRate, Rate, Speed, input_of, rate
 from kane.expr.visit import substitute
-from kane.kinematics.speeds import Speeds
+from kane.kinematics.speeds import Speeds, is_rate
 from kane.model.system import System
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
 from kane.numeric.sample import draw, values_of
@@ -39,7 +39,7 @@ def generalized_speeds(system: System) -> Speeds:
     rows, z = _definitions(system, rates, euler_rates)
     _check_cover(system, speeds, rows, rates)
     dense = [[row.get(b, ZERO) for b in rates] for row in rows]
-    trivial = all(len(row) == 1 and next(iter(row.values())) is ONE for row in rows)
+    trivial = all(map(is_rate, rows))
     if not trivial:
         _check_rank(system, speeds, rows, dense, rates)
     try:
@@ -57,10 +57,10 @@ def generalized_speeds(system: System) -> Speeds:
             if u in w[b] and z[i] is not ZERO:
                 rest = sub(rest, mul(w[b][u], z[i]))
         x[b] = rest
-    by_row: dict[frozenset[tuple[Expr, Expr]], tuple[int, bool]] = {}
+    by_row: dict[frozenset[tuple[Expr, Expr]], dict[int, Expr]] = {}
     for i, row in enumerate(rows):
-        by_row[frozenset(row.items())] = (i, True)
-        by_row[frozenset((b, neg(c)) for b, c in row.items())] = (i, False)
+        by_row[frozenset(row.items())] = {i: ONE}
+        by_row[frozenset((b, neg(c)) for b, c in row.items())] = {i: neg(ONE)}
     return Speeds(
         system, speeds, tuple(rates), tuple(rows), tuple(z), w, x, tuple(pivots), euler_rates, _groups(rates, rows), by_row,
         not trivial,

@@ -37,6 +37,11 @@ class ScalarForm(NamedTuple):
         return value
 
 
+def is_rate(row: Row) -> bool:
+    """Whether a row of Y is one bare rate."""
+    return len(row) == 1 and next(iter(row.values())) is ONE
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Speeds:
     """The kinematical equations of a system.
@@ -55,7 +60,7 @@ class Speeds:
     pivots: tuple[Expr, ...]
     euler_rates: dict[Expr, Expr]
     groups: dict[Expr, int]
-    by_row: dict[frozenset[tuple[Expr, Expr]], tuple[int, bool]]
+    by_row: dict[frozenset[tuple[Expr, Expr]], dict[int, Expr]]
     nontrivial: bool
 
     # Matching -------------------------------------------------------------------------------------------------------
@@ -66,36 +71,25 @@ class Speeds:
         exact = self.nontrivial and bool(row)
         used = False
         for part in self._by_group(row):
-            whole = self.by_row.get(frozenset(part.items()))
-            if whole is not None:
-                self._credit(coefficients, whole[0], ONE if whole[1] else neg(ONE))
-                used = used or self._is_nontrivial(whole[0])
-                continue
-            peeled = self._peeled(part)
-            if peeled is None:
-                exact = False
-                peeled = self._proportional(part)
+            shares = self.by_row.get(frozenset(part.items()))
+            if shares is not None:
+                used = used or not all(is_rate(self.rows[i]) for i in shares)
             else:
-                used = True
-            if peeled is not None:
-                for i, c in peeled.items():
-                    self._credit(coefficients, i, c)
-                continue
-            for b, c in part.items():
-                for u, w in self.inverse[b].items():
-                    coefficients[u] = add(coefficients.get(u, ZERO), mul(c, w))
+                shares = self._peeled(part)
+                used, exact = used or shares is not None, exact and shares is not None
+                shares = shares or self._proportional(part)
+            gained: list[tuple[Expr, Expr]]
+            if shares is not None:
+                gained = [(self.speeds[i], c) for i, c in shares.items()]
+            else:
+                gained = [(u, mul(c, w)) for b, c in part.items() for u, w in self.inverse[b].items()]
+            for u, c in gained:
+                coefficients[u] = add(coefficients.get(u, ZERO), c)
         kept = {u: c for u, c in coefficients.items() if c is not ZERO}
         for i, u in enumerate(self.speeds):
             if u in kept and self.z[i] is not ZERO:
                 rest = sub(rest, mul(kept[u], self.z[i]))
         return ScalarForm(kept, rest, exact and used)
-
-    def _credit(self, coefficients: dict[Expr, Expr], i: int, c: Expr) -> None:
-        u = self.speeds[i]
-        coefficients[u] = add(coefficients.get(u, ZERO), c)
-
-    def _is_nontrivial(self, i: int) -> bool:
-        return not (len(self.rows[i]) == 1 and next(iter(self.rows[i].values())) is ONE)
 
     def _by_group(self, row: Row) -> Iterable[dict[Expr, Expr]]:
         if len(row) < 2:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A motion while it is stepped: the constraints kept, the dependent speeds changed.
 
-Where the rank of the constraints drops at a configuration, the accelerations are those of least size in the mass metric that
-the constraints leave.
+Which are dependent is judged by the numbers at a state and the sizes that entries of A have had. Where the rank
+of the constraints drops at a configuration, the accelerations are those of least size in the mass metric that the constraints leave.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,18 +10,25 @@ from typing import Any
 
 import numpy as np
 
+from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.equations.numeric import Numeric
+from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.events import Event
-from kane.motion.dependent import better, determined, share_of_rank
 from kane.motion.projection import Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.routines import routines
 from kane.motion.solution import Segment
 from kane.numeric.arrays import Array
-from kane.numeric.rank import MOTION_RANK, balanced
+from kane.numeric.projection import mobility, sizes
+from kane.numeric.rank import MOTION_RANK, balanced, combinations, sure_rows
 from kane.program.native.machine import Settings
+
+_BETTER = 4.0
+"""By how much the quality of other dependent speeds must be better for a change."""
+_SHORT = 1e-3
+"""Quality below which a sample between two steps is read off with other dependent speeds than it was stepped with."""
 
 
 class Stepper:
@@ -132,3 +139,41 @@ class Stepper:
                 f"Expected constraints of constant rank, got a drop at t = {t:.6g}, where loads that hold reactions leave the "
                 "accelerations undetermined. Start elsewhere, or leave out the loads that depend on reactions."
             )
+
+
+def better(a: Array, present: Partition, reach: Array, may_grow: bool) -> Partition | None:
+    """Other dependent speeds where the present ones are poorly determined by A (m × n), and those much better.
+
+    Those of more rows than the present ones come in question where the rank `may_grow`: at the start.
+    """
+    now = quality(a, present, reach)
+    if now >= POOR:
+        return None
+    other = choose(a, reach=reach)
+    more = len(other.rows) - len(present.rows)
+    allowed = more == 0 or (more > 0 and may_grow)
+    return other if allowed and quality(a, other, reach) > _BETTER * now else None
+
+
+def determined(first: Numeric[Equations], present: Equations, numbers: Numbers, reach: Array) -> Equations:
+    """Equations whose dependent speeds are determined at a state: the present ones, or others made of the `first`.
+
+    Where rank is lost, dependent speeds are as many as are determined: the accelerations are then those of least size.
+    """
+    assert present.embedding is not None
+    partition = present.embedding.partition
+    rank = len(sure_rows(numbers.a, reach))
+    reach = np.maximum(reach, sizes(numbers.a, mobility(numbers.m, reach)))
+    if rank >= len(partition.rows) and quality(numbers.a, partition, reach) >= _SHORT:
+        return present
+    try:
+        return first.value(repartition, choose(numbers.a, reach=reach).first(min(rank, len(partition.rows))))
+    except ReactionError:
+        return present
+
+
+def share_of_rank(a: Array, rank: int, reach: Array) -> float:
+    """The singular value of A (m × n) that makes its rank, over the largest; NaN where A is zero."""
+    values = combinations(a, reach)[1]
+    with np.errstate(invalid="ignore"):
+        return float(values[rank - 1] / values[0])

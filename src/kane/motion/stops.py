@@ -6,9 +6,8 @@ import numpy as np
 from kane.dynamics.constraints.closure import OFF, closure, residual_function
 from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
-from kane.motion.dependent import share_of_rank
 from kane.motion.singular_rates import nearly_singular
-from kane.motion.steps import Stepper
+from kane.motion.steps import Stepper, share_of_rank
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 

@@ -102,15 +102,14 @@ def _check(derived: Derived, speed: Expr) -> None:
 def _of_pair(derived: Derived, speed: Expr, reaction: Reaction) -> Contribution:
     """The pair ±R n: only its far side, which the auxiliary speed moves, has a partial velocity."""
     here, there, held = cut_of(speed), cut_of(reaction), constraint_of(reaction)
+    term = derived.pairs[speed, reaction] * reaction
     if held is not None:  # its auxiliary speed lets the constraint give way, at a place if it has any
         places: tuple[tuple[Point | Frame, Vector], ...] = (*held.forces, *held.torques)
         place, direction = places[0] if places else (derived.system.inertial, Vector())
-        return Contribution(reaction, place, direction * reaction, direction, derived.pairs[speed, reaction] * reaction)
+        return Contribution(reaction, place, direction * reaction, direction, term)
     assert isinstance(here, Cut)
     assert isinstance(there, Cut)
-    return Contribution(
-        reaction, there.at, there.along * reaction, here.along, derived.pairs[speed, reaction] * reaction
-    )
+    return Contribution(reaction, there.at, there.along * reaction, here.along, term)
 
 
 def _contributing(

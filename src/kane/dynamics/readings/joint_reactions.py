@@ -307,15 +307,13 @@ def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     values = sampled(system, [*rows.a.entries, *shares.entries]).values
     numbers = np.asarray(evaluate(shares, values), dtype=float)
     a = matrix_at(rows.a, values)
-    combinations = (dependencies(a) / row_sizes(a)).T
-    changed = np.abs(combinations.T @ numbers).max(axis=1, initial=0) > 1e-7 * np.abs(combinations).max(
-        axis=0, initial=0
-    ) * np.abs(numbers).max(initial=0)
+    combinations = dependencies(a) / row_sizes(a)
+    reach = np.abs(combinations).max(axis=1, initial=0) * np.abs(numbers).max(initial=0)
+    changed = np.abs(combinations @ numbers).max(axis=1, initial=0) > 1e-7 * reach
     if not changed.any():
         return
-    blamed = [
-        c.name for c, x in zip(constraints, np.abs(combinations[:, changed]).max(axis=1), strict=True) if x > 1e-7
-    ]
+    parts = np.abs(combinations[changed]).max(axis=0)
+    blamed = [c.name for c, x in zip(constraints, parts, strict=True) if x > 1e-7]
     raise ReactionError(
         f"Expected a reaction that the motion determines, got {name!r}: it feels the constraints {', '.join(map(repr, blamed))}. "
         "They depend on each other, so that the forces that hold them are not determined one by one. Leave out redundant ones, or "

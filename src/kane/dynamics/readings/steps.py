@@ -121,9 +121,13 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
     """Coordinates, velocities that matter, speeds, kinematics, active forces, inertia forces, equations."""
     derived, other = solved.derived.as_declared, _CONSTRAINED if solved.embedding is not None else {}
     system = derived.system
+    frames, points = moving_places(system)
     results = (
         _each(Kind.SYMBOL, system.coordinates, (q.description or "coordinate" for q in system.coordinates)),
-        _velocities_in_rates(system),
+        (
+            *((Quantity(Kind.ANGULAR_VELOCITY, f), f.angular_velocity(system.inertial)) for f in frames),
+            *((Quantity(Kind.VELOCITY, p), p.velocity(system.inertial)) for p in points),
+        ),
         (
             *_each(Kind.SYMBOL, system.speeds, system.speeds.values()),
             *_each(Kind.RATE, system.coordinates, derived.rates),
@@ -149,14 +153,6 @@ def moving_places(system: System) -> tuple[list[Frame], list[Point]]:
 
 def _each(kind: Kind, places: Iterable[Symbol | Constraint], values: Iterable[Any]) -> tuple[Result, ...]:
     return tuple((Quantity(kind, place), value) for place, value in zip(places, values, strict=True))
-
-
-def _velocities_in_rates(system: System) -> tuple[Result, ...]:
-    frames, points = moving_places(system)
-    return (
-        *((Quantity(Kind.ANGULAR_VELOCITY, f), f.angular_velocity(system.inertial)) for f in frames),
-        *((Quantity(Kind.VELOCITY, p), p.velocity(system.inertial)) for p in points),
-    )
 
 
 _TURN = (Kind.ANGULAR_VELOCITY, Kind.PARTIAL_ANGULAR_VELOCITY, Kind.ANGULAR_ACCELERATION)
