@@ -101,7 +101,7 @@ from kane.model.constraints import (
     rolling,
     touching,
 )
-from kane.model.events import Event
+from kane.model.declarations import Event
 from kane.model.inertia import (
     box,
     cylindrical_shell,

@@ -12,7 +12,7 @@ from kane.expr.ops import DIV, SQRT
 from kane.expr.solve import determinant
 from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.speeds import Speeds
-from kane.model.events import Event
+from kane.model.declarations import Event
 from kane.model.loads import Load
 
 SLIP_THRESHOLD = 1e-4

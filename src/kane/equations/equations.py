@@ -29,7 +29,7 @@ from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate
 from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Speeds
-from kane.model.events import Event
+from kane.model.declarations import Event
 from kane.model.system import System
 from kane.model.units import unit_in
 from kane.program.native.compiled_routine import NotFinite

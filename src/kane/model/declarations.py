@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a system consists of, once it is declared: plain fields, which its checks read."""
+"""What a system consists of, once it is declared: plain fields, which its checks read; and the events that simulations watch."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,12 +8,26 @@ from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
-from kane.model.events import Event
 from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
 from kane.model.variables import EulerParameters
 from kane.space.frame import Frame
 from kane.space.point import Point
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Event:
+    """`quantity` falls below (direction −1), rises above (+1) or crosses (0) `threshold`.
+
+    A terminal event ends the simulation there; the solution returns what there is and names it.
+    """
+
+    name: str
+    quantity: Expr
+    threshold: float = 0.0
+    direction: int = 0
+    terminal: bool = True
+    message: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

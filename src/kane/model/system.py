@@ -14,24 +14,11 @@ from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed
+from kane.model import checks
 from kane.model.bodies import Body, Part, RigidBody, parts_of
-from kane.model.checks import (
-    check_bodies,
-    check_constraints,
-    check_dependent,
-    check_geometry,
-    check_inertial,
-    check_joints,
-    check_loads,
-    check_names,
-    check_no_accelerations,
-    check_reactions,
-    check_strays,
-    listed,
-)
+from kane.model.checks import listed
 from kane.model.constraints import Constraint, as_constraints
-from kane.model.declarations import Declarations
-from kane.model.events import Event
+from kane.model.declarations import Declarations, Event
 from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
 from kane.model.survey import contents, geometry, places
@@ -85,17 +72,17 @@ class System(Declarations):
         dependent_speeds: Sequence[Speed] = (),
         joints: Sequence[Joint] = (),
     ) -> None:
-        check_inertial(inertial)
+        checks.check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
-        check_bodies(bodies)
-        check_loads(loads)
+        checks.check_bodies(bodies)
+        checks.check_loads(loads)
         own = tuple(x for x in loads if isinstance(x, Load))
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
         events, joints = listed("events", events), tuple(joints)
-        check_joints(joints)
+        checks.check_joints(joints)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
-        check_constraints(constraints, reactions)
+        checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
@@ -104,15 +91,15 @@ class System(Declarations):
         matter = list(contents(bodies, own, gravities))
         watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints)]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
-        check_geometry(free_symbols(shape))
-        check_no_accelerations(free_symbols(matter))
-        check_strays(free_symbols(watched), ordered, definitions, euler)
-        check_names((*symbols, *definitions, *reactions, *auxiliary))
-        check_reactions(symbols, reactions, auxiliary)
+        checks.check_geometry(free_symbols(shape))
+        checks.check_no_accelerations(free_symbols(matter))
+        checks.check_strays(free_symbols(watched), ordered, definitions, euler)
+        checks.check_names((*symbols, *definitions, *reactions, *auxiliary))
+        checks.check_reactions(symbols, reactions, auxiliary)
         dependent_q, dependent_u = tuple(dependent_coordinates), tuple(dependent_speeds)
         holding = sum(c.kind == "configuration" for c in constraints)
-        check_dependent("coordinates", dependent_q, ordered, holding, "dependent_coordinates")
-        check_dependent("speeds", dependent_u, definitions, len(constraints), "dependent_speeds")
+        checks.check_dependent("coordinates", dependent_q, ordered, holding, "dependent_coordinates")
+        checks.check_dependent("speeds", dependent_u, definitions, len(constraints), "dependent_speeds")
         parameters = tuple(s for s in symbols if isinstance(s, Parameter))
         inputs = inputs_with_rates(symbols, shape + list(definitions.values()), constraints)
         Declarations.__init__(

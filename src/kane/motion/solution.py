@@ -17,7 +17,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Reaction, Symbol
 from kane.model.constraints import Constraint
-from kane.model.events import Event
+from kane.model.declarations import Event
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
 from kane.space.vector import Vector

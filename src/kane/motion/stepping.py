@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.equations.equations import Equations
-from kane.model.events import Event
+from kane.model.declarations import Event
 from kane.motion.projection import Numbers
 from kane.motion.steps import Stepper
 from kane.motion.stops import broken_off

@@ -16,7 +16,7 @@ from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
-from kane.model.events import Event
+from kane.model.declarations import Event
 from kane.motion.projection import Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.routines import routines
 from kane.motion.solution import Segment

@@ -88,10 +88,7 @@ class Point:
 
     def root(self) -> Point:
         """The fixed point that this one is reached from."""
-        point = self
-        while point.parent is not None:
-            point = point.parent
-        return point
+        return self.ancestry()[-1]
 
     def ancestry(self) -> list[Point]:
         """The point, its parent, … up to the root."""

@@ -83,16 +83,21 @@ class Joint:
         return f"Joint({self.name!r}: {self.kind}, {self.parent.name} to {self.frame.name}; coordinates {moves})"
 
 
-class Seat(NamedTuple):
-    """Where a joint sits, and how its child, coordinates and speeds are called."""
+@dataclass(frozen=True, eq=False)
+class Seat:
+    """Where a joint sits, and how its child, coordinates and speeds are called: the child as the joint unless it has a name."""
 
     kind: str
     name: str
     at: Point
     parent: Frame
-    child: str
-    coordinates: Names
-    speeds: SpeedNames
+    child: str = ""
+    coordinates: Names = None
+    speeds: SpeedNames = None
+
+    def __post_init__(self) -> None:
+        check_place(self.name, self.at, self.parent)
+        object.__setattr__(self, "child", self.child or self.name)
 
     def axis(self, axis: Any, what: str = "axis") -> Vector:
         """A unit vector fixed in the parent, along its axes."""
@@ -140,20 +145,6 @@ class Seat(NamedTuple):
         return Joint(
             self.name, self.kind, self.at, self.parent, point, frame, tuple(coordinates), own, tuple(axes), tuple(free), unasked
         )  # fmt: skip
-
-
-def seat(
-    kind: str,
-    name: str,
-    at: Point,
-    parent: Frame,
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
-) -> Seat:
-    """A checked seat; the child is named after the joint unless it has a name."""
-    check_place(name, at, parent)
-    return Seat(kind, name, at, parent, child or name, coordinates, speeds)
 
 
 def check_place(name: Any, at: Any, parent: Any) -> None:

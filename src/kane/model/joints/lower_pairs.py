@@ -4,7 +4,7 @@
 from typing import Any
 
 from kane.expr.node import as_expr
-from kane.model.joints.joint import Joint, Names, SpeedNames, Twist, across, mirrored, perpendicular_axes, seat
+from kane.model.joints.joint import Joint, Names, Seat, SpeedNames, Twist, across, mirrored, perpendicular_axes
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -30,7 +30,7 @@ def pin(
     child : name of the child frame
     coordinates, speeds : names or symbols; speeds also as a mapping to definitions. By name they are in rad, m and per second
     """
-    s = seat("pin", name, at, parent, child, coordinates, speeds)
+    s = Seat("pin", name, at, parent, child, coordinates, speeds)
     a = s.axis(axis)
     (q,) = s.symbols(q="rad")
     return s.joint([q], s.turned(q, a), axes=[a], free=[Twist(a, Vector())])
@@ -47,7 +47,7 @@ def slider(
     speeds: SpeedNames = None,
 ) -> Joint:
     """A child that slides by q along `axis` of the parent; u = q̇. Arguments as for `kn.pin`."""
-    s = seat("slider", name, at, parent, child, coordinates, speeds)
+    s = Seat("slider", name, at, parent, child, coordinates, speeds)
     a = s.axis(axis)
     (q,) = s.symbols(q="m")
     return s.joint([q], s.turned(0, parent.x), a * q, axes=[a], free=[Twist(Vector(), a)])
@@ -64,7 +64,7 @@ def cylindrical(
     speeds: SpeedNames = None,
 ) -> Joint:
     """A child that turns by q about `axis` and slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
-    seated = seat("cylindrical", name, at, parent, child, coordinates, speeds)
+    seated = Seat("cylindrical", name, at, parent, child, coordinates, speeds)
     a = seated.axis(axis)
     q, s = seated.symbols(q="rad", s="m")
     free = [Twist(a, Vector()), Twist(Vector(), a)]
@@ -86,7 +86,7 @@ def screw(
 
     `pitch` is in m/rad, positive for a right-hand thread: a lead of l a turn is l/(2π).
     """
-    s = seat("screw", name, at, parent, child, coordinates, speeds)
+    s = Seat("screw", name, at, parent, child, coordinates, speeds)
     a, h = s.axis(axis), as_expr(pitch)
     (q,) = s.symbols(q="rad")
     return s.joint([q], s.turned(q, a), a * (h * q), axes=[a], free=[Twist(a, a * h)])
@@ -107,7 +107,7 @@ def planar(
     `normal` is a unit vector fixed in the parent frame, e₁ and e₂ are parent's, e₁ × e₂ = normal (x and y for z), in `joint.axes`
     after it. Other arguments as for `kn.pin`.
     """
-    s = seat("planar", name, at, parent, child, coordinates, speeds)
+    s = Seat("planar", name, at, parent, child, coordinates, speeds)
     n = s.axis(normal, "normal")
     e1, e2 = across(n, parent)
     x, y, q = s.symbols(x="m", y="m", q="rad")
@@ -131,7 +131,7 @@ def universal(
     `axes` are two perpendicular unit vectors as they lie in the parent at q1 = 0; the second is fixed in the child too. u = q̇.
     The cross is the frame `joint.frame.parent`; it bears no mass. Other arguments as for `kn.pin`.
     """
-    s = seat("universal", name, at, parent, child, coordinates, speeds)
+    s = Seat("universal", name, at, parent, child, coordinates, speeds)
     first, second = perpendicular_axes(name, axes, parent)
     q1, q2 = s.symbols(q1="rad", q2="rad")
     cross = parent.rotate(f"{s.child}'", q1, first)
@@ -143,5 +143,5 @@ def universal(
 
 def weld(name: str, at: Point, parent: Frame, *, child: str = "") -> Joint:
     """A child fixed to the parent: no coordinate, no speed."""
-    s = seat("weld", name, at, parent, child)
+    s = Seat("weld", name, at, parent, child)
     return s.joint([], s.turned(0, parent.x))

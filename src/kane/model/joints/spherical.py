@@ -6,7 +6,7 @@ from typing import Literal
 from kane.errors import ModelError
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate
-from kane.model.joints.joint import Joint, Names, Seat, SpeedNames, Twist, seat
+from kane.model.joints.joint import Joint, Names, Seat, SpeedNames, Twist
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -52,7 +52,7 @@ def ball(
     `orientation` is "euler parameters" (e0, e1, e2, e3; the scalar one first) or "angles", body-fixed ones in the given `sequence`,
     whose rates are singular at some configuration while u and u̇ are not. Other arguments as for `kn.pin`.
     """
-    s = seat("ball", name, at, parent, child, coordinates, speeds)
+    s = Seat("ball", name, at, parent, child, coordinates, speeds)
     frame, q, free, spins = _turned(s, orientation, sequence)
     return s.joint(q, frame, free=free, stems=("u_x", "u_y", "u_z"), definitions=spins)
 
@@ -74,7 +74,7 @@ def free(
     Speeds are the measure numbers of its ω in the parent along its own axes, then those of the velocity of its joint point in the
     parent along the axes of the child or of the parent, as `velocity` says. Other arguments as for `kn.pin`.
     """
-    s = seat("free", name, at, parent, child, coordinates, speeds)
+    s = Seat("free", name, at, parent, child, coordinates, speeds)
     if velocity not in ("child", "parent"):
         raise ModelError(f"Expected velocity='child' or 'parent' for {name!r}, got {velocity!r}.")
     frame, q, free, spins = _turned(s, orientation, sequence, x="m", y="m", z="m")

@@ -8,7 +8,7 @@ from typing import Any
 from kane.expr.node import Expr
 from kane.model.bodies import Part
 from kane.model.constraints import Constraint
-from kane.model.events import Event
+from kane.model.declarations import Event
 from kane.model.loads import Load
 from kane.model.system import System
 from kane.present.declared import DECLARED, Row
