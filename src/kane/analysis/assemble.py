@@ -93,22 +93,25 @@ def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]
         return Closed(start.values, np.zeros(0), 0)
     function = residual_function(eom.system, constraints, constants)
     if not start.free:
-        return _as_given(constraints, function, start.values)
+        bad = misses(constraints.names, function(start.values)[0])
+        if bad:
+            raise SimulationError(
+                f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
+                "with kn.guess(…), to have them solved for."
+            )
+        return close(function, start.values, range(len(names)))
     spreads = [0.3 + 0.15 * k for k in range(1, _TRIES)] if start.missing else []
     best = closest(function, starts(start.values, start.missing, _SEED, spreads), start.free)
     _check_closed(constraints, function, start, best, names)
-    _check_determined(function, start, best.x, names)
-    return best
-
-
-def _as_given(constraints: Closure, function: Residual, q: Array) -> Closed:
-    bad = misses(constraints.names, function(q)[0])
-    if bad:
-        raise SimulationError(
-            f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them with "
-            "kn.guess(…), to have them solved for."
+    # what is left out must follow from the constraints, what is given and the guesses
+    block = function(best.x)[1][:, list(start.free)]
+    unknown, count = _undetermined(block, start, names) if start.missing else ([], 0)
+    if unknown:
+        raise ValueMissingError(
+            f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
+            f"{count} of them, or a guess for each: kn.guess(value)."
         )
-    return close(function, q, range(len(q)))
+    return best
 
 
 def _check_closed(constraints: Closure, function: Residual, start: Entries, best: Closed, names: Sequence[str]) -> None:
@@ -127,18 +130,6 @@ def _check_closed(constraints: Closure, function: Residual, start: Entries, best
         )
         + "The parts may not reach each other with the values given and these lengths: free more coordinates, or correct the lengths."
     )
-
-
-def _check_determined(function: Residual, start: Entries, q: Array, names: Sequence[str]) -> None:
-    """What is left out must follow from the constraints, what is given and the guesses."""
-    if not start.missing:
-        return
-    unknown, count = _undetermined(function(q)[1][:, list(start.free)], start, names)
-    if unknown:
-        raise ValueMissingError(
-            f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
-            f"{count} of them, or a guess for each: kn.guess(value)."
-        )
 
 
 def _undetermined(block: Array, start: Entries, names: Sequence[str]) -> tuple[list[str], int]:

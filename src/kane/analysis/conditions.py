@@ -123,7 +123,9 @@ def conditions(
     for seed in _NEAR:
         x = start.copy()
         x[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
-        flow = flow_at(numeric, bare.state(on_constraints(bare, x)), choice)
+        if eom.constraints.constraints or bare.perturbed.sets:
+            x = close(bare, x, range(nq + n)).x
+        flow = flow_at(numeric, bare.state(x), choice)
         tangent = flow.tangents
         matters = dependence(flow.a, len(tangent.free_q))[: len(tangent.free_q)]
         constant |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
@@ -136,11 +138,3 @@ def conditions(
         tuple(sorted(i for i in constant if bare.perturbed.names[i] not in moving)),
         tuple(sorted(i for i in steady if eom.speeds[i].name not in moving)),
     )
-
-
-def on_constraints(bare: Conditions, x: Array) -> Array:
-    """X on the constraints, q and u moved."""
-    if not bare.eom.constraints.constraints and not bare.perturbed.sets:
-        return x
-    count = len(bare.eom.coordinates) + len(bare.eom.speeds)
-    return close(bare, x, range(count)).x

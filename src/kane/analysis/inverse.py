@@ -65,11 +65,14 @@ class Inverse:
         eom = self.eom
         values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
         values |= named_values("quantities that are given", self.known, given)
-        missing = [s.name for s in (*eom.coordinates, *eom.speeds, *self.known) if s not in values]
+        missing = [s for s in (*eom.coordinates, *eom.speeds, *self.known) if s not in values]
         if missing:
+            cure = "Give them, by symbol or name."
+            if eom.constraints.constraints and not set(missing) <= set(self.known):
+                cure = "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
             raise ValueMissingError(
-                f"Expected values of all coordinates, speeds and of what is not unknown, got none for {', '.join(missing)}. "
-                f"{self._cure(missing)}"
+                "Expected values of all coordinates, speeds and of what is not unknown, got none for "
+                f"{', '.join(s.name for s in missing)}. {cure}"
             )
         constants = parameter_values(eom.system, parameters)
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
@@ -84,12 +87,6 @@ class Inverse:
         p = np.array([constants[s] for s in eom.parameters])
         solution = self._solved(np.broadcast_to(times, shape), x, p, r, full)
         return {s: solution[..., k][()] for k, s in enumerate(self.unknowns)}
-
-    def _cure(self, missing: Sequence[str]) -> str:
-        state = {s.name for s in (*self.eom.coordinates, *self.eom.speeds)}
-        if self.eom.constraints.constraints and any(name in state for name in missing):
-            return "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
-        return "Give them, by symbol or name."
 
     def along(self, solution: Any, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
         """The unknowns along a motion from `simulate`; what `given` does not hold is taken from the motion itself."""

@@ -75,7 +75,13 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     def sample(exprs: Entries) -> Array:
         return np.array(evaluate(list(map(as_expr, exprs.flat)), point_values), dtype=float).reshape(exprs.shape)
 
-    _check_held(eom, sample(values[rates:]))
+    names = [*(c.name for c in eom.system.holonomic), *(c.name for c in eom.constraints.constraints)]
+    bad = misses(names, sample(values[rates:]))
+    if bad:
+        raise SimulationError(
+            f"Expected a point on the constraints, got one that misses {bad} with parameters at their defaults. Give "
+            "expressions that satisfy them for all parameters."
+        )
     wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
     own = eom.embedding.partition.dependent if eom.embedding else ()
     tangent = tangents(
@@ -121,16 +127,6 @@ def _in_symbols(sample: Callable[[Entries], Array], preferred: Sequence[int]) ->
         return by_free_part(a, rest, choose(sample(a), preferred), solve)
 
     return solved
-
-
-def _check_held(eom: Equations, left: Array) -> None:
-    names = [*(c.name for c in eom.system.holonomic), *(c.name for c in eom.constraints.constraints)]
-    bad = misses(names, left)
-    if bad:
-        raise SimulationError(
-            f"Expected a point on the constraints, got one that misses {bad} with parameters at their defaults. Give "
-            "expressions that satisfy them for all parameters."
-        )
 
 
 def _check_steady(states: Sequence[str], count: int, rest: Array, a: Array) -> None:

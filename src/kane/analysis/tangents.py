@@ -26,8 +26,8 @@ from kane.numeric.projection import sizes
 class Perturbations:
     """The free perturbations ξ of the coordinates, δq = T ξ: δq itself; for Euler parameters three small angles.
 
-    The angles are along the axes of the frame that the parameters turn. `coordinates` are those perturbed as
-    they are, `sets` the indices of the Euler parameters, whose angles come last. `timed` says whether the time enters the equations.
+    The angles are along the axes of the frame that the parameters turn. `coordinates` are those perturbed as they are, `sets` the
+    indices of the Euler parameters, whose angles come last. `timed` says whether the time enters the equations.
     """
 
     names: tuple[str, ...]

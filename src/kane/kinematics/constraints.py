@@ -127,7 +127,12 @@ def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
     speeds = kinematics.speeds
     e = constraint.expr
     if constraint.kind == "configuration":
-        _check_configuration(constraint)
+        moving = [str(s) for s in free_symbols([e]) if isinstance(s, Rate | QuasiRate | Speed)]
+        if moving:
+            raise ModelError(
+                f"Expected the configuration constraint {constraint.name!r} in coordinates and time, got {', '.join(moving)} in it. "
+                "List it in nonholonomic=."
+            )
         e = time_derivative(e)
     whole = speeds.in_speeds(e, {})
     try:
@@ -139,12 +144,3 @@ def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
             "it nearly by loads against its gradient, −c f ∂f/∂u with a large c."
         ) from error
     return ScalarForm(row, rest)
-
-
-def _check_configuration(constraint: Constraint) -> None:
-    moving = [str(s) for s in free_symbols([constraint.expr]) if isinstance(s, Rate | QuasiRate | Speed)]
-    if moving:
-        raise ModelError(
-            f"Expected the configuration constraint {constraint.name!r} in coordinates and time, got {', '.join(moving)} in it. List "
-            "it in nonholonomic=."
-        )

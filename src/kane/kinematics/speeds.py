@@ -159,10 +159,7 @@ class Speeds:
     def coordinate_rates(self) -> tuple[Expr, ...]:
         """q̇ = W u + X, written out, in the order of the coordinates."""
         totals = {b: ScalarForm(self.inverse[b], self.x[b]).total() for b in self.rates}
-        return tuple(
-            totals[rate(q)] if rate(q) in totals else substitute(self.euler_rates[rate(q)], totals)
-            for q in self.system.coordinates
-        )
+        return tuple(substitute(self._basic(rate(q)), totals) for q in self.system.coordinates)
 
     def matrices(self) -> tuple[Matrix, tuple[Expr, ...], Matrix, tuple[Expr, ...]]:
         """Y, z, W, X in the rates of the coordinates; Y has the row eᵀė = 0 for each set of Euler parameters."""

@@ -175,8 +175,7 @@ class Solution:
 
     def energy(self) -> Array:
         """E = K + V along the motion."""
-        values: Array = self[self.equations.energy]
-        return values
+        return self._values([self.equations.energy])[0]
 
     @cached_property
     def energy_check(self) -> EnergyCheck:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The loop over a solver's steps: project, look for events on the solver's own interpolant, sample."""
+"""The loop over a solver's steps: project, look for events on the solver's own interpolant, sample; and why there is no step.
+
+A motion breaks off where a drive cannot hold its constraints any further, or where the equations are singular.
+"""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -8,12 +11,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.dynamics.constraints.closure import OFF, closure, residual_function
 from kane.equations.equations import Equations
+from kane.expr.evaluate import free_symbols
+from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.projection import Numbers
-from kane.motion.steps import Stepper
-from kane.motion.stops import broken_off
+from kane.motion.singular_rates import nearly_singular
+from kane.motion.steps import Stepper, share_of_rank
 from kane.numeric.arrays import Array
+from kane.numeric.newton import close
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
@@ -23,6 +30,10 @@ _DRIFT = 10.0
 _NARROW = 1e-12
 """Share of the time below which a step is not halved any more."""
 _TIME_TOLERANCE = 1e-12
+_AHEAD = 1e-3
+"""Share of the time after which a motion that broke off is asked whether its constraints can be held there."""
+_SHORT_OF_RANK = 0.02
+"""Least singular value of A over the largest below which a motion that broke off may have come to a lock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,3 +209,35 @@ def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float
     if b == 0 or last * a > 0:
         return t_new
     return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE))
+
+
+def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], failure: str | None) -> str:
+    """Why there is no step from y at t; `failure` is what the solver said."""
+    return _locked(stepper, t, y, t + _AHEAD * (span[1] - span[0])) or (
+        f"the right-hand side is singular or not finite near t = {t:.6g} ({failure or 'no progress'})"
+        f"{nearly_singular(stepper.eom, stepper.now.values(t, y))}"
+    )
+
+
+def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
+    """Which constraint a drive cannot hold beyond t, as no configuration near y closes it at `later`; "" without that evidence."""
+    eom = stepper.eom
+    driving = free_symbols(c.expr for c in eom.system.holonomic)
+    if not any(s is time or input_of(s) is not None for s in driving):
+        return ""
+    kept, numbers = stepper.keep(t, y)
+    if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
+        return ""
+    least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach)
+    constraints, moving = closure(eom.system), set(eom.coordinates)
+    rest = {s: v for s, v in stepper.now.values(later, kept).items() if s not in moving}
+    nearest = close(residual_function(eom.system, constraints, rest), kept[: len(moving)], range(len(moving)))
+    if not (least < _SHORT_OF_RANK and OFF < nearest.size < np.inf):
+        return ""
+    worst = int(np.argmax(np.abs(nearest.residual)))
+    return (
+        f"{constraints.names[worst]!r} cannot be held beyond t = {t:.6g}, where the constraints lose rank (least singular value "
+        f"{least:.1e} of the largest): at t = {later:.6g} {nearest.residual[worst]:.2g} is left of it in the nearest "
+        "configuration. The drive carries the parts further than they reach: end before, drive them another way, or correct the "
+        "lengths"
+    )

@@ -73,11 +73,6 @@ def balanced(a: Array, reach: Array | float | None = None) -> Array:
     return balance(a, reach).matrix
 
 
-def row_sizes(a: Array) -> Array:
-    """What balancing divides the rows of A by (m)."""
-    return balance(a).rows[:, 0]
-
-
 def level(rows: Array, rounding: float = 1e-11) -> Array:
     """Rows (m × n) divided by their largest entries, those of rounding alone zero."""
     size = np.abs(rows).max(axis=1, keepdims=True, initial=0)
@@ -126,7 +121,7 @@ def null_direction(a: Array, threshold: float) -> Array | None:
 
 
 def dependencies(a: Array) -> Array:
-    """The vectors x with Σ x_i A_i / size_i = 0, a row each (k × m), for the rows A_i of A and their `row_sizes`."""
+    """The vectors x with Σ x_i A_i / size_i = 0, a row each (k × m), for the rows A_i of A and what balancing divides them by."""
     return singular(balanced(a)).cokernel(DERIVE_RANK)
 
 

@@ -22,7 +22,7 @@ from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.rank import TAKES_PART, dependencies, indeterminate, row_sizes, within
+from kane.numeric.rank import TAKES_PART, balance, dependencies, indeterminate, within
 from kane.numeric.sample import values_of
 
 _SEED = 20067
@@ -154,7 +154,7 @@ def _contrary(rows: ConstraintRows, a: Array, values: Mapping[Any, float]) -> li
 
 def _against(a: Array, right: Array) -> list[bool]:
     """Which rows of A take part in some x with xᵀ A = 0 for which xᵀ right is not zero."""
-    size = row_sizes(a)
+    size = balance(a).rows[:, 0]
     scaled = right / size
     combinations = dependencies(a)
     terms = combinations * scaled

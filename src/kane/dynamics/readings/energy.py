@@ -37,10 +37,10 @@ def potential_energy(loads: Iterable[Load]) -> Expr:
 def power(solved: Solved) -> Expr:
     """P with dE/dt = P.
 
-    Loads with a potential are in E; where the potential depends on time, what it gains by that is added. Loads without
-    one give Σ F·v + T·ω. Prescribed motions, through the parts v_t and ω_t of the
-    velocities that no speed multiplies, give −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their
-    reactions do. Constraints A u + b = 0 that move by themselves give −Σ λ b.
+    Loads with a potential are in E; where the potential depends on time, what it gains by that is added. Loads without one give
+    Σ F·v + T·ω. Prescribed motions, through the parts v_t and ω_t of the velocities that no speed multiplies, give
+    −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their reactions do. Constraints A u + b = 0 that move by
+    themselves give −Σ λ b.
     """
     derived, total = solved.derived, ZERO
     for load, terms in derived.active_terms.items():

@@ -31,7 +31,7 @@ from kane.model.bodies import parts_of
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
 from kane.model.system import System
-from kane.numeric.rank import dependencies, row_sizes
+from kane.numeric.rank import balance, dependencies
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
@@ -307,7 +307,7 @@ def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     values = sampled(system, [*rows.a.entries, *shares.entries]).values
     numbers = np.asarray(evaluate(shares, values), dtype=float)
     a = matrix_at(rows.a, values)
-    combinations = dependencies(a) / row_sizes(a)
+    combinations = dependencies(a) / balance(a).rows[:, 0]
     reach = np.abs(combinations).max(axis=1, initial=0) * np.abs(numbers).max(initial=0)
     changed = np.abs(combinations @ numbers).max(axis=1, initial=0) > 1e-7 * reach
     if not changed.any():
