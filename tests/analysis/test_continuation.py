@@ -69,7 +69,10 @@ def bicycle_branch(speeds):
 
 @pytest.mark.parametrize(
     ("speeds", "between"),
-    [([4.0, 4.29, 4.293, 5.0, 6.02, 6.03, 7.0], ((1, 2), (4, 5))), ([7.0, 4.0], ((0, 1), (0, 1)))],
+    [
+        pytest.param([4.0, 4.29, 4.293, 5.0, 6.02, 6.03, 7.0], ((1, 2), (4, 5)), marks=pytest.mark.slow),
+        ([7.0, 4.0], ((0, 1), (0, 1))),
+    ],
 )
 def test_bicycle_is_stable_between_weave_and_capsize_speed(speeds, between):
     """4.29238253634111 and 6.02426201538837 m/s (Meijaard et al. 2007, sec. 5), however far apart the points are."""
@@ -101,7 +104,10 @@ def test_a_mode_that_comes_to_grow_twice_between_two_values():
     assert [(c.between, c.grows) for c in found.crossings] == [((0, 1), True), ((0, 1), False)]
 
 
-@pytest.mark.parametrize("values", [[-4, 4], [-4, -1, 2, 4], np.linspace(-4, 4, 9)])
+@pytest.mark.parametrize(
+    "values",
+    [[-4, 4], *(pytest.param(v, marks=pytest.mark.slow) for v in ([-4, -1, 2, 4], np.linspace(-4, 4, 9)))],
+)
 def test_a_branch_that_turns_twice(values):
     """x³ − 3x + p = 0 turns at p = ±2, where x = ±1 and 3x² − 3 = 0, whether or not a value asked for lies there."""
     N = kn.Frame("N")

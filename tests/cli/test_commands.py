@@ -196,7 +196,10 @@ def test_no_result_is_written_over_the_model(tmp_path):
     assert file.read_text(encoding="utf-8") == SPRING
 
 
-@pytest.mark.parametrize("name", GALLERY)
+LONG = ("bricard", "rattleback", "car_with_trailer", "whipple_bicycle", "pure_rolling_disk", "andrews_squeezer")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in GALLERY])
 def test_every_system_of_the_gallery_has_a_start(name):
     module = load(name)
     system, start = module.system(), getattr(module, "START", STARTS.get(name))

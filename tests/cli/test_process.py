@@ -35,6 +35,7 @@ def process(*words, cwd, **environment):
     )
 
 
+@pytest.mark.slow  # what each part does is tested without a process of its own
 def test_new_then_report(tmp_path):
     assert process("new", "x.py", cwd=tmp_path).returncode == 0
     done = process("report", "x.py", "--t1", "1", cwd=tmp_path)

@@ -134,13 +134,16 @@ def mul(a: Expr, b: Expr) -> Expr:
 
 def _times_quotient(a: Expr, b: Expr) -> Expr | None:
     """(x/b) b = x and (1/y) b = b/y, where a or b is such a quotient."""
-    for quotient, other in ((a, b), (b, a)):
-        if quotient.op is DIV:
-            x, y = quotient.args
-            if y is other:
-                return x
-            if x is ONE:
-                return div(other, y)
+    if a.op is DIV:
+        if a.args[1] is b:
+            return a.args[0]
+        if a.args[0] is ONE:
+            return div(b, a.args[1])
+    if b.op is DIV:
+        if b.args[1] is a:
+            return b.args[0]
+        if b.args[0] is ONE:
+            return div(a, b.args[1])
     return None
 
 

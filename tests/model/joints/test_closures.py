@@ -77,7 +77,10 @@ def carried(kind, closed):
     return kn.derive(system), crank, base, center
 
 
-@pytest.mark.parametrize("kind", CLOSED)
+QUICK = ("pin", "slider")
+
+
+@pytest.mark.parametrize("kind", [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in CLOSED])
 def test_closed_by_constraints_or_by_coordinates_it_is_the_same_motion_and_the_same_reaction(kind):
     tree, crank, joint, center = carried(kind, closed=False)
     loop, _, free, same = carried(kind, closed=True)

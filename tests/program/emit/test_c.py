@@ -115,7 +115,14 @@ def test_excess_precision_is_refused_where_bits_are_promised(build):
 # ------------------------------------------------------------------------------------------------- missing and unusual
 
 
-@pytest.mark.parametrize("options", [("-std=c99", "-O0"), ("-std=gnu11", "-O3", "-Wshadow"), ("-std=c++17", "-xc++")])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("-std=c99", "-O0"),
+        pytest.param(("-std=gnu11", "-O3", "-Wshadow"), marks=pytest.mark.slow),
+        pytest.param(("-std=c++17", "-xc++"), marks=pytest.mark.slow),
+    ],
+)
 def test_programs_in_which_something_is_missing_compile_without_a_warning(build, options):
     if "-xc++" in options:
         compiler("c++")
