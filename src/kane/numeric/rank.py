@@ -57,14 +57,17 @@ def balance(
     order : which sizes are divided out one after the other, those of columns (0) or of rows (1)
     rounding : share of the largest entry that is dropped
     """
-    a = np.where(np.abs(a) > rounding * np.abs(a).max(initial=0), a, 0.0)
-    sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
-    divided = [np.ones((1, a.shape[1])), np.ones((len(a), 1))]
+    sizes = np.abs(a)
+    counts = sizes > rounding * sizes.max(initial=0)
+    a, sizes = np.where(counts, a, 0.0), np.where(counts, sizes, 0.0)
+    if reach is not None:
+        sizes = np.maximum(reach, sizes)
+    divided: dict[int, Array] = {}
     for axis in order:
         size = sizes.max(axis=axis, keepdims=True, initial=0)
-        size = np.where(size > 0, size, 1.0)
+        size[size <= 0] = 1.0
         a, sizes = a / size, sizes / size
-        divided[axis] = divided[axis] * size
+        divided[axis] = divided[axis] * size if axis in divided else size
     return Balanced(a, divided[1], divided[0])
 
 
