@@ -30,8 +30,25 @@ Kind = Literal["configuration", "motion"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Branch:
+    """Of the orientations at which all `rows` vanish, the one that the closure `name` means.
+
+    `cosine` is that of the angle by which `what` is turned away from it: 1 there, at the others at most 0.
+    """
+
+    name: str
+    what: str
+    cosine: Expr
+    rows: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Constraint:
-    """f = 0, with what a multiplier of one exerts. `unit` is that of the multiplier; `own` is what ḟ has beyond its power."""
+    """f = 0, with what a multiplier of one exerts.
+
+    `unit` is that of the multiplier; `own` is what ḟ has beyond its power; `branch` tells the orientation that is meant from others
+    at which f and its companions vanish too.
+    """
 
     name: str
     kind: Kind
@@ -40,6 +57,7 @@ class Constraint:
     torques: tuple[tuple[Frame, Vector], ...] = ()
     unit: str = ""
     own: Expr = ZERO
+    branch: Branch | None = None
 
     @property
     def placed(self) -> bool:

@@ -65,16 +65,21 @@ def close(function: Residual, x: Array, free: Sequence[int], limit: float = 1e-1
 
 
 def closest(
-    function: Residual, starts: Iterable[Array], free: Sequence[int], enough: float = CLOSED, limit: float = 1e-13
+    function: Residual,
+    starts: Iterable[Array],
+    free: Sequence[int],
+    enough: float = CLOSED,
+    limit: float = 1e-13,
+    astray: Callable[[Array], Array] | None = None,
 ) -> Closed:
-    """From the first start that leaves no more than `enough`; where none does, the one that came nearest."""
+    """From the first start that leaves no more than `enough`, and does not go `astray`; where none does, the one that came nearest."""
     best: Closed | None = None
     for x in starts:
         last = close(function, x, free, limit)
+        if last.size <= enough and not (astray is not None and astray(last.x).any()):
+            return last
         if best is None or last.size < best.size:
             best = last
-        if best.size <= enough:
-            break
     assert best is not None
     return best
 

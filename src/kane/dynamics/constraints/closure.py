@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kane.dynamics.constraints.branches import branch_scalars, branches, turned_function
 from kane.expr.build import sub
 from kane.expr.diff import jacobian
 from kane.expr.evaluate import compile_reference, free_symbols
@@ -22,6 +23,8 @@ from kane.program.bundle import Bundle
 OFF = 1e-6
 """Residual, over the reach of the coordinates, above which no configuration was found."""
 TRIES = 12
+_MORE = 100
+"""Starts beyond those, where closures vanish on several branches and one is meant."""
 _SEED = 20322
 _TIMES = (1.0, 0.01, 0.0)
 """Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
@@ -78,7 +81,8 @@ def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled
     constraints (where none was reached) costs nothing but a worse choice.
     """
     conditions = closure(system)
-    values = values_of((*free_symbols([*roots, *conditions.f]), *system.coordinates), seed)
+    scalars = branch_scalars(branches(system))
+    values = values_of((*free_symbols([*roots, *conditions.f, *scalars]), *system.coordinates), seed)
     if not conditions.f:
         return Sampled(values, (), ())
     moving = set(system.coordinates)
@@ -86,10 +90,16 @@ def sampled(system: System, roots: Sequence[Expr], seed: int = _SEED) -> Sampled
     times = [values[time] * share for share in _TIMES] if time in set(free_symbols(conditions.f)) else []
     missed: tuple[tuple[str, float], ...] = ()
     for at in [{time: t} for t in times] or [{}]:
-        function = residual_function(system, conditions, {s: v for s, v in (values | at).items() if s not in moving})
+        rest: dict[Expr, Any] = {s: v for s, v in (values | at).items() if s not in moving}
+        function, turned = residual_function(system, conditions, rest), turned_function(system, rest)
         every = range(len(start))
-        best = closest(function, starts(start, every, seed, [1.0] * (TRIES - 1)), every)
-        left = _missed(conditions, function, best)
+        spreads = [1.0] * (TRIES - 1) + [2.0] * (_MORE if scalars else 0)
+        best = closest(function, starts(start, every, seed, spreads), every, astray=turned)
+        left = _missed(conditions, function, best) or tuple(
+            (f"{b.name}: its {b.what} turned", float(x))
+            for b, x in zip(branches(system), turned(best.x), strict=True)
+            if x
+        )
         if not left:
             values.update(at)
             values.update(zip(system.coordinates, best.x.tolist(), strict=True))

@@ -7,12 +7,13 @@ and `frame`, and `eom.reaction("G")` is all of them together.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from kane.errors import ModelError
 from kane.expr.build import cos, sin
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.model.constraints import Constraint, Constraints, coincident, perpendicular
+from kane.model.constraints import Branch, Constraint, Constraints, coincident, perpendicular
 from kane.model.joints.joint import across, check_place, fixed, mirrored, perpendicular_axes
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -48,18 +49,26 @@ def _in_plane(c: Closing) -> Constraints:
     return coincident(c.point, c.at, c.axes[0], name=f"{c.name} normal")
 
 
+def _meant(c: Closing, what: str, cosine: Expr, rows: Constraints) -> Constraints:
+    """The rows with the orientation that is meant: these products of axes vanish at others too."""
+    branch = Branch(c.name, what, cosine, tuple(x.expr for x in rows))
+    return tuple(replace(x, branch=branch) for x in rows)
+
+
 def _aligned(c: Closing) -> Constraints:
-    """The axis has the same direction in both frames."""
+    """The axis has the same direction in both frames; opposite directions, where the rows vanish too, are not meant."""
     turned = mirrored(c.axes[0], c.parent, c.frame)
     pairs = enumerate(across(c.axes[0], c.parent), 1)
-    return tuple(perpendicular(turned, e, name=f"{c.name} tilt{k}") for k, e in pairs)
+    rows = tuple(perpendicular(turned, e, name=f"{c.name} tilt{k}") for k, e in pairs)
+    return _meant(c, "axis", turned.dot(c.axes[0]), rows)
 
 
 def _oriented(c: Closing) -> Constraints:
-    """Both frames have one orientation; it also vanishes where axes are opposite, half a turn away."""
+    """Both frames have one orientation. Its rows vanish at seven others too: half turns about an axis, and four third turns."""
     a, b = c.parent, c.frame
     pairs = ((b.y, a.z), (b.z, a.x), (b.x, a.y))
-    return tuple(perpendicular(v, w, name=f"{c.name} turn{k}") for k, (v, w) in enumerate(pairs, 1))
+    rows = tuple(perpendicular(v, w, name=f"{c.name} turn{k}") for k, (v, w) in enumerate(pairs, 1))
+    return _meant(c, "frame", (a.x.dot(b.x) + a.y.dot(b.y) + a.z.dot(b.z) - 1) / 2, rows)
 
 
 def _cross(c: Closing) -> Constraints:
@@ -79,7 +88,8 @@ def _thread(c: Closing) -> Constraints:
     torque, push = b1.cross(e2), a * (-b1.dot(e1) / c.pitch)
     forces = ((c.point, push), (c.at, -push))
     torques = ((c.frame, torque), (c.parent, -torque - r.cross(push)))
-    return (Constraint(f"{c.name} thread", "configuration", b1.dot(e2), forces, torques, "N*m"),)
+    thread = Constraint(f"{c.name} thread", "configuration", b1.dot(e2), forces, torques, "N*m")
+    return _meant(c, "thread", b1.dot(e1), (thread,))
 
 
 _CLOSURES: dict[str, tuple[Callable[[Closing], Constraints], ...]] = {
@@ -128,7 +138,8 @@ def close_screw(
     """A loop closed by a screw, five configuration constraints: as a cylindrical joint, and the thread.
 
     With s the advance, e₂ the second of the parent's vectors across the axis turned by s/pitch, and b₁ the frame's first one, the
-    thread is b₁·e₂ = 0: it holds for any number of turns. Its multiplier is the torque about the axis that the thread exerts.
+    thread is b₁·e₂ = 0 with b₁·e₁ > 0: it holds for any number of turns. Its multiplier is the torque about the axis that the
+    thread exerts.
     """
     h = as_expr(pitch)
     if h is ZERO:
