@@ -6,8 +6,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from benchmarks import counts, derivation
+from benchmarks import counts, derivation, evaluation
 
 if __name__ == "__main__":
     counts.main()
     derivation.main()
+    evaluation.main()

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Attributes of records, and values of mappings, that are computed when they are first read."""
+"""Attributes of records, and values of mappings, that are computed when they are first read; what was made lately."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
-from typing import Any, TypeVar, get_args
+from typing import Any, Generic, TypeVar, get_args
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -54,6 +54,30 @@ class LazyMapping(Mapping[K, V]):
 
     def __repr__(self) -> str:
         return "{" + ", ".join(f"{_label(k)}: {self[k]}" for k in self) + "}"
+
+
+class Lately(Generic[K, V]):
+    """The values that were asked for last, at most `most` of them; what is asked for again is not made again."""
+
+    __slots__ = ("_most", "_values")
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._values: dict[K, V] = {}
+
+    def get(self, key: K, make: Callable[[], V]) -> V:
+        """make(), made once. Threads that ask for one key at a time may each make it."""
+        value = self._values.pop(key, None)
+        if value is None:
+            value = make()
+        self._values[key] = value
+        while len(self._values) > self._most:
+            self._values.pop(next(iter(tuple(self._values))), None)
+        return value
+
+    def values(self) -> tuple[V, ...]:
+        """What is kept, the oldest first."""
+        return tuple(self._values.values())
 
 
 def _label(key: object) -> str:

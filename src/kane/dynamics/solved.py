@@ -7,14 +7,17 @@ from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived, Exprs
-from kane.dynamics.lazy import read
+from kane.dynamics.lazy import Lately, read
 from kane.expr.build import add, sub
 from kane.expr.count import Operations, count_operations
+from kane.expr.evaluate import Walk
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.ops import CONST, DIV, NEG
 from kane.expr.symbols import Speed, rate
 from kane.model.constraints import Constraint
+
+_WALKS = 64
 
 
 class Pivot(NamedTuple):
@@ -46,6 +49,10 @@ class Solved:
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),
         "Operations of one evaluation of the whole right-hand side, solution included.",
+    )
+
+    walks = read[Lately[Exprs, Walk]](
+        lambda s: Lately(_WALKS), "What was evaluated lately, by the expressions asked for."
     )
 
     # Constraints ---------------------------------------------------------------------------------------------------------

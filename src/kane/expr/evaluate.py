@@ -1,60 +1,105 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reference evaluator: the graph as a list of NumPy calls, the meaning that every emitter must reproduce; its symbols."""
+"""The reference evaluator: the graph walked with NumPy, the meaning that every emitter must reproduce; its symbols."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from kane.errors import ValueMissingError
+from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
-from kane.expr.ops import CONST, PI, SYMBOL
+from kane.expr.ops import OPS, PI, SYMBOL, Op
 from kane.expr.symbols import Parameter, Symbol
 
 Values = Mapping[Any, Any]
+
+_NUMPY: dict[Op, Callable[..., Any]] = {op: op.numpy for op in OPS.values() if op.arity}
+
+
+class Walk:
+    """Expressions whose graph is walked again and again: all of them at once, each node once.
+
+    The nodes are listed when it is made; from the second state of plain numbers on it goes by a list of instructions in Python's
+    floats. What is computed depends on neither.
+    """
+
+    def __init__(self, roots: Iterable[Any]) -> None:
+        self.roots = tuple(as_expr(r) for r in roots)
+        self.order = postorder(self.roots)
+        self.leaves: dict[Expr, float | None] = {}
+        """The nodes without arguments; constants with their numbers."""
+        for node in self.order:
+            if not node.args:
+                self.leaves[node] = math.pi if node.op is PI else _number(node)
+        self._walked = False
+
+    @cached_property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """The symbols below the roots, in the order of their first appearance."""
+        return tuple(n for n in self.leaves if isinstance(n, Symbol))
+
+    def missing(self, known: Mapping[Any, Any]) -> list[Symbol]:
+        """The symbols that are not among `known`."""
+        return [s for s in self.symbols if s not in known]
+
+    def check(self, known: Mapping[Any, Any]) -> None:
+        """A ValueMissingError names a symbol that is not among `known`."""
+        for node in self.missing(known):
+            raise ValueMissingError(
+                f"Expected a value for every symbol, got none for {node} ({type(node).__name__}). Known here: "
+                f"{', '.join(str(s) for s in known) or 'none'}."
+            )
+
+    @cached_property
+    def _in_batches(self) -> Callable[[Mapping[Expr, float]], list[float]]:
+        return in_batches(self.order, self.roots, self.leaves)
+
+    def __call__(self, values: Mapping[Any, Any]) -> list[Any]:
+        """The roots at numbers or broadcastable arrays for all symbols: floats where all are numbers.
+
+        Division by zero and the like give infinity or NaN as IEEE 754 says, without a warning.
+        """
+        given: dict[Expr, Any] = {s: _plain(values[s]) for s in self.symbols}
+        with np.errstate(all="ignore"):
+            if any(type(v) is not float for v in given.values()):
+                return self._through(given, _NUMPY, lambda v: np.float64(v) if type(v) is float else v)
+            if self._walked:
+                return self._in_batches(given)
+            self._walked = True
+            return self._through(given, FLOAT, float)
+
+    def _through(self, given: dict[Expr, Any], functions: dict[Op, Callable[..., Any]], number: Any) -> list[Any]:
+        found = {leaf: number(given[leaf] if value is None else value) for leaf, value in self.leaves.items()}
+        for node in self.order:
+            if node.args:
+                found[node] = functions[node.op](*[found[a] for a in node.args])
+        return [found[r] for r in self.roots]
+
+
+def _number(leaf: Expr) -> float | None:
+    return None if leaf.op is SYMBOL else float(constant_value(leaf) or 0)
+
+
+def _plain(value: Any) -> Any:
+    """A number as a float, an array as it is."""
+    if type(value) is float:
+        return value
+    array = np.asarray(value, dtype=np.float64)
+    return array if array.ndim else float(array)
 
 
 def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable[[Sequence[Any]], list[Any]]:
     """A function from the values of `leaves` (numbers or broadcastable arrays) to the values of `roots`.
 
-    The function touches no shared state: threads may call it at the same time. Division by zero and the like give
-    infinity or NaN as IEEE 754 says, without a warning.
+    Threads may call it at the same time.
     """
-    wanted = [as_expr(r) for r in roots]
-    order = postorder(wanted)
-    place: dict[Expr, int] = {leaf: i for i, leaf in enumerate(leaves)}
-    start: list[Any] = [None] * len(leaves)
-    steps: list[tuple[Callable[..., Any], tuple[int, ...], int]] = []
-    for node in order:
-        if node in place:
-            continue
-        place[node] = len(start)
-        if node.op is CONST:
-            start.append(np.float64(float(constant_value(node) or 0)))
-        elif node.op is PI:
-            start.append(np.float64(math.pi))
-        elif node.op is SYMBOL:
-            raise ValueMissingError(
-                f"Expected a value for every symbol, got none for {node} ({type(node).__name__}). Known here: "
-                f"{', '.join(str(s) for s in leaves) or 'none'}."
-            )
-        else:
-            start.append(None)
-            steps.append((node.op.numpy, tuple(place[a] for a in node.args), place[node]))
-    outputs = [place[r] for r in wanted]
-    count = len(leaves)
-
-    def run(values: Sequence[Any]) -> list[Any]:
-        work = start.copy()
-        work[:count] = values
-        with np.errstate(all="ignore"):
-            for f, args, out in steps:
-                work[out] = f(*[work[i] for i in args])
-        return [work[i] for i in outputs]
-
-    return run
+    walk = Walk(roots)
+    walk.check(dict.fromkeys(leaves))
+    return lambda values: walk(dict(zip(leaves, values, strict=True)))
 
 
 def evaluate(exprs: Any, values: Values) -> Any:
@@ -67,13 +112,17 @@ def evaluate(exprs: Any, values: Values) -> Any:
         return stacked(evaluate(exprs.entries, values), exprs.shape)
     if isinstance(exprs, Expr | int | float):
         return evaluate([exprs], values)[0]
-    roots = [as_expr(e) for e in exprs]
-    arrays: dict[Expr, Any] = {symbol: np.asarray(value, dtype=np.float64)[()] for symbol, value in values.items()}
-    for node in postorder(roots):
-        if isinstance(node, Parameter) and node not in arrays and node.default is not None:
-            arrays[node] = np.float64(node.default)
-    run = compile_reference(roots, list(arrays))
-    results = [np.asarray(v) for v in run(list(arrays.values()))]
+    return at(Walk(exprs), values)
+
+
+def at(walk: Walk, values: Values) -> list[Any]:
+    """The roots of a walk at numbers or arrays, with defaults of parameters, each an array of the broadcast shape."""
+    known = dict(values)
+    for s in walk.missing(known):
+        if isinstance(s, Parameter) and s.default is not None:
+            known[s] = s.default
+    walk.check(known)
+    results = [np.asarray(v) for v in walk(known)]
     shape = np.broadcast_shapes(*(v.shape for v in results))
     return [v if v.shape == shape else np.broadcast_to(v, shape).copy() for v in results]
 

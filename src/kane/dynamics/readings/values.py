@@ -8,21 +8,40 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.readings.pivots import check_pivots
 from kane.dynamics.solved import Solved
 from kane.errors import ExpressionError, ValueMissingError
+from kane.expr.affine import Affine
 from kane.expr.diff import tangent
-from kane.expr.evaluate import evaluate, free_symbols, stacked
+from kane.expr.evaluate import Walk, at, evaluate, free_symbols, stacked
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Time, input_of, rate, time
+from kane.expr.symbols import (
+    AuxiliarySpeed,
+    Coordinate,
+    Parameter,
+    QuasiRate,
+    Rate,
+    Reaction,
+    Speed,
+    Time,
+    input_of,
+    rate,
+    time,
+)
 from kane.expr.visit import substitute
 from kane.model.system import System
 from kane.numeric.named import finite_number, named_values
 
+_PLAIN = Coordinate | Speed | Parameter | Time
+
 
 def without_rates(derived: Derived, root: Expr) -> Expr:
     """`root` with q̇ written in speeds and q̈ in u̇."""
+    return _without_rates(derived, [root])[0]
+
+
+def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
     second: dict[Expr, Expr] = {
         s: time_derivative(derived, s.place)
-        for s in free_symbols([root])
+        for s in free_symbols(roots)
         if isinstance(s, Rate)
         and (
             isinstance(s.place, QuasiRate)
@@ -30,8 +49,10 @@ def without_rates(derived: Derived, root: Expr) -> Expr:
         )
     }
     if second:
-        root = substitute(root, second)
-    return derived.kinematical.in_speeds(root, {})
+        replaced: dict[Expr, Expr] = {}
+        roots = [substitute(e, second, replaced) for e in roots]
+    forms: dict[Expr, Affine] = {}
+    return [derived.kinematical.in_speeds(e, forms) for e in roots]
 
 
 def time_derivative(derived: Derived, e: Expr) -> Expr:
@@ -62,7 +83,7 @@ def time_derivative(derived: Derived, e: Expr) -> Expr:
 def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
     """Functions of q, u, t, parameters and inputs: u̇ and reactions replaced by their solved values, auxiliary speeds by 0."""
     derived = solved.derived
-    plain = [without_rates(derived, e) for e in roots]
+    plain = _without_rates(derived, roots)
     if not any(isinstance(s, Rate | Reaction | AuxiliarySpeed) for s in free_symbols(plain)):
         return plain
     values: dict[Expr, Expr] = {rate(u): a for u, a in zip(derived.speeds, solved.accelerations, strict=True)}
@@ -104,16 +125,27 @@ def evaluate_along(
     """See Equations.evaluate."""
     system, single = solved.derived.system, isinstance(exprs, Expr | int | float)
     entries = exprs.entries if isinstance(exprs, Matrix) else [exprs] if single else exprs
-    roots = without_unknowns(solved, [as_expr(e) for e in entries])
+    roots = tuple(as_expr(e) for e in entries)
+    walk = solved.walks.get(roots, lambda: walked(solved, roots))
     values: dict[Expr, Any] = {time: t}
     values.update(named_values("coordinates", system.coordinates, q))
     values.update(named_values("speeds", solved.derived.speeds, u))
     values.update(named_values("parameters", system.parameters, parameters))
     values.update(named_values("inputs", system.inputs, inputs))
-    numbers = check_pivots(solved, roots, values, evaluate(roots, values))
+    numbers = at(walk, values)
+    if solved.dependent_pivots:
+        numbers = check_pivots(solved, walk.roots, values, numbers)
     if isinstance(exprs, Matrix):
         return stacked(numbers, exprs.shape)
     return numbers[0] if single else numbers
+
+
+def walked(solved: Solved, roots: Sequence[Expr]) -> Walk:
+    """The walk of expressions as functions of q, u, t, parameters and inputs."""
+    walk = Walk(roots)
+    if all(isinstance(s, _PLAIN) or input_of(s) is not None for s in walk.symbols):
+        return walk
+    return Walk(without_unknowns(solved, roots))
 
 
 def parameter_values(system: System, parameters: Mapping[Any, Any] | None) -> dict[Expr, float]:
