@@ -10,6 +10,7 @@ from kane.dynamics import terms
 from kane.dynamics.blocks import Blocks, blocks, mass_rows
 from kane.dynamics.bodies import Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
+from kane.dynamics.constraints.choice import Compared, compared
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
 from kane.expr.matrix import Matrix
@@ -41,7 +42,7 @@ OfPoints = Mapping[Point, Vector]
 class Derived:
     """What no route to u̇, and no choice of dependent speeds, changes: motions, terms of the generalized forces, constraint rows.
 
-    `pairs` holds n_a·n_b for the auxiliary speed a and the reaction b of one cut. M, f and G are assembled when they are first read.
+    `pairs` holds n_a·n_b for the auxiliary speed a and the reaction b of one cut; `near` says where the motion is. M, f and G are assembled when they are first read.
     """
 
     system: System
@@ -51,6 +52,7 @@ class Derived:
     kinematics: Kinematics
     bodies: tuple[Moving, ...]
     constraints: ConstraintRows
+    near: Mapping[Symbol, float] | None = None
 
     speeds = read[tuple[Speed, ...]](lambda d: d.kinematical.speeds, "u.")
     reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "The reactions brought into evidence.")
@@ -175,10 +177,13 @@ class Derived:
 
     A = read[Matrix](lambda d: d.constraints.a, "A of A u + b = 0, a row for each of `system.constraints`.")
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
+    compared = read[Compared](
+        lambda d: compared(d.system, d.constraints, d.near), "Configurations at which constraints are compared."
+    )
     constraint_rates = read[Exprs](lambda d: tuple(map(add, d.A @ d.speeds, d.b)), "A u + b.")
 
 
-def derived(system: System) -> Derived:
+def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Derived:
     """Speeds, motions of bodies and rows of constraints of a system; what it must satisfy is said by `kane.derive`."""
     speeds = generalized_speeds(system)
     auxiliary, pairs = _auxiliary_speeds(system)
@@ -186,7 +191,7 @@ def derived(system: System) -> Derived:
     check_reaction_places(system, kinematics)
     rows = constraint_rows(system, kinematics, auxiliary)
     check_released(system, rows)
-    return Derived(system, auxiliary, pairs, speeds, kinematics, bodies, rows)
+    return Derived(system, auxiliary, pairs, speeds, kinematics, bodies, rows, near)
 
 
 def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs]:

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`derive`: from a declared system to its equations of motion."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import derived
@@ -11,12 +15,19 @@ from kane.equations.equations import Equations
 from kane.model.system import System
 
 
-def derive(system: System) -> Equations:
+def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None = None) -> Equations:
     """Equations of motion of `system` by Kane's method, classical route.
 
     M u̇ = f + G R for the generalized speeds and M_a u̇ = f_a + G_a R for the auxiliary ones (Kane & Levinson 1985, ch. 4 to 6),
     solved together for u̇ and the reactions R. Constraints A u + b = 0 are embedded: the independent speeds are solved for, the
-    dependent ones follow.
+    dependent ones follow. Which these are, and which constraints follow from others, is decided by numbers at configurations that
+    satisfy the constraints, several on every branch that is found, parameters at their defaults.
+
+    Parameters
+    ----------
+    system : System
+    near : coordinates, by symbol or name, where the motion is, if the mechanism has other branches, and values of parameters, inputs
+        and t that its constraints depend on: only configurations around the nearest one then decide
 
     Raises
     ------
@@ -25,10 +36,14 @@ def derive(system: System) -> Equations:
     ReactionError
         if a reaction enters nonlinearly, or its direction is free already
     ModelError
-        if a speed moves no mass, or a constraint is not affine in the rates or holds nothing
+        if a speed moves no mass, or a constraint is not affine in the rates or holds nothing, or cannot be satisfied `near` the place
+    ValueMissingError
+        if `near` names something else
     """
-    parts = derived(system)
-    return _equations(solved(parts, first_partition(system, parts.constraints)))
+    parts = derived(system, place(system, near))
+    held = parts.constraints.constraints
+    partition = first_partition(system, parts.constraints, parts.compared) if held else None
+    return _equations(solved(parts, partition))
 
 
 def repartition(eom: Equations, partition: Partition) -> Equations:

@@ -52,19 +52,19 @@ def balance(
 
     Parameters
     ----------
-    a : A (m × n)
+    a : A (m × n), or several (… × m × n)
     reach : sizes that the entries have had along a motion (m × n): measured by them, what is small now shows
     order : which sizes are divided out one after the other, those of columns (0) or of rows (1)
     rounding : share of the largest entry that is dropped
     """
     sizes = np.abs(a)
-    counts = sizes > rounding * sizes.max(initial=0)
+    counts = sizes > rounding * sizes.max(axis=(-2, -1), keepdims=True, initial=0)
     a, sizes = np.where(counts, a, 0.0), np.where(counts, sizes, 0.0)
     if reach is not None:
         sizes = np.maximum(reach, sizes)
     divided: dict[int, Array] = {}
     for axis in order:
-        size = sizes.max(axis=axis, keepdims=True, initial=0)
+        size = sizes.max(axis=axis - 2, keepdims=True, initial=0)
         size[size <= 0] = 1.0
         a, sizes = a / size, sizes / size
         divided[axis] = divided[axis] * size if axis in divided else size

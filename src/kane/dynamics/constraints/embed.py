@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import matrix_at, sampled
-from kane.dynamics.constraints.partition import Partition, choose
+from kane.dynamics.constraints.choice import Compared, chosen
+from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.redundancy import check_determinate
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
@@ -72,29 +72,20 @@ def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
     )
 
 
-def first_partition(system: System, rows: ConstraintRows) -> Partition | None:
-    """The partition at a configuration that satisfies the constraints, parameters at their defaults; None without constraints.
+def first_partition(system: System, rows: ConstraintRows, compared: Compared) -> Partition:
+    """The partition at configurations that satisfy the constraints, parameters at their defaults.
 
-    What the user made dependent is taken first. There A must be finite, the constraints must give `dependent_speeds` and not
-    contradict each other, and every reaction must be determined.
+    What the user made dependent is taken first. There the constraints must give `dependent_speeds` and not contradict each other, and
+    every reaction must be determined.
     """
-    if not rows.constraints:
-        return None
-    sample = sampled(system, [*rows.a.entries, *rows.a_auxiliary.entries])
-    a = matrix_at(rows.a, sample.values)
-    if not np.all(np.isfinite(a)):
-        raise ModelError(
-            "Expected constraints that are finite where their configuration constraints hold, got infinity or NaN: coordinates or "
-            "parameters' defaults are singular there."
-        )
     place = {u: i for i, u in enumerate(system.speeds)}
-    easy = np.array([constant_value(x) is not None for x in rows.a.entries]).reshape(a.shape)
-    partition = choose(a, [place[u] for u in system.dependent_speeds], easy=easy)
+    easy = np.array([constant_value(x) is not None for x in rows.a.entries]).reshape(rows.a.shape)
+    partition = chosen(compared.a, [place[u] for u in system.dependent_speeds], easy)
     strangers = [str(u) for u in system.dependent_speeds if place[u] not in partition.dependent]
     if strangers:
         raise ModelError(
             f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
             "with the others listed. Choose others, or leave them out to have them chosen."
         )
-    check_determinate(system, rows, a, matrix_at(rows.a_auxiliary, sample.values), sample)
+    check_determinate(system, rows, compared.a, compared.at)
     return partition

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import TRIES, Sampled, closure, matrix_at, sampled
+from kane.dynamics.constraints.closure import closure
+from kane.dynamics.constraints.configurations import Configurations
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, constant_value
@@ -54,23 +55,25 @@ def _check_affine(system: System) -> None:
         )
 
 
-def check_determinate(system: System, rows: ConstraintRows, a: Array, released: Array, sample: Sampled) -> None:
+def check_determinate(system: System, rows: ConstraintRows, numbers: Array, found: Configurations) -> None:
     """Rows that depend on each other are named; what they leave undetermined, at a cut or a multiplier, is no reaction.
 
-    That no configuration was found is said too, unless it may be for values that are not known here. `a` and `released` are A and A_a
-    in numbers: a reaction is determined where its column of A_a adds nothing to the rank of A. Errors are motion constraints that
-    contradict each other whatever the parameters, and reactions that are not determined.
+    That no configuration was found is said too, unless it may be for values that are not known here. `numbers` are A at the
+    configurations `found`: a reaction is determined where its column of A_a adds nothing to the rank of A. Errors are motion
+    constraints that contradict each other whatever the parameters, and reactions that are not determined.
     """
-    if sample.missed:
+    if found.missed:
         _check_affine(system)
+    a = numbers[0]
     dependent = [c for c, x in zip(rows.constraints, indeterminate(a), strict=True) if x]
-    contrary = [] if sample.missed else _contrary(rows, a, sample.values)
+    contrary = [] if found.missed else _contrary(rows, a, found.at(0))
     if any(contrary):
-        told = _contradiction(system, [c for c, x in zip(rows.constraints, contrary, strict=True) if x], rows)
+        also = any(_contrary(rows, numbers[-1], found.at(-1)))
+        told = _contradiction([c for c, x in zip(rows.constraints, contrary, strict=True) if x], rows, also)
     else:
         if dependent:
-            _check_asked(system, dependent, a, released)
-        told = _not_closed(system, dependent, sample) if sample.missed else _redundancy(dependent, rows, a)
+            _check_asked(system, dependent, a, found.matrices(rows.a_auxiliary)[0])
+        told = _not_closed(system, dependent, found) if found.missed else _redundancy(dependent, rows, a)
     if told:
         warnings.warn(told, KaneWarning, stacklevel=4)
 
@@ -103,17 +106,17 @@ def _check_asked(system: System, dependent: Sequence[Constraint], a: Array, rele
         )
 
 
-def _not_closed(system: System, dependent: Sequence[Constraint], sample: Sampled) -> str:
+def _not_closed(system: System, dependent: Sequence[Constraint], found: Configurations) -> str:
     """No configuration was found: of rows that depend on each other nothing more is known, nor where lengths were drawn at random."""
-    if sample.drawn and not dependent:
+    if found.drawn and not dependent:
         return ""
-    (worst, left), *more = sample.missed
+    (worst, left), *more = found.missed
     parameters = any(isinstance(s, Parameter) for s in free_symbols(c.expr for c in system.holonomic))
-    assumed = [f"random values of {', '.join(sample.drawn)}"] if sample.drawn else []
-    when = ", ".join(f"{t:.3g}" for t in sample.times)
-    assumed += ["parameters at their defaults"] if parameters and not sample.drawn else []
+    assumed = [f"random values of {', '.join(found.drawn)}"] if found.drawn else []
+    when = ", ".join(f"{t:.3g}" for t in found.times)
+    assumed += ["parameters at their defaults"] if parameters and not found.drawn else []
     return (
-        f"Expected configuration constraints that some configuration satisfies, got none from {TRIES} starts"
+        f"Expected configuration constraints that some configuration satisfies, got none from {found.starts} starts"
         f"{f' at each of t = {when}' if when else ''}"
         f"{f' with {assumed[0]}' if assumed else ''}: {worst!r} resists most, by {left:.3g}"
         f"{', then ' + ', '.join(repr(name) for name, _ in more[:3]) if more else ''}. "
@@ -128,15 +131,14 @@ def _named(dependent: Sequence[Constraint]) -> str:
     return f"constraints {names} depend on each other" if len(dependent) > 1 else f"constraint {names} holds by itself"
 
 
-def _contradiction(system: System, constraints: Sequence[Constraint], rows: ConstraintRows) -> str:
+def _contradiction(constraints: Sequence[Constraint], rows: ConstraintRows, elsewhere: bool) -> str:
     """An error where they contradict each other whatever the values of parameters and inputs, and at another configuration too."""
     held = [k for k, c in enumerate(rows.constraints) if c in set(constraints)]
     symbols = free_symbols(x for k in held for x in (*rows.a.rows[k], rows.b[k]))
     chosen = [s.name for s in symbols if isinstance(s, Parameter) or input_of(s) is not None]
     names = ", ".join(repr(c.name) for c in constraints)
     wrong = f"constraints that speeds can satisfy together, got {names}, which hold the same combination of speeds at different values"
-    other = sampled(system, rows.a.entries, _SEED)
-    if not chosen and not other.missed and any(_contrary(rows, matrix_at(rows.a, other.values), other.values)):
+    if not chosen and elsewhere:
         raise ModelError(f"Expected {wrong}. Leave one of them out, or correct it.")
     values = f"{', '.join(chosen)} (defaults, where there are any)" if chosen else "coordinates"
     return (

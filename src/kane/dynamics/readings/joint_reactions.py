@@ -19,12 +19,11 @@ import numpy as np
 
 from kane.dynamics.bodies import Moving
 from kane.dynamics.checks import check_placed
-from kane.dynamics.constraints.closure import matrix_at, sampled
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import ReactionError
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.kinematics.motion import acceleration_form
 from kane.model.bodies import parts_of
@@ -32,6 +31,7 @@ from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
 from kane.model.system import System
 from kane.numeric.rank import balance, dependencies
+from kane.numeric.sample import values_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
@@ -301,12 +301,12 @@ def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     """No multipliers that leave the motion as it is, xᵀ A = 0, may change what the place transmits."""
     if not solved.redundant:
         return
-    system, rows = solved.derived.system, solved.derived.constraints
+    system = solved.derived.system
     constraints = system.constraints
     shares = Matrix([[x for v in share(c) for x in v.components(system.inertial)] for c in constraints])
-    values = sampled(system, [*rows.a.entries, *shares.entries]).values
+    values = values_of(free_symbols(shares.entries), 0, solved.derived.compared.at.at(0))
     numbers = np.asarray(evaluate(shares, values), dtype=float)
-    a = matrix_at(rows.a, values)
+    a = solved.derived.compared.a[0]
     combinations = dependencies(a) / balance(a).rows[:, 0]
     reach = np.abs(combinations).max(axis=1, initial=0) * np.abs(numbers).max(initial=0)
     changed = np.abs(combinations @ numbers).max(axis=1, initial=0) > 1e-7 * reach

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which of several configurations tell the rank of the constraints, and which dependent speeds are determined at all of these.
+
+The rank is that of the motion: the highest at configurations from which the mechanism moves, since where it drops it is lost in
+passing. A configuration at which nothing can move is another assembly, and counts where there are no others.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kane.dynamics.constraints.configurations import Configurations, configurations
+from kane.dynamics.constraints.partition import POOR, Partition, choose
+from kane.errors import ModelError
+from kane.expr.symbols import Symbol
+from kane.kinematics.constraints import ConstraintRows
+from kane.model.system import System
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.rank import DERIVE_RANK, balanced
+
+_SINGULAR = 1e-6
+"""Quality at which dependent speeds do not follow at a configuration: by chance none lies so near to a singular position."""
+_SHARE = 0.25
+"""Share of the configurations at which dependent speeds may be poorly determined: every choice is somewhere."""
+_BETTER = 4.0
+"""By how much another choice must be better than that at the first configuration."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Compared:
+    """Configurations of the motion, all of one rank of the constraints, and A there (count × m × n)."""
+
+    at: Configurations
+    a: Array
+
+
+def compared(system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None) -> Compared:
+    """Configurations at which the constraints are compared; a ModelError where A is finite at none of them."""
+    found = configurations(system, [*rows.a.entries, *rows.a_auxiliary.entries], near)
+    a = found.matrices(rows.a)
+    usable = np.flatnonzero(np.isfinite(a).all(axis=(1, 2)))
+    if not len(usable):
+        raise ModelError(
+            "Expected constraints that are finite where their configuration constraints hold, got infinity or NaN: coordinates or "
+            "parameters' defaults are singular there."
+        )
+    usable = usable[of_the_motion(ranks(a[usable]), len(system.speeds))]
+    return Compared(found.only(usable), a[usable])
+
+
+def ranks(a: Array) -> Array:
+    """The rank of each of several matrices (k × m × n)."""
+    if not a.size:
+        return np.zeros(len(a), dtype=int)
+    values = np.linalg.svd(balanced(a), compute_uv=False)
+    return np.asarray((values > DERIVE_RANK * values[:, :1]).sum(axis=1))
+
+
+def of_the_motion(found: Array, speeds: int) -> Mask:
+    """Which configurations, of the ranks `found`, have that of the motion, of so many speeds."""
+    moving = found < speeds
+    return np.asarray(found == found[moving if moving.any() else ~moving].max(initial=0))
+
+
+def chosen(a: Array, preferred: Sequence[int], easy: Mask) -> Partition:
+    """The partition at the first of several matrices (k × m × n) of one rank; another's where that is much better at all of them.
+
+    What is `preferred` comes before quality, see `choose`.
+    """
+    first = choose(a[0], preferred, easy=easy)
+    best = _merit(a, first, preferred)
+    if best[:2] == (0, 0) and best[2] >= POOR:
+        return first
+    found, least = first, (best[0], best[1], _BETTER * best[2])
+    for numbers in a[1:]:
+        other = choose(numbers, preferred, easy=easy)
+        merit = _merit(a, other, preferred)
+        if merit > least:
+            found, least = other, merit
+    return found
+
+
+def _merit(a: Array, partition: Partition, preferred: Sequence[int]) -> tuple[int, int, float]:
+    """Speeds that were asked for and are not given, configurations at which speeds do not follow, both below zero; the quality else."""
+    found = qualities(a, partition)
+    return (
+        -len(set(preferred) - set(partition.dependent)),
+        -int((found < _SINGULAR).sum()),
+        float(np.quantile(found, _SHARE)),
+    )
+
+
+def qualities(a: Array, partition: Partition) -> Array:
+    """How well the rows give the dependent speeds at each of several matrices (k × m × n), see `partition.quality`.
+
+    The order of the pivots does not count here.
+    """
+    rows = balanced(a)[:, list(partition.rows)]
+    block = rows[:, :, list(partition.dependent)]
+    if not block.size:
+        return np.ones(len(a))
+    values = np.linalg.svd(block, compute_uv=False)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.abs(block).max(axis=(1, 2)) / np.abs(rows).max(axis=(1, 2))
+        return np.nan_to_num(np.minimum(values[:, -1] / values[:, 0], share))

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Several configurations that satisfy the constraints: what is decided once for all of a motion is decided by them.
+
+They are closed from many starts at once, so that they lie on every branch that was found, and several on each.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.constraints.branches import branch_scalars, branches, turned_function
+from kane.dynamics.constraints.closure import OFF, Closure, closure
+from kane.errors import ModelError
+from kane.expr.evaluate import compile_reference, free_symbols
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter, Symbol, input_of, time
+from kane.model.system import System
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.many import ClosedMany, Indices, Residuals, close_many, close_most, sizes
+from kane.numeric.named import finite_number, named_values
+from kane.numeric.sample import HIGH, LOW, values_of
+
+_SEED = 20322
+_TRIES = (12, 60, 300)
+"""How many starts are made together: more where none of those before was closed."""
+_TIMES = (1.0, 0.01, 0.0)
+"""Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
+_FIRM = 1e-10
+"""Residual, over the size of its terms, at which a configuration is closed; up to `OFF` it is where there is none better."""
+_AROUND, _NEAR = 0.1, 1.0
+"""How far starts are spread around a place that is given, and how far steps may lead from it, in rad or the coordinate's size."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Configurations:
+    """Values of symbols at several configurations: arrays (count), or one number for all.
+
+    `missed` are constraints that resist, with what is left of them, the worst first, where no configuration was found: the values are
+    random ones then. `drawn` names what constraints depend on and is no default: parameters without one, and inputs. `starts` is how
+    many were tried at each of `times`, if constraints depend on the time. `near` are those that were given.
+    """
+
+    values: Mapping[Symbol, Any]
+    count: int
+    missed: tuple[tuple[str, float], ...] = ()
+    drawn: tuple[str, ...] = ()
+    starts: int = 0
+    times: tuple[float, ...] = ()
+    near: bool = False
+
+    def at(self, k: int) -> dict[Symbol, float]:
+        """The values at one of them."""
+        return {s: float(np.broadcast_to(v, self.count)[k]) for s, v in self.values.items()}
+
+    def only(self, kept: Indices) -> "Configurations":
+        """Some of them."""
+        values = {s: v if np.ndim(v) == 0 else v[kept] for s, v in self.values.items()}
+        return replace(self, values=values, count=len(kept))
+
+    def matrices(self, matrix: Matrix) -> Array:
+        """A matrix in numbers at each (count × m × n)."""
+        symbols = free_symbols(matrix.entries)
+        run = compile_reference(matrix.entries, list(symbols))
+        return _stacked(run([self.values[s] for s in symbols]), self.count).reshape(self.count, *matrix.shape)
+
+
+def configurations(
+    system: System, roots: Sequence[Expr], near: Mapping[Symbol, float] | None = None, seed: int = _SEED
+) -> Configurations:
+    """Values of every symbol below `roots` at configurations that satisfy the constraints, if those can be reached.
+
+    Parameters take their defaults; what has none is drawn at random, for each start anew. With `near`, values of coordinates and of
+    what else constraints depend on, all are closed from there; a ModelError where that cannot be done.
+    """
+    conditions = closure(system)
+    held = free_symbols(conditions.f)
+    values = values_of((*free_symbols([*roots, *branch_scalars(branches(system))]), *held, *system.coordinates), seed)
+    search = _Search(system, conditions, held, values, np.random.default_rng(seed))
+    if near:
+        return search.around(near)
+    if not conditions.f:
+        return search.tried(_TRIES[0], {})
+    moments = [{time: values[time] * share} for share in _TIMES] if time in set(held) else [{}]
+    first: Configurations | None = None
+    for count in _TRIES:
+        for moment in moments:
+            found = search.tried(count, moment)
+            if not found.missed:
+                return found
+            first = first or found
+    assert first is not None
+    return replace(first, starts=sum(_TRIES), times=tuple(m[time] for m in moments if m))
+
+
+def place(system: System, near: Mapping[Any, Any] | Sequence[float] | None) -> dict[Symbol, float] | None:
+    """`near` by symbol, a number each: coordinates, and what else constraints depend on."""
+    if near is None:
+        return None
+    known = system.coordinates
+    if isinstance(near, Mapping):
+        known = (*known, *system.parameters, *system.inputs, time)  # type: ignore[assignment]
+    given = named_values("coordinates, parameters, inputs and t, near= which the motion is,", known, near)
+    return {s: finite_number("value near= which the motion is", str(s), v) for s, v in given.items()}  # type: ignore[misc]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Search:
+    """The configuration constraints of a system, the symbols in them, and the values of the first start."""
+
+    system: System
+    conditions: Closure
+    held: tuple[Symbol, ...]
+    values: dict[Symbol, float]
+    rng: np.random.Generator
+
+    def tried(self, count: int, moment: Mapping[Symbol, float]) -> Configurations:
+        """Configurations from so many starts, the first of them at `values`; at random ones where none closes."""
+        drawn = self._drawn()
+        values: dict[Symbol, Any] = {**self.values, **moment}
+        x = np.tile([values[q] for q in self.system.coordinates], (count, 1))
+        x[1:] = self.rng.uniform(-np.pi, np.pi, (count - 1, x.shape[1]))
+        for s in drawn:
+            values[s] = np.append(values[s], self.rng.uniform(LOW, HIGH, count - 1))
+        if not self.conditions.f:
+            return self._found(values, x)
+        function = self._function(values)
+        size = sizes(function, x)
+        x[1:] *= np.where(size.turns, 1.0, size.x / 2)
+        found = close_most(function, x, size)
+        turned = self._turned(values, found)
+        closed = np.flatnonzero(self._closed(found) & ~turned.any(axis=1))
+        names = tuple(s.name for s in drawn)
+        if len(closed):
+            return self._found(values, found.x, closed, drawn=names, starts=count)
+        return self._found(values, x, missed=self._missed(found, turned), drawn=names, starts=count)
+
+    def around(self, near: Mapping[Symbol, float]) -> Configurations:
+        """The configuration that the place given is nearest to first, then others beside it."""
+        coordinates = self.system.coordinates
+        values: dict[Symbol, Any] = {**self.values, time: 0.0, **near}
+        x = np.tile([values[q] for q in coordinates], (_TRIES[0], 1))
+        given = np.array([q in near for q in coordinates])
+        if not self.conditions.f:
+            x[1:] += _AROUND * self.rng.normal(size=x[1:].shape)
+            return self._found(values, x, near=True)
+        function = self._function(values)
+        size = sizes(function, x)
+        x[1:] += np.where(given, _AROUND, 2.0) * size.x * self.rng.normal(size=x[1:].shape)
+        found = close_many(function, x, size)
+        away = (np.abs(found.x - x[0]) / size.x)[:, given].max(axis=1, initial=0)
+        turned = self._turned(values, found)
+        away = np.where(self._closed(found) & ~turned.any(axis=1) & (away <= _NEAR), away, np.inf)
+        first = 0 if given.all() else int(np.argmin(away))
+        if not np.isfinite(away[first]):
+            raise ModelError(self._not_near(found, turned, near))
+        beside = (np.abs(found.x - found.x[first]) / size.x).max(axis=1) <= _NEAR
+        others = [int(k) for k in np.flatnonzero(np.isfinite(away) & beside) if k != first]
+        return self._found(values, found.x, np.array([first, *others]), near=True)
+
+    def _found(
+        self, values: Mapping[Symbol, Any], x: Array, kept: Indices | None = None, **more: Any
+    ) -> Configurations:
+        found = Configurations({**values, **dict(zip(self.system.coordinates, x.T, strict=True))}, len(x), **more)
+        return found if kept is None else found.only(kept)
+
+    def _function(self, values: Mapping[Symbol, Any]) -> Residuals:
+        """f and ∂f/∂q in numbers, of starts by number: what is no coordinate has the values of that start."""
+        coordinates, f = self.system.coordinates, self.conditions.f
+        rest = [s for s in self.held if s not in set(coordinates)]
+        run = compile_reference([*f, *self.conditions.gradient.entries], [*coordinates, *rest])
+        shape = len(f), len(coordinates)
+
+        def function(x: Array, starts: Indices) -> tuple[Array, Array]:
+            others = [v if np.ndim(v) == 0 else v[starts] for v in (values[s] for s in rest)]
+            numbers = _stacked(run([*x.T, *others]), len(x))
+            return numbers[:, : len(f)], numbers[:, len(f) :].reshape(-1, *shape)
+
+        return function
+
+    def _turned(self, values: Mapping[Symbol, Any], found: ClosedMany) -> Array:
+        """By what angle each closure is turned away from the branch that it means, where it is closed (k × closures)."""
+        rest = {s: v for s, v in values.items() if s not in set(self.system.coordinates)}
+        return turned_function(self.system, rest)(found.x)
+
+    @staticmethod
+    def _closed(found: ClosedMany) -> Mask:
+        firm = found.left <= _FIRM
+        return firm if firm.any() else found.left <= OFF
+
+    def _drawn(self) -> list[Symbol]:
+        return [
+            s
+            for s in self.held
+            if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None
+        ]
+
+    def _missed(self, found: ClosedMany, turned: Array) -> tuple[tuple[str, float], ...]:
+        """Constraints that are left open where least is, the worst first; or closures that are turned away from what they mean."""
+        best = int(np.argmin(np.where(np.isfinite(found.left), found.left, np.inf)))
+        rows = zip(self.conditions.names, found.residual[best], found.shares[best], strict=True)
+        left = [(abs(share), name, float(r)) for name, r, share in rows if not abs(share) <= OFF]
+        if left:
+            return tuple((name, r) for _, name, r in sorted(left, reverse=True))
+        ways = zip(branches(self.system), turned[best], strict=True)
+        return tuple((f"{b.name}: its {b.what} turned", float(x)) for b, x in ways if x)
+
+    def _not_near(self, found: ClosedMany, turned: Array, near: Mapping[Symbol, float]) -> str:
+        told = ", ".join(f"{s} = {v:.6g}" for s, v in near.items())
+        drawn = ", ".join(s.name for s in self._drawn() if s not in near)
+        elsewhere = np.flatnonzero(self._closed(found) & ~turned.any(axis=1))
+        if len(elsewhere):
+            way = zip(self.system.coordinates, found.x[elsewhere[0]], strict=True)
+            there = ", ".join(f"{q} = {v:.6g}" for q, v in way)
+            why = f"one that was found lies at {there}. Give that, if it is on the branch that is meant"
+        else:
+            ((worst, left), *_) = self._missed(found, turned)
+            why = f"{worst!r} resists most, by {left:.3g}. Give a place nearer to a configuration"
+        return (
+            f"Expected a place near= at which the constraints nearly hold, got {told}, from which none is reached: {why}"
+            f"{f', and values of {drawn}, which were drawn at random' if drawn else ''}."
+        )
+
+
+def _stacked(values: Sequence[Any], count: int) -> Array:
+    """Numbers, or arrays (count) of them, as an array (count × …)."""
+    stacked = np.empty((count, len(values)))
+    for k, v in enumerate(values):
+        stacked[:, k] = v
+    return stacked

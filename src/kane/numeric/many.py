@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""f(x) = 0 from many starts at once, each as by Gauss–Newton steps of least size, halved until they help.
+
+What moves and what must vanish are both measured by sizes of their own, so that units do not matter.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.numeric.arrays import Array, Mask
+
+Indices = npt.NDArray[np.intp]
+Residuals = Callable[[Array, Indices], tuple[Array, Array]]
+"""f (k × m) and ∂f/∂x (k × m × n) at x (k × n) of the starts numbered by the second argument (k)."""
+
+CLOSED = 1e-13
+"""Share of the size of its terms below which a residual counts as zero."""
+_ROUNDED = 1e-10
+"""Share from which on a step that does not help is not halved: what is left is rounding's."""
+_STEPS, _HALVINGS, _PATIENCE = 60, 20, 10
+"""Steps, halvings of one, and steps after which no more is waited for where half of the starts have come to an end."""
+_FIRM = 1e-13
+"""What is added to the diagonal of G Gᵀ, over its mean: rows that depend on each other do no harm."""
+_SURE = 1e-12
+_QUICK, _MOST, _HALF, _PART = 10, 0.75, 0.5, 0.15
+"""Share below which a start is closed well enough; whole steps from many at once, and the shares of these that do: soon, later, at last."""
+_STALLED = 0.998
+"""Share of f² that must not be left by a step for others to follow."""
+
+
+class Sizes(NamedTuple):
+    """How large each x (n) is by its nature, the terms of each f (m), and where f is the same a turn of 2π further."""
+
+    x: Array
+    f: Array
+    turns: Mask
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosedMany:
+    """Where the steps ended, x (k × n), what is left of f there, `residual` (k × m), and its `shares` of the sizes of its terms."""
+
+    x: Array
+    residual: Array
+    shares: Array
+
+    @property
+    def left(self) -> Array:
+        """The largest share (k)."""
+        return np.abs(self.shares).max(axis=1, initial=0)
+
+
+def sizes(function: Residuals, x: Array) -> Sizes:
+    """Sizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do."""
+    k, n = x.shape
+    turned = np.repeat(x[:1], n, axis=0) + 2 * np.pi * np.eye(n)
+    every = np.append(np.arange(k), np.zeros(n, dtype=np.intp))
+    f, g = function(np.vstack([x, turned]), every)
+    f, more, g = f[:k], f[k:], np.abs(g[:k])
+    usable = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
+    if not usable.any():
+        return Sizes(np.ones(n), np.ones(f.shape[1]), np.zeros(n, dtype=bool))
+    change, reach = np.abs(more - f[0]), np.abs(f[0]) + g[0] @ np.maximum(np.abs(x[0]), 1.0)
+    turns = (change <= 1e-9 * reach).all(axis=1)
+    typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        own = np.where(slope > 0, typical[:, None] / slope, 0.0).max(axis=0, initial=0)
+    own = np.where(turns | ~(own > 0) | ~np.isfinite(own), 1.0, own)
+    terms = np.maximum(typical, (slope * own).max(axis=1, initial=0))
+    return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
+
+
+def close_many(function: Residuals, x: Array, size: Sizes) -> ClosedMany:
+    """Steps from each x (k × n), halved where they do not help; an x that turns moves by at most 1 a step."""
+    x = x.copy()
+    f, g = _scaled(function, x, np.arange(len(x)), size)
+    left = np.abs(f).max(axis=1, initial=0)
+    going = np.isfinite(left) & np.isfinite(g).all(axis=(1, 2)) & (left > CLOSED)
+    for step in range(_STEPS):
+        at = np.flatnonzero(going)
+        if not len(at) or (step >= _PATIENCE and 2 * len(at) <= len(x)):
+            break
+        change = _change(f[at], g[at], size)
+        share = np.ones(len(at))
+        before, pending = (f[at] ** 2).sum(axis=1), np.arange(len(at))
+        for _ in range(_HALVINGS):
+            members = at[pending]
+            trial = x[members] + share[pending, None] * change[pending]
+            new, slope = _scaled(function, trial, members, size)
+            norm = (new**2).sum(axis=1)
+            good = norm < before[pending]
+            done = members[good]
+            x[done], f[done], g[done] = trial[good], new[good], slope[good]
+            going[done[norm[good] > _STALLED * before[pending[good]]]] = False
+            pending = pending[~good & (left[members] > _ROUNDED)]
+            if not len(pending):
+                break
+            share[pending] /= 2
+        left[at], last = np.abs(f[at]).max(axis=1, initial=0), left[at]
+        going[at[(left[at] <= CLOSED) | (left[at] >= last)]] = False
+    return ClosedMany(x, f * size.f, f)
+
+
+def close_most(function: Residuals, x: Array, size: Sizes) -> ClosedMany:
+    """The same in few whole steps, where that is enough for a good part of the starts: which branch each comes to does not matter."""
+    start, every = x, np.arange(len(x))
+    f, g = _scaled(function, x, every, size)
+    for step in range(_QUICK):
+        finite = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
+        left = np.where(finite, np.abs(f).max(axis=1, initial=0), np.inf)
+        if (left <= _SURE).sum() >= (_MOST if step < _QUICK // 2 else _HALF) * len(x):
+            break
+        at = np.flatnonzero(finite & (left > CLOSED))
+        if not len(at):
+            break
+        x = x.copy()
+        x[at] += _change(f[at], g[at], size)
+        f, g = _scaled(function, x, every, size)
+    if (np.abs(f).max(axis=1, initial=0) <= _SURE).sum() < _PART * len(x):
+        return close_many(function, start, size)
+    return ClosedMany(x, f * size.f, f)
+
+
+def _scaled(function: Residuals, x: Array, members: Indices, size: Sizes) -> tuple[Array, Array]:
+    f, g = function(x, members)
+    return f / size.f, g * size.x / size.f[:, None]
+
+
+def _change(f: Array, g: Array, size: Sizes) -> Array:
+    """The least changes (k × n) with G δ = −f, nearly: G Gᵀ is made regular where rows depend on each other."""
+    across = np.swapaxes(g, 1, 2)
+    square = g @ across
+    m = f.shape[1]
+    firm = _FIRM * np.trace(square, axis1=1, axis2=2) / m
+    square[:, range(m), range(m)] += np.where(firm > 0, firm, 1.0)[:, None]
+    least = (across @ np.linalg.solve(square, -f[:, :, None]))[:, :, 0]
+    share = np.abs(least[:, size.turns]).max(axis=1, initial=1.0)
+    return np.asarray(least * (size.x / share[:, None]))
