@@ -42,7 +42,8 @@ OfPoints = Mapping[Point, Vector]
 class Derived:
     """What no route to u̇, and no choice of dependent speeds, changes: motions, terms of the generalized forces, constraint rows.
 
-    `pairs` holds n_a·n_b for the auxiliary speed a and the reaction b of one cut; `near` says where the motion is. M, f and G are assembled when they are first read.
+    `pairs` holds n_a·n_b for the auxiliary speed a and the reaction b of one cut; `near` says where the motion
+    is. M, f and G are assembled when they are first read.
     """
 
     system: System

@@ -26,8 +26,9 @@ _STEPS, _HALVINGS, _PATIENCE = 60, 20, 10
 _FIRM = 1e-13
 """What is added to the diagonal of G Gᵀ, over its mean: rows that depend on each other do no harm."""
 _SURE = 1e-12
+"""Share below which a start is closed well enough."""
 _QUICK, _MOST, _HALF, _PART = 10, 0.75, 0.5, 0.15
-"""Share below which a start is closed well enough; whole steps from many at once, and the shares of these that do: soon, later, at last."""
+"""Whole steps from many starts at once, and the shares of these that are enough: soon, later, at last."""
 _STALLED = 0.998
 """Share of f² that must not be left by a step for others to follow."""
 
@@ -51,7 +52,7 @@ class ClosedMany:
     @property
     def left(self) -> Array:
         """The largest share (k)."""
-        return np.abs(self.shares).max(axis=1, initial=0)
+        return np.asarray(np.abs(self.shares).max(axis=1, initial=0))
 
 
 def sizes(function: Residuals, x: Array) -> Sizes:

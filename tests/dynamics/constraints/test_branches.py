@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import kane as kn
 from kane.dynamics.constraints.branches import branches, turned_function
-from kane.dynamics.constraints.closure import sampled
+from kane.dynamics.constraints.configurations import configurations
 from tests.model.joints.kinds import AXIS, KINDS, rigid
 from tests.model.joints.test_closures import CLOSED, N, O
 
@@ -82,8 +82,8 @@ def test_some_rows_of_a_closure_alone_say_nothing_of_its_orientation():
 def test_the_configuration_that_choices_are_made_at_is_on_the_branch_that_is_meant(kind):
     _, system = closed(kind)
     for seed in range(6):
-        sample = sampled(system, [c.expr for c in system.constraints], seed)
-        assert not sample.missed
-        values = {s: v for s, v in sample.values.items() if s not in set(system.coordinates)}
-        q = np.array([sample.values[x] for x in system.coordinates])
+        found = configurations(system, [c.expr for c in system.constraints], seed=seed)
+        assert not found.missed
+        values = {s: v for s, v in found.values.items() if s not in set(system.coordinates)}
+        q = np.array([found.values[x] for x in system.coordinates]).T
         assert not turned_function(system, values)(q).any()

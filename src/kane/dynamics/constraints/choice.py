@@ -82,7 +82,7 @@ def chosen(a: Array, preferred: Sequence[int], easy: Mask) -> Partition:
 
 
 def _merit(a: Array, partition: Partition, preferred: Sequence[int]) -> tuple[int, int, float]:
-    """Speeds that were asked for and are not given, configurations at which speeds do not follow, both below zero; the quality else."""
+    """Minus how many speeds asked for are not given, minus at how many configurations speeds do not follow; the quality else."""
     found = qualities(a, partition)
     return (
         -len(set(preferred) - set(partition.dependent)),
@@ -103,4 +103,4 @@ def qualities(a: Array, partition: Partition) -> Array:
     values = np.linalg.svd(block, compute_uv=False)
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.abs(block).max(axis=(1, 2)) / np.abs(rows).max(axis=(1, 2))
-        return np.nan_to_num(np.minimum(values[:, -1] / values[:, 0], share))
+        return np.asarray(np.nan_to_num(np.minimum(values[:, -1] / values[:, 0], share)))

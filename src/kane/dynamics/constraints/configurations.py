@@ -83,7 +83,9 @@ def configurations(
         return search.around(near)
     if not conditions.f:
         return search.tried(_TRIES[0], {})
-    moments = [{time: values[time] * share} for share in _TIMES] if time in set(held) else [{}]
+    moments: list[dict[Symbol, float]] = [{}]
+    if time in set(held):
+        moments = [{time: values[time] * share} for share in _TIMES]
     first: Configurations | None = None
     for count in _TRIES:
         for moment in moments:
@@ -99,11 +101,11 @@ def place(system: System, near: Mapping[Any, Any] | Sequence[float] | None) -> d
     """`near` by symbol, a number each: coordinates, and what else constraints depend on."""
     if near is None:
         return None
-    known = system.coordinates
+    known: tuple[Symbol, ...] = system.coordinates
     if isinstance(near, Mapping):
-        known = (*known, *system.parameters, *system.inputs, time)  # type: ignore[assignment]
+        known = (*known, *system.parameters, *system.inputs, time)
     given = named_values("coordinates, parameters, inputs and t, near= which the motion is,", known, near)
-    return {s: finite_number("value near= which the motion is", str(s), v) for s, v in given.items()}  # type: ignore[misc]
+    return {s: finite_number("value near= which the motion is", s.name, given[s]) for s in known if s in given}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,7 +184,7 @@ class _Search:
 
     def _turned(self, values: Mapping[Symbol, Any], found: ClosedMany) -> Array:
         """By what angle each closure is turned away from the branch that it means, where it is closed (k × closures)."""
-        rest = {s: v for s, v in values.items() if s not in set(self.system.coordinates)}
+        rest: dict[Expr, Any] = {s: v for s, v in values.items() if s not in set(self.system.coordinates)}
         return turned_function(self.system, rest)(found.x)
 
     @staticmethod
@@ -191,11 +193,7 @@ class _Search:
         return firm if firm.any() else found.left <= OFF
 
     def _drawn(self) -> list[Symbol]:
-        return [
-            s
-            for s in self.held
-            if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None
-        ]
+        return [s for s in self.held if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None]
 
     def _missed(self, found: ClosedMany, turned: Array) -> tuple[tuple[str, float], ...]:
         """Constraints that are left open where least is, the worst first; or closures that are turned away from what they mean."""
