@@ -96,7 +96,8 @@ def multiplier_form(state: State) -> tuple[Array, Array, float]:
 
     B = np.zeros((n, n - m))
     B[list(e.independent)] = np.eye(n - m)
-    B[list(e.partition.dependent)] = A_n
+    place = {u: k for k, u in enumerate(eom.speeds)}
+    B[[place[u] for u in eom.dependent_speeds]] = A_n
     assert error(A @ B, np.zeros((m, n - m))) < 1e-10
     condition = max(np.linalg.cond(x) for x in (whole, B.T @ M @ B))
     return found[:n], found[n:], float(condition)

@@ -58,18 +58,29 @@ class Solved:
     # Constraints ---------------------------------------------------------------------------------------------------------
 
     dependent_speeds = read[tuple[Speed, ...]](
-        lambda s: tuple(s.derived.speeds[i] for i in s.embedding.partition.dependent) if s.embedding else (),
-        "u_D, the speeds that the constraints give.",
+        lambda s: tuple(s.derived.speeds[s.embedding.partition.dependent[k]] for k in s._places) if s.embedding else (),
+        "u_D, the speeds that the constraints give: those that were named in that order, then the others in that of the speeds.",
     )
     independent_speeds = read[tuple[Speed, ...]](
         lambda s: tuple(s.derived.speeds[i] for i in s.embedding.independent) if s.embedding else s.derived.speeds,
         "u_I, as many as there are degrees of freedom.",
     )
     A_n = read[Matrix](
-        lambda s: s.embedding.a_n if s.embedding else Matrix([], (0, len(s.derived.speeds))),
-        "A_n of u_D = A_n u_I + b_n.",
+        lambda s: s.embedding.a_n.take(s._places) if s.embedding else Matrix([], (0, len(s.derived.speeds))),
+        "A_n of u_D = A_n u_I + b_n, a row for each of `dependent_speeds`.",
     )
-    b_n = read[Exprs](lambda s: s.embedding.b_n if s.embedding else (), "b_n of u_D = A_n u_I + b_n.")
+    b_n = read[Exprs](
+        lambda s: tuple(s.embedding.b_n[k] for k in s._places) if s.embedding else (),
+        "b_n of u_D = A_n u_I + b_n, for each of `dependent_speeds`.",
+    )
+
+    @read
+    def _places(self) -> tuple[int, ...]:
+        """The places of `dependent_speeds` in the partition, which is in the order of elimination."""
+        solved_for = self.embedding.partition.dependent if self.embedding else ()
+        named = {u: k for k, u in enumerate(self.derived.system.dependent_speeds)}
+        rank = [(named.get(u, len(named)), i) for i, u in enumerate(self.derived.speeds)]
+        return tuple(sorted(range(len(solved_for)), key=lambda k: rank[solved_for[k]]))
 
     @read
     def redundant(self) -> tuple[Constraint, ...]:
@@ -83,8 +94,9 @@ class Solved:
         e = self.embedding
         if e is None:
             return ()
-        rows = zip(self.dependent_speeds, e.pivots, e.transposed.pivots, strict=True)
-        return tuple(Pivot(u, x, (_divisor(x), _divisor(y))) for u, x, y in rows if x.op is not CONST)
+        rows = zip(e.partition.dependent, e.pivots, e.transposed.pivots, strict=True)
+        speeds = self.derived.speeds
+        return tuple(Pivot(speeds[i], x, (_divisor(x), _divisor(y))) for i, x, y in rows if x.op is not CONST)
 
     @read
     def multipliers(self) -> Mapping[Constraint, Expr]:

@@ -51,7 +51,7 @@ class System(Declarations):
     holonomic : configuration constraints f(q, t) = 0: from `kn.coincident`, `kn.distance`, …, or scalars that must vanish
     nonholonomic : motion constraints, affine in the rates: from `kn.rolling`, `kn.no_slip`, or scalars that must vanish
     dependent_coordinates : which coordinates the configuration constraints give, chosen by rank if left out
-    dependent_speeds : which speeds the constraints give, chosen by rank if left out
+    dependent_speeds : which speeds the constraints give, in the order in which they are to stand; chosen by rank if left out
     joints : joints to be known by name; their speeds come first, but for joints whose rates `speeds` defines otherwise
     """
 

@@ -18,9 +18,13 @@ def matrix(eom, m, **more):
     return np.asarray(eom.evaluate(m, **(state(eom) | more)), dtype=float).reshape(m.shape)
 
 
+def places(eom, speeds):
+    """Where these speeds stand among all."""
+    return [{s: k for k, s in enumerate(eom.speeds)}[u] for u in speeds]
+
+
 def test_dependent_speeds_follow_from_independent_ones():
-    e = EOM.embedding
-    d, i = list(e.partition.dependent), list(e.independent)
+    d, i = (places(EOM, speeds) for speeds in (EOM.dependent_speeds, EOM.independent_speeds))
     A, A_n, b_n = matrix(EOM, EOM.A), matrix(EOM, EOM.A_n), numbers(EOM, EOM.b_n)
     u = numbers(EOM, EOM.speeds)
     np.testing.assert_allclose(A[:, d] @ A_n + A[:, i], 0, atol=1e-14)
@@ -50,6 +54,22 @@ def test_both_pivots_carry_the_weight_and_the_inertia():
     np.testing.assert_allclose(p + h, a[:, :2].sum(axis=0) + np.array([0, 3 * G]), atol=1e-12)
     np.testing.assert_allclose(h, numbers(EOM, [EOM.multipliers[c] for c in BAR.close]), atol=1e-12)
     np.testing.assert_allclose(numbers(eom, eom.accelerations), numbers(EOM, EOM.accelerations), atol=1e-12)
+
+
+@pytest.mark.parametrize("named", [(0, 1), (1, 0), (2, 0), (2, 1), (2,), (1,), ()])
+def test_dependent_speeds_stand_in_the_order_in_which_they_were_named(named):
+    """A_n and b_n read so, in numbers of A; what was not named comes after, in the order of the speeds."""
+    eom = BAR.derive(dependent_speeds=[EOM.speeds[k] for k in named])
+    d, i = places(eom, eom.dependent_speeds), places(eom, eom.independent_speeds)
+    assert tuple(d[: len(named)]) == named
+    assert d[len(named) :] == sorted(d[len(named) :])
+    A, b = matrix(eom, eom.A), numbers(eom, eom.b)
+    np.testing.assert_allclose(matrix(eom, eom.A_n), -np.linalg.solve(A[:, d], A[:, i]), atol=1e-12)
+    np.testing.assert_allclose(numbers(eom, eom.b_n), -np.linalg.solve(A[:, d], b), atol=1e-12)
+    shown = eom.steps[3].results[-len(d) :]
+    assert all(quantity.place is u for (quantity, _), u in zip(shown, eom.dependent_speeds, strict=True))
+    found = numbers(eom, [x for _, x in shown])
+    np.testing.assert_allclose(found, numbers(eom, eom.dependent_speeds), atol=1e-12)
 
 
 @pytest.mark.parametrize("dependent", [(0, 1), (0, 2), (1, 2)])

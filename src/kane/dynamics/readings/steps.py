@@ -175,12 +175,12 @@ def _kinematics(derived: Derived) -> Iterator[Result]:
 
 
 def _constrained(solved: Solved) -> tuple[Result, ...]:
-    e, rows = solved.embedding, solved.derived.constraints
-    if e is None:
+    rows = solved.derived.constraints
+    if solved.embedding is None:
         return ()
     return (
         *_each(Kind.CONSTRAINT, rows.constraints, solved.derived.constraint_rates),
-        *_each(Kind.SYMBOL, solved.dependent_speeds, map(add, e.a_n @ solved.independent_speeds, e.b_n)),
+        *_each(Kind.SYMBOL, solved.dependent_speeds, map(add, solved.A_n @ solved.independent_speeds, solved.b_n)),
     )
 
 
