@@ -195,6 +195,14 @@ def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Deriv
     return Derived(system, auxiliary, pairs, speeds, kinematics, bodies, rows, near)
 
 
+def by_other_speeds(d: Derived, definitions: Mapping[Speed, Expr], rows: ConstraintRows) -> Derived:
+    """The same motions by other speeds, with the rows of the constraints in them."""
+    system = d.system.redefined(definitions)
+    speeds = generalized_speeds(system)
+    kinematics, bodies = _motions(system, speeds, d.auxiliary_speeds, d.kinematics.aligned)
+    return replace(d, system=system, kinematical=speeds, kinematics=kinematics, bodies=bodies, constraints=rows)
+
+
 def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs]:
     """Auxiliary speeds, one a reaction, and what the action–reaction pairs put into their equations: n_a·n_b at one cut."""
     explicit = iter(system.auxiliary_speeds)

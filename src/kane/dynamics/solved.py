@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The equations of motion solved."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding
@@ -15,6 +17,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.ops import CONST, DIV, NEG
 from kane.expr.symbols import Speed, rate
+from kane.expr.visit import substitute
 from kane.model.constraints import Constraint
 
 _WALKS = 64
@@ -34,6 +37,9 @@ class Solved:
 
     `pivots` are those of the mass matrix. `reaction_matrix` is what the reactions are solved from, `bare_reaction_matrix` the same
     without the loads that hold reactions: a change of the sign of their determinants' ratio is Painlevé's case.
+
+    Where W has poles that the motion has not, `twin` is the solution by speeds some of which vanish, `vanishing`: what is read in
+    numbers is written in those.
     """
 
     route: str
@@ -44,8 +50,12 @@ class Solved:
     pivots: Exprs
     reaction_matrix: Matrix
     bare_reaction_matrix: Matrix
+    twin: Solved | None = None
+    vanishing: Mapping[Expr, Expr] = field(default_factory=dict)
 
-    right_hand_side = read[Exprs](lambda s: (*s.derived.rates, *s.accelerations), "(q̇, u̇) as functions of the state.")
+    regular = read[Derived](lambda s: s.twin.derived if s.twin else s.derived, "What is read in numbers.")
+    rates = read[Exprs](lambda s: s.written(s.regular.rates), "q̇ as functions of the state.")
+    right_hand_side = read[Exprs](lambda s: (*s.rates, *s.accelerations), "(q̇, u̇) as functions of the state.")
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),
         "Operations of one evaluation of the whole right-hand side, solution included.",
@@ -92,7 +102,7 @@ class Solved:
     def dependent_pivots(self) -> tuple[Pivot, ...]:
         """What A_n and b_n are divided by, where it changes with the state, with the dependent speed that it gives."""
         e = self.embedding
-        if e is None:
+        if e is None or self.twin is not None:
             return ()
         rows = zip(e.partition.dependent, e.pivots, e.transposed.pivots, strict=True)
         speeds = self.derived.speeds
@@ -104,6 +114,8 @@ class Solved:
         e, d = self.embedding, self.derived
         if e is None:
             return {}
+        if self.twin is not None:
+            return dict(zip(self.twin.multipliers, self.written(self.twin.multipliers.values()), strict=True))
         left = d.mass_matrix.take(e.partition.dependent) @ [rate(u) for u in d.speeds]
         residual = [sub(x, d.forcing[i]) for x, i in zip(left, e.partition.dependent, strict=True)]
         return dict(zip(d.constraints.constraints, e.multipliers(residual), strict=True))
@@ -115,6 +127,11 @@ class Solved:
     Fr_star_nh = read[Exprs](
         lambda s: s._nonholonomic(s.derived.as_declared.Fr_star), "Nonholonomic generalized inertia forces F̃*_r."
     )
+
+    def written(self, roots: Iterable[Expr]) -> Exprs:
+        """What was read of `regular`, without the speeds that vanish."""
+        memo: dict[Expr, Expr] = {}
+        return tuple(substitute(e, self.vanishing, memo) for e in roots) if self.vanishing else tuple(roots)
 
     def _nonholonomic(self, forces: Exprs) -> Exprs:
         e, n = self.embedding, len(self.derived.speeds)

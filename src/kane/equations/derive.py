@@ -7,6 +7,7 @@ from typing import Any
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.poles import without_poles
 from kane.dynamics.derived import derived
 from kane.dynamics.events import watched_events
 from kane.dynamics.routes.table import solved
@@ -43,7 +44,8 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
     parts = derived(system, place(system, near))
     held = parts.constraints.constraints
     partition = first_partition(system, parts.constraints, parts.compared) if held else None
-    return _equations(solved(parts, partition))
+    regular = without_poles(parts, partition)
+    return _equations(solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds"))
 
 
 def repartition(eom: Equations, partition: Partition) -> Equations:

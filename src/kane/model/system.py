@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from inspect import signature
 from typing import Any, Literal
 
@@ -130,6 +130,13 @@ class System(Declarations):
         if unknown:
             raise ModelError(f"Expected some of {', '.join(values)} to replace, got {', '.join(sorted(unknown))}.")
         return System(self.inertial, **(values | changes))
+
+    def redefined(self, speeds: Mapping[Speed, Expr]) -> System:
+        """The same system by other generalized speeds, made of its own and not checked; none is dependent."""
+        values = {f.name: getattr(self, f.name) for f in fields(Declarations)}
+        other = object.__new__(System)
+        Declarations.__init__(other, **(values | {"speeds": speeds, "dependent_speeds": ()}))
+        return other
 
     def __getitem__(self, name: str) -> Joint | Body | Frame | Point | Load | Constraint:
         """The joint, body, frame, point, load or constraint of that name, looked up in this order."""

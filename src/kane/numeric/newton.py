@@ -17,7 +17,7 @@ Residual = Callable[[Array], tuple[Array, Array]]
 
 CLOSED = 1e-10
 """Residual, over the size of the terms it is made of, at which a configuration counts as closed."""
-_STEPS, _HALVINGS = 60, 30
+_HALVINGS = 30
 _SHARE = 1e-12
 """Singular values of ∂f/∂x below this share of the largest move nothing."""
 
@@ -36,13 +36,13 @@ class Closed:
         return float(np.abs(self.residual).max(initial=0))
 
 
-def close(function: Residual, x: Array, free: Sequence[int], limit: float = 1e-13) -> Closed:
+def close(function: Residual, x: Array, free: Sequence[int], limit: float = 1e-13, steps: int = 60) -> Closed:
     """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move, by at most 1 a step."""
     columns = list(free)
     f, g = function(x)
     length = np.linalg.norm(f)
     best = Closed(x, f, 0)
-    for step in range(1, _STEPS + 1):
+    for step in range(1, steps + 1):
         if not math.isfinite(length) or best.size <= limit or not columns:
             break
         change = least_squares(g[:, columns], -f, _SHARE)

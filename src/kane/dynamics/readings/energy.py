@@ -42,7 +42,7 @@ def power(solved: Solved) -> Expr:
     −Σ v_t·(F − m a) − Σ ω_t·(T − I·α − ω × I·ω) over all loads: what their reactions do. Constraints A u + b = 0 that move by
     themselves give −Σ λ b.
     """
-    derived, total = solved.derived, ZERO
+    derived, total = solved.regular, ZERO
     for load, terms in derived.active_terms.items():
         works = load.potential is None
         if load.potential is not None and _depends_on_time(load.potential):
@@ -61,7 +61,7 @@ def power(solved: Solved) -> Expr:
     if any(b_k is not ZERO for b_k in rests):
         for b_k, force in zip(rests, solved.multipliers.values(), strict=True):
             total = sub(total, mul(force, b_k))
-    return total
+    return solved.written([total])[0]
 
 
 def _depends_on_time(e: Expr) -> bool:

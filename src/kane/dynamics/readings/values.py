@@ -83,7 +83,7 @@ def time_derivative(derived: Derived, e: Expr) -> Expr:
 def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
     """Functions of q, u, t, parameters and inputs: u̇ and reactions replaced by their solved values, auxiliary speeds by 0."""
     derived = solved.derived
-    plain = _without_rates(derived, roots)
+    plain = list(solved.written(_without_rates(solved.regular, roots)))
     if not any(isinstance(s, Rate | Reaction | AuxiliarySpeed) for s in free_symbols(plain)):
         return plain
     values: dict[Expr, Expr] = {rate(u): a for u, a in zip(derived.speeds, solved.accelerations, strict=True)}

@@ -32,7 +32,7 @@ def classical(derived: Derived, partition: Partition | None) -> Solved:
     check_mass(system, [speeds[i] for i in e.independent], inner.mass)
     solution = block_solution(inner)
     return Solved(
-        "classical", derived, e, *solution._replace(accelerations=_all_accelerations(e, solution.accelerations))
+        "classical", derived, e, *solution._replace(accelerations=all_accelerations(e, solution.accelerations))
     )
 
 
@@ -63,7 +63,7 @@ def _reduced(e: Embedding, blocks: Blocks) -> Blocks:
     )
 
 
-def _all_accelerations(e: Embedding, u_dot: Sequence[Expr]) -> tuple[Expr, ...]:
+def all_accelerations(e: Embedding, u_dot: Sequence[Expr]) -> tuple[Expr, ...]:
     """u̇ = B u̇_I + c."""
     values = dict(zip(e.independent, u_dot, strict=True))
     dependent = e.a_n @ Matrix.column(u_dot) + Matrix.column(e.c)

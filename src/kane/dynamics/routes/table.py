@@ -7,13 +7,14 @@ from kane.dynamics.checks import check_reactions_independent
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.classical import classical
+from kane.dynamics.routes.constraint_speeds import constraint_speeds
 from kane.dynamics.solved import Solved
 from kane.errors import ReactionError, SingularError
 
 Route = Callable[[Derived, Partition | None], Solved]
 """From what is derived, and a choice of dependent speeds where there are constraints, to u̇ and the reactions."""
 
-ROUTES: dict[str, Route] = {"classical": classical}
+ROUTES: dict[str, Route] = {"classical": classical, "constraint speeds": constraint_speeds}
 
 
 def solved(derived: Derived, partition: Partition | None, route: str = "classical") -> Solved:
