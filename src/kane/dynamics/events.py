@@ -46,13 +46,15 @@ _HAS_NO_REACTIONS = (
 
 def watched_events(solved: Solved) -> tuple[Event, ...]:
     """Painlevé's case, the ends of slip and of the kinematics, and the events that the system declares."""
-    derived = solved.derived
-    return (
+    derived = solved.regular
+    events = (
         *painleve_events(solved),
         *slip_events(derived.declared_loads),
         *singular_events(derived.kinematical),
         *(replace(e, quantity=derived.kinematical.in_speeds(e.quantity, {})) for e in derived.system.events),
     )
+    quantities = solved.written(e.quantity for e in events)
+    return tuple(replace(e, quantity=x) for e, x in zip(events, quantities, strict=True))
 
 
 def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:

@@ -93,6 +93,14 @@ class Solved:
         return tuple(sorted(range(len(solved_for)), key=lambda k: rank[solved_for[k]]))
 
     @read
+    def speeds_by_independent(self) -> Exprs:
+        """u as functions of u_I: these themselves, and u_D = A_n u_I + b_n."""
+        dependent = map(add, self.A_n @ self.independent_speeds, self.b_n)
+        values: dict[Speed, Expr] = {u: u for u in self.independent_speeds}
+        values.update(zip(self.dependent_speeds, dependent, strict=True))
+        return tuple(values[u] for u in self.derived.speeds)
+
+    @read
     def redundant(self) -> tuple[Constraint, ...]:
         """Constraints that follow from the others, where they were compared; their multipliers are taken as zero."""
         rows = self.embedding.partition.redundant if self.embedding else ()

@@ -16,6 +16,7 @@ import numpy as np
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
+from kane.expr.matrix import Matrix
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length
@@ -28,13 +29,14 @@ _CLOSED = 1e-13
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """f (configuration), A, b, M and W at a state."""
+    """f (configuration), A, b, M and W at a state; the speeds themselves where they follow from the independent ones alone."""
 
     f: Array
     a: Array
     b: Array
     m: Array
     w: Array
+    speeds: Array
 
     @property
     def finite(self) -> bool:
@@ -44,8 +46,14 @@ class Numbers:
 
 def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
     """What keeps a state on the constraints."""
-    f = [c.expr for c in eom.system.holonomic]
-    groups = {"f": f, "a": eom.A, "b": eom.b, "m": eom.mass_matrix, "w": eom.W}
+    solved = eom.solved
+    f, d = [c.expr for c in eom.system.holonomic], solved.regular
+
+    def written(m: Matrix) -> Matrix:
+        return Matrix([solved.written(row) for row in m], m.shape)
+
+    speeds = solved.speeds_by_independent if solved.twin else ()
+    groups = {"f": f, "a": d.A, "b": d.b, "m": written(d.mass_matrix), "w": written(d.W), "speeds": speeds}
     return Bundle("constraints", ports(eom.derived), Numbers, groups)
 
 
@@ -74,7 +82,9 @@ class Manifold:
             return x, self.numbers(t, x, p, r)
 
         x, now = improved((x, now), lambda at: np.abs(at[1].f).max(initial=0), closer, _CLOSED, _ROUNDS)
-        if len(now.b):
+        if len(now.speeds):
+            x = np.append(x[:nq], now.speeds)
+        elif len(now.b):
             x = np.append(x[:nq], x[nq:] + least_change(now.m, now.a, -(now.a @ x[nq:] + now.b), reach))
         return x, now
 

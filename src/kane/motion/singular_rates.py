@@ -42,7 +42,7 @@ class Vanishing(NamedTuple):
 
 def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
     """The pivots of W that change with the configuration, the smallest first."""
-    moving = [p for p in dict.fromkeys(eom.kinematical.pivots) if not is_constant_in_time([p])]
+    moving = [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
     if not moving:
         return []
     usual = [abs(x) for x in sample(moving, _SEED)]
@@ -58,8 +58,9 @@ def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
     small = pivots(eom, values)
     if not small:
         return
-    rates = eom.kinematical.rates
-    free = _free_direction([[r.get(b, ZERO) for b in rates] for r in eom.kinematical.rows], values)
+    speeds = eom.solved.regular.kinematical
+    rates = speeds.rates
+    free = _free_direction([[r.get(b, ZERO) for b in rates] for r in speeds.rows], values)
     if free is None:
         return
     named = [r for r in small if r.relative <= _GONE] or small[:1]
