@@ -150,11 +150,12 @@ def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
 
 def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
     """u with A u + b = 0; with rates u = Y q̇ + z."""
-    n, m = len(eom.speeds), len(eom.b)
+    held = eom.solved.held
+    n, m = len(eom.speeds), len(held.b)
     y = np.asarray(evaluate(eom.Y, at), dtype=float)[:n] if by_rates else np.eye(n)
     z = np.array(evaluate(list(eom.z), at), dtype=float)[:n] if by_rates else np.zeros(n)
-    a = np.asarray(evaluate(eom.A, at), dtype=float).reshape(m, n)
-    b = np.array(evaluate(list(eom.b), at), dtype=float) if m else np.zeros(0)
+    a = np.asarray(evaluate(held.a, at), dtype=float).reshape(m, n)
+    b = np.array(evaluate(list(held.b), at), dtype=float) if m else np.zeros(0)
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
     rows, rest = a @ y, a @ z + b
     x = start.values.copy()
@@ -174,7 +175,7 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
             x[free] += least_squares(block, -(rows @ x + rest) / scale)
     left = np.abs((rows @ x + rest) / scale)
     limit = GIVEN * max(1.0, np.abs(x).max(initial=0))
-    bad = misses([c.name for c in eom.system.constraints], rows @ x + rest, left, limit)
+    bad = misses([c.name for c in held.constraints], rows @ x + rest, left, limit)
     if bad:
         raise SimulationError(
             f"Expected start {'rates' if by_rates else 'speeds'} that satisfy the constraints A u + b = 0, got values that miss "

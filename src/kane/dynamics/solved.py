@@ -10,11 +10,11 @@ from typing import NamedTuple
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived, Exprs
 from kane.dynamics.lazy import Lately, read
-from kane.expr.build import add, sub
+from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk
 from kane.expr.matrix import Matrix
-from kane.expr.node import Expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST, DIV, NEG
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substitute
@@ -29,6 +29,14 @@ class Pivot(NamedTuple):
     speed: Speed
     value: Expr
     divisors: tuple[Expr, ...]
+
+
+class Held(NamedTuple):
+    """Constraints A u + b = 0, one a row."""
+
+    constraints: tuple[Constraint, ...]
+    a: Matrix
+    b: Exprs
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +107,19 @@ class Solved:
         values: dict[Speed, Expr] = {u: u for u in self.independent_speeds}
         values.update(zip(self.dependent_speeds, dependent, strict=True))
         return tuple(values[u] for u in self.derived.speeds)
+
+    @read
+    def held(self) -> Held:
+        """A u + b = 0; where W has false poles u_D − A_n u_I − b_n = 0, which has none."""
+        e, rows = self.embedding, self.derived.constraints
+        if e is None or self.twin is None:
+            return Held(rows.constraints, rows.a, rows.b)
+        own = dict(zip(e.independent, range(len(e.independent)), strict=True))
+        a = [
+            [ONE if j == d else neg(e.a_n[k, own[j]]) if j in own else ZERO for j in range(rows.a.shape[1])]
+            for k, d in enumerate(e.partition.dependent)
+        ]
+        return Held(tuple(rows.constraints[r] for r in e.partition.rows), Matrix(a), tuple(map(neg, e.b_n)))
 
     @read
     def redundant(self) -> tuple[Constraint, ...]:
