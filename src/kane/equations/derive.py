@@ -7,9 +7,9 @@ from typing import Any
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.constraints.poles import without_poles
 from kane.dynamics.derived import derived
 from kane.dynamics.events import watched_events
+from kane.dynamics.poles import without_poles
 from kane.dynamics.routes.table import solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations

@@ -14,8 +14,8 @@ from collections.abc import Mapping
 
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.constraints.poles import constraint_rate
 from kane.dynamics.derived import Derived, by_other_speeds
+from kane.dynamics.poles import constraint_rate
 from kane.dynamics.routes.classical import all_accelerations, classical
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
