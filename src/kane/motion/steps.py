@@ -144,13 +144,17 @@ class Stepper:
 def better(a: Array, present: Partition, reach: Array, may_grow: bool) -> Partition | None:
     """Other dependent speeds where the present ones are poorly determined by A (m × n), and those much better.
 
-    Those of more rows than the present ones come in question where the rank `may_grow`: at the start.
+    Those of more rows than the present ones come in question where the rank `may_grow`: at the start. There they are taken where the
+    rows left out surely hold more than the others do: the motion is on another branch than the configurations that were compared.
     """
     now = quality(a, present, reach)
-    if now >= POOR:
+    short = may_grow and bool(present.redundant) and len(sure_rows(a, reach)) > len(present.rows)
+    if now >= POOR and not short:
         return None
     other = choose(a, reach=reach)
     more = len(other.rows) - len(present.rows)
+    if short and more > 0:
+        return other
     allowed = more == 0 or (more > 0 and may_grow)
     return other if allowed and quality(a, other, reach) > _BETTER * now else None
 

@@ -5,6 +5,8 @@ The rank is that of the motion: the highest at configurations from which the mec
 passing. A configuration at which nothing can move is another assembly, and counts where there are no others.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -29,24 +31,50 @@ _BETTER = 4.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compared:
-    """Configurations of the motion, all of one rank of the constraints, and A there (count × m × n)."""
+    """Configurations, A there (count × m × n) and its rank at each (count)."""
 
     at: Configurations
     a: Array
+    ranks: Array
+
+    def of_rank(self, rank: int) -> Compared:
+        """Those of one rank."""
+        kept = np.flatnonzero(self.ranks == rank)
+        return Compared(self.at.only(kept), self.a[kept], self.ranks[kept])
+
+    def and_those_of(self, other: Compared) -> Compared:
+        """These, then those of another search."""
+        a, found = np.concatenate([self.a, other.a]), np.concatenate([self.ranks, other.ranks])
+        return Compared(self.at.and_those_of(other.at), a, found)
 
 
 def compared(system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None) -> Compared:
-    """Configurations at which the constraints are compared; a ModelError where A is finite at none of them."""
-    found = configurations(system, [*rows.a.entries, *rows.a_auxiliary.entries], near)
-    a = found.matrices(rows.a)
-    usable = np.flatnonzero(np.isfinite(a).all(axis=(1, 2)))
-    if not len(usable):
+    """Configurations of the motion, all of one rank of the constraints; a ModelError where A is finite at none.
+
+    Where ranks differ they are looked at again around one of each.
+    """
+
+    def at(place: Mapping[Symbol, float] | None) -> Compared:
+        found = configurations(system, [*rows.a.entries, *rows.a_auxiliary.entries], place)
+        a = found.matrices(rows.a)
+        usable = np.flatnonzero(np.isfinite(a).all(axis=(1, 2)))
+        return Compared(found.only(usable), a[usable], ranks(a[usable]))
+
+    first = at(near)
+    if not len(first.ranks):
         raise ModelError(
             "Expected constraints that are finite where their configuration constraints hold, got infinity or NaN: coordinates or "
             "parameters' defaults are singular there."
         )
-    usable = usable[of_the_motion(ranks(a[usable]), len(system.speeds))]
-    return Compared(found.only(usable), a[usable])
+    every = sorted(set(first.ranks.tolist()), reverse=True)
+    if len(every) == 1 or near or first.at.missed:
+        return first.of_rank(every[0])
+    around = [at(first.of_rank(r).at.at(0)) for r in every]
+    moving = [x for x in around if len(x.ranks) > 1 and max(x.ranks) < len(system.speeds)]
+    rank = max(max(x.ranks) for x in moving or around)
+    for x in around:
+        first = first.and_those_of(x)
+    return first.of_rank(rank)
 
 
 def ranks(a: Array) -> Array:
@@ -55,12 +83,6 @@ def ranks(a: Array) -> Array:
         return np.zeros(len(a), dtype=int)
     values = np.linalg.svd(balanced(a), compute_uv=False)
     return np.asarray((values > DERIVE_RANK * values[:, :1]).sum(axis=1))
-
-
-def of_the_motion(found: Array, speeds: int) -> Mask:
-    """Which configurations, of the ranks `found`, have that of the motion, of so many speeds."""
-    moving = found < speeds
-    return np.asarray(found == found[moving if moving.any() else ~moving].max(initial=0))
 
 
 def chosen(a: Array, preferred: Sequence[int], easy: Mask) -> Partition:

@@ -30,6 +30,8 @@ _TIMES = (1.0, 0.01, 0.0)
 """Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
 _FIRM = 1e-10
 """Residual, over the size of its terms, at which a configuration is closed; up to `OFF` it is where there is none better."""
+_SAME = 1e-3
+"""Distance up to which a configuration is one that was found before, in rad or the coordinate's size."""
 _AROUND, _NEAR = 0.1, 1.0
 """How far starts are spread around a place that is given, and how far steps may lead from it, in rad or the coordinate's size."""
 
@@ -40,7 +42,7 @@ class Configurations:
 
     `missed` are constraints that resist, with what is left of them, the worst first, where no configuration was found: the values are
     random ones then. `drawn` names what constraints depend on and is no default: parameters without one, and inputs. `starts` is how
-    many were tried at each of `times`, if constraints depend on the time. `near` are those that were given.
+    many were tried at each of `times`, if constraints depend on the time.
     """
 
     values: Mapping[Symbol, Any]
@@ -49,7 +51,6 @@ class Configurations:
     drawn: tuple[str, ...] = ()
     starts: int = 0
     times: tuple[float, ...] = ()
-    near: bool = False
 
     def at(self, k: int) -> dict[Symbol, float]:
         """The values at one of them."""
@@ -59,6 +60,12 @@ class Configurations:
         """Some of them."""
         values = {s: v if np.ndim(v) == 0 else v[kept] for s, v in self.values.items()}
         return replace(self, values=values, count=len(kept))
+
+    def and_those_of(self, other: "Configurations") -> "Configurations":
+        """These, then those of another search."""
+        sides = ((self.values, self.count), (other.values, other.count))
+        values = {s: np.concatenate([np.broadcast_to(v[s], k) for v, k in sides]) for s in self.values}
+        return replace(self, values=values, count=self.count + other.count)
 
     def matrices(self, matrix: Matrix) -> Array:
         """A matrix in numbers at each (count × m × n)."""
@@ -147,7 +154,7 @@ class _Search:
         given = np.array([q in near for q in coordinates])
         if not self.conditions.f:
             x[1:] += _AROUND * self.rng.normal(size=x[1:].shape)
-            return self._found(values, x, near=True)
+            return self._found(values, x)
         function = self._function(values)
         size = sizes(function, x)
         x[1:] += np.where(given, _AROUND, 2.0) * size.x * self.rng.normal(size=x[1:].shape)
@@ -158,9 +165,9 @@ class _Search:
         first = 0 if given.all() else int(np.argmin(away))
         if not np.isfinite(away[first]):
             raise ModelError(self._not_near(found, turned, near))
-        beside = (np.abs(found.x - found.x[first]) / size.x).max(axis=1) <= _NEAR
-        others = [int(k) for k in np.flatnonzero(np.isfinite(away) & beside) if k != first]
-        return self._found(values, found.x, np.array([first, *others]), near=True)
+        apart = (np.abs(found.x - found.x[first]) / size.x).max(axis=1)
+        others = np.flatnonzero(np.isfinite(away) & (apart <= _NEAR) & (apart > _SAME))
+        return self._found(values, found.x, np.array([first, *others]))
 
     def _found(
         self, values: Mapping[Symbol, Any], x: Array, kept: Indices | None = None, **more: Any

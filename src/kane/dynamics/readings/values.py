@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.left_out import check_left_out
 from kane.dynamics.readings.pivots import check_pivots
 from kane.dynamics.solved import Solved
 from kane.errors import ExpressionError, ValueMissingError
@@ -135,6 +136,8 @@ def evaluate_along(
     numbers = at(walk, values)
     if solved.dependent_pivots:
         numbers = check_pivots(solved, walk.roots, values, numbers)
+    if solved.redundant:
+        numbers = check_left_out(solved, walk.roots, values, numbers)
     if isinstance(exprs, Matrix):
         return stacked(numbers, exprs.shape)
     return numbers[0] if single else numbers
