@@ -2,7 +2,7 @@
 """Whether constraints that were left out as redundant follow from the others at a state: on another branch they may not.
 
 With A_R the rows left out and u_D = A_n u_I the speeds that the others leave, they follow where A_R,I + A_R,D A_n vanishes. That is
-compared with the sizes of its terms, at states on the constraints: off them nothing is known.
+compared with the sizes of its terms and with what the row holds elsewhere, at states on the constraints: off them nothing is known.
 """
 
 import warnings
@@ -19,7 +19,9 @@ from kane.expr.evaluate import Walk, at
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import CONST, SYMBOL
 from kane.numeric.arrays import Array
-from kane.numeric.rank import MOTION_RANK
+
+_HOLDS = 1e-2
+"""Share above which a row holds more: beside a place where branches meet it is the root of what a closed state may leave open."""
 
 
 def check_left_out(
@@ -32,7 +34,7 @@ def check_left_out(
         return kept
     share, closed = _shares(solved, values)
     with np.errstate(invalid="ignore"):
-        rows = (share > MOTION_RANK) & closed[..., None]
+        rows = (share > _HOLDS) & closed[..., None]
     wrong = rows.any(axis=-1)
     if not wrong.any():
         return kept
@@ -86,7 +88,8 @@ def _shares(solved: Solved, values: Mapping[Expr, Any]) -> tuple[Array, Any]:
         beyond = np.abs(own + dependent @ a_n).max(axis=-1, initial=0)
         terms = (np.abs(own) + np.abs(dependent) @ np.abs(a_n)).max(axis=-1, initial=0)
         closed = (np.abs(stacked[..., end:]) <= OFF * _reach(derived)).all(axis=-1)
-        return np.where(terms > 0, beyond / terms, 0.0), closed
+        usual = np.abs(derived.compared.a[:, list(e.partition.redundant)]).max(axis=(0, 2), initial=0)
+        return beyond / np.maximum(terms, usual), closed
 
 
 def _reach(derived: Derived) -> Array:
