@@ -26,7 +26,7 @@ m, k = parameters("m, k")
         ([m / k, (m / k).sqrt() * time], 2, 1),
         ([pi / 2 - x], 0, 1),
         ([x - y, y - x], 0, 1),
-        ([x.less(y).where(x, y)], 0, 2),
+        ([x.less(y).where(x, y), abs(x), x.max(y), x.sign()], 0, 0),
         ([], 0, 0),
     ],
 )

@@ -15,7 +15,6 @@ from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.ops import CONST, DIV, NEG
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substitute
 from kane.model.constraints import Constraint
@@ -24,11 +23,11 @@ _WALKS = 64
 
 
 class Pivot(NamedTuple):
-    """A pivot of A_D, the dependent speed that it gives, and what code that divides by it has as denominators."""
+    """What some dependent speeds are given divided by, the determinant of what gives them, and the size beside which it is zero."""
 
-    speed: Speed
+    speeds: tuple[Speed, ...]
     value: Expr
-    divisors: tuple[Expr, ...]
+    size: Expr
 
 
 class Held(NamedTuple):
@@ -129,13 +128,13 @@ class Solved:
 
     @read
     def dependent_pivots(self) -> tuple[Pivot, ...]:
-        """What A_n and b_n are divided by, where it changes with the state, with the dependent speed that it gives."""
-        e = self.embedding
-        if e is None or self.twin is not None:
+        """What A_n and b_n are divided by, where it may vanish, with the dependent speeds that it gives."""
+        e, speeds = self.embedding, self.derived.speeds
+        if e is None:
             return ()
-        rows = zip(e.partition.dependent, e.pivots, e.transposed.pivots, strict=True)
-        speeds = self.derived.speeds
-        return tuple(Pivot(speeds[i], x, (_divisor(x), _divisor(y))) for i, x, y in rows if x.op is not CONST)
+        return tuple(
+            Pivot(tuple(speeds[e.partition.dependent[k]] for k in d.unknowns), d.value, d.size) for d in e.divisors
+        )
 
     @read
     def multipliers(self) -> Mapping[Constraint, Expr]:
@@ -169,10 +168,3 @@ class Solved:
         own = [*(forces[i] for i in e.independent), *forces[n:]]
         dependent = [forces[i] for i in e.partition.dependent]
         return tuple(map(add, own, (*e.a_n.T @ dependent, *e.a_na.T @ dependent)))
-
-
-def _divisor(pivot: Expr) -> Expr:
-    """What x / pivot is written with as its denominator: signs are taken out, and x / (a/b) is x b / a."""
-    while pivot.op is NEG or pivot.op is DIV:
-        pivot = pivot.args[0]
-    return pivot

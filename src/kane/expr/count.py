@@ -11,7 +11,7 @@ from kane.expr.symbols import Parameter, Symbol
 
 @dataclass(frozen=True, slots=True)
 class Operations:
-    """What one evaluation costs: + − × ÷ √ and each transcendental count 1, a change of sign 0.
+    """What one evaluation costs: + − × ÷ √ and each transcendental count 1; changes of sign, |x|, comparisons and choices 0.
 
     `parameter` holds what depends on parameters alone and can be computed once; `state` the rest. Nodes of constants
     only are folded before counting.

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kane.expr.node import Expr
-from kane.expr.ops import ADD, DIV, LESS, MUL, NEG, OPS, SQRT, SUB, WHERE, Op
+from kane.expr.ops import ADD, DIV, GONE, LESS, MUL, NEG, OPS, REGULAR, SQRT, SUB, WHERE, Op
 
 Rows = list[tuple[int, ...]]
 Batch = Callable[[list[float], Rows], None]
@@ -35,6 +35,8 @@ FLOAT: dict[Op, Callable[..., float]] = {
     SQRT: lambda x: math.nan if x < 0 else math.sqrt(x),
     LESS: lambda x, y: 1.0 if x < y else 0.0,
     WHERE: lambda condition, x, y: x if condition else y,
+    REGULAR: lambda x, size: x if abs(x) > GONE * size else math.nan,
+    OPS["abs"]: abs,
 }
 """Each operation on floats; those that a processor's library may round in another way are NumPy's own."""
 

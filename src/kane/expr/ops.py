@@ -4,7 +4,8 @@
 A row gives the name, the arity, the NumPy function, the partial derivatives and the cost. `derivative(node, *args)`
 returns one partial derivative an argument, built with the arguments' own operators, so that this file needs no builder.
 
-The cost is what one evaluation counts as: 1 for + − × ÷ √ and each transcendental, 0 for leaves and a change of sign.
+The cost is what one evaluation counts as: 1 for + − × ÷ √ and each transcendental; 0 for leaves, changes of sign, absolute values,
+comparisons and choices.
 """
 
 from __future__ import annotations
@@ -17,6 +18,11 @@ from typing import Any
 import numpy as np
 
 Derivative = Callable[..., tuple[Any, ...]]
+
+GONE = 2.0**-43
+"""Share of the size of its terms, 1.1e-13, at which a divisor is what rounding left of zero.
+
+A power of two changes exponents only."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -52,6 +58,10 @@ def _where(condition: Any, x: Any, y: Any) -> Any:
     return value if value.ndim else value[()]
 
 
+def _regular(x: Any, size: Any) -> Any:
+    return _where(np.absolute(x) > GONE * size, x, np.nan)
+
+
 def _power_partials(node: Any, x: Any, p: Any) -> tuple[Any, Any]:
     return p * x ** (p - 1), 0 if p.op is CONST else node * x.log()
 
@@ -60,9 +70,11 @@ def _choice_partials(at_x: Any) -> tuple[Any, Any]:
     return at_x.where(1, 0), at_x.where(0, 1)
 
 
-def _function(name: str, ufunc: np.ufunc, derivative: Derivative, arity: int = 1, commutative: bool = False) -> Op:
+def _function(
+    name: str, ufunc: np.ufunc, derivative: Derivative, arity: int = 1, commutative: bool = False, cost: int = 1
+) -> Op:
     """An operation that NumPy has as a function."""
-    return Op(name, arity, ufunc, derivative, ufunc=ufunc, commutative=commutative)
+    return Op(name, arity, ufunc, derivative, cost, ufunc, commutative)
 
 
 _ROWS = (
@@ -86,12 +98,13 @@ _ROWS = (
     _function("tanh", np.tanh, lambda n, x: (1 - n * n,)),
     _function("exp", np.exp, lambda n, x: (n,)),
     _function("log", np.log, lambda n, x: (1 / x,)),
-    _function("abs", np.absolute, lambda n, x: (x.sign(),)),
-    _function("sign", np.sign, lambda n, x: (0,)),
-    _function("min", np.minimum, lambda n, x, y: _choice_partials(x.less(y)), 2, commutative=True),
-    _function("max", np.maximum, lambda n, x, y: _choice_partials(y.less(x)), 2, commutative=True),
-    Op("less", 2, _less, lambda n, x, y: (0, 0)),
-    Op("where", 3, _where, lambda n, c, x, y: (0, *_choice_partials(c))),
+    _function("abs", np.absolute, lambda n, x: (x.sign(),), cost=0),
+    _function("sign", np.sign, lambda n, x: (0,), cost=0),
+    _function("min", np.minimum, lambda n, x, y: _choice_partials(x.less(y)), 2, True, 0),
+    _function("max", np.maximum, lambda n, x, y: _choice_partials(y.less(x)), 2, True, 0),
+    Op("less", 2, _less, lambda n, x, y: (0, 0), cost=0),
+    Op("where", 3, _where, lambda n, c, x, y: (0, *_choice_partials(c)), cost=0),
+    Op("regular", 2, _regular, lambda n, x, size: (1, 0), cost=0),
 )
 
 OPS: dict[str, Op] = {}
@@ -104,4 +117,4 @@ UFUNCS: dict[np.ufunc, str] = {row.ufunc: row.name for row in _ROWS if row.ufunc
 CONST, PI, SYMBOL = OPS["const"], OPS["pi"], OPS["symbol"]
 ADD, SUB, MUL, DIV, NEG, POW, SQRT = (OPS[k] for k in ("add", "sub", "mul", "div", "neg", "pow", "sqrt"))
 SIN, COS, TAN = OPS["sin"], OPS["cos"], OPS["tan"]
-LESS, WHERE = OPS["less"], OPS["where"]
+LESS, WHERE, REGULAR = OPS["less"], OPS["where"], OPS["regular"]

@@ -4,15 +4,12 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from kane.errors import SingularError
 from kane.expr.build import div, mul, neg, sub
+from kane.expr.irreducible import Rows, blocks, matched_columns
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr
 from kane.expr.ops import CONST
-
-Rows = Sequence[Sequence[Expr]]
 
 _LARGEST_ADJUGATE = 3
 
@@ -163,54 +160,6 @@ class InverseRows(NamedTuple):
     pivots: list[Expr]
 
 
-def structural_rank(rows: Rows, width: int) -> int:
-    """Largest number of nonzero entries no two of which share a row or column."""
-    return sum(c >= 0 for c in _matched_columns(rows)) if rows and width else 0
-
-
-def _matched_columns(rows: Rows) -> list[int]:
-    """A column for each row, no two the same, -1 where there is none left: maximum matching by augmenting paths.
-
-    The blocks here have a few rows; a library's matching would cost more to import than to run.
-    """
-    owner: dict[int, int] = {}
-
-    def place(i: int, tried: set[int]) -> bool:
-        for c, x in enumerate(rows[i]):
-            if x is ZERO or c in tried:
-                continue
-            tried.add(c)
-            if c not in owner or place(owner[c], tried):
-                owner[c] = i
-                return True
-        return False
-
-    for i in range(len(rows)):
-        place(i, set())
-    match = [-1] * len(rows)
-    for c, i in owner.items():
-        match[i] = c
-    return match
-
-
-def _blocks(rows: Rows, match: list[int]) -> list[list[int]]:
-    """Rows that must be solved together: those that reach each other, each row pointing at the owners of its columns."""
-    owner = {c: i for i, c in enumerate(match)}
-    n = len(rows)
-    reach = np.eye(n, dtype=bool)
-    for i, row in enumerate(rows):
-        for c, x in enumerate(row):
-            if x is not ZERO:
-                reach[i, owner[c]] = True
-    for _ in range(n.bit_length()):
-        reach = reach @ reach
-    together = reach & reach.T
-    blocks: dict[int, list[int]] = {}
-    for i in range(n):
-        blocks.setdefault(int(np.argmax(together[i])), []).append(i)
-    return list(blocks.values())
-
-
 def invert(rows: Rows) -> InverseRows:
     """Inverse of a sparse square matrix, block by block along its block triangular form.
 
@@ -223,11 +172,11 @@ def invert(rows: Rows) -> InverseRows:
         match = [support[0] for support in supports]
         waiting = [[i] for i in range(n)]
     else:
-        match = _matched_columns(rows)
+        match = matched_columns(rows)
         rank = sum(c >= 0 for c in match)
         if rank < n:
             raise SingularError(f"Expected an invertible matrix, got structural rank {rank} of {n}.")
-        waiting = _blocks(rows, match)
+        waiting = blocks(rows, match)
     result: list[list[Expr]] = [[ZERO] * n for _ in range(n)]
     pivots: list[Expr] = []
     done: set[int] = set()
@@ -257,7 +206,7 @@ def determinant(a: Rows) -> Expr:
     """Determinant of a matrix up to 3 × 3."""
     if len(a) == 1:
         return a[0][0]
-    cofactors = [_cofactor([list(row) for row in a], 0, j) for j in range(len(a))]
+    cofactors = [cofactor([list(row) for row in a], 0, j) for j in range(len(a))]
     return dot(a[0], cofactors)
 
 
@@ -271,7 +220,7 @@ def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
         units = [[ONE if i == j else ZERO for i in range(n)] for j in range(n)]
         columns = solve_lu(a, units)
         return [[columns[j][i] for j in range(n)] for i in range(n)]
-    cofactors = [[_cofactor(a, i, j) for j in range(n)] for i in range(n)]
+    cofactors = [[cofactor(a, i, j) for j in range(n)] for i in range(n)]
     size = dot(a[0], cofactors[0])
     if size is ZERO:
         raise SingularError(f"Expected an invertible {n} × {n} block, got determinant 0.")
@@ -280,7 +229,8 @@ def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
     return [[div(cofactors[j][i], size) for j in range(n)] for i in range(n)]
 
 
-def _cofactor(a: list[list[Expr]], i: int, j: int) -> Expr:
+def cofactor(a: Rows, i: int, j: int) -> Expr:
+    """The cofactor of an entry of a matrix of two or three rows."""
     minor = [[x for c, x in enumerate(row) if c != j] for r, row in enumerate(a) if r != i]
     if len(minor) == 2:
         (a11, a12), (a21, a22) = minor

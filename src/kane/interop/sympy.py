@@ -12,6 +12,7 @@ from kane.errors import ExpressionError
 from kane.expr.build import NODE_BUILDERS, add, div, mul, power
 from kane.expr.node import ONE, ZERO, Expr, Number, as_expr, constant, constant_value, pi, postorder
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+from kane.expr.regular import unguarded
 from kane.expr.symbols import Parameter, Rate, Symbol, Time
 
 
@@ -33,7 +34,7 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
     """
     import sympy
 
-    order = postorder((as_expr(expr),))
+    order = postorder(unguarded((as_expr(expr),)))
     _refuse_namesakes(order)
     inner = _flattened(order)
     functions = _to_functions()

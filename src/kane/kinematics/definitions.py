@@ -8,9 +8,10 @@ from kane.expr.affine import affine_forms
 from kane.expr.build import mul, neg, sub
 from kane.expr.diff import euler_parameter_rates
 from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.irreducible import structural_rank
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.solve import invert, structural_rank
+from kane.expr.solve import invert
 from kane.expr.symbols import QuasiRate, Rate, Speed, input_of, rate
 from kane.expr.visit import substitute
 from kane.kinematics.speeds import Speeds, is_rate

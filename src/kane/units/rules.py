@@ -107,6 +107,7 @@ RULES: dict[object, Rule] = {
         ("mul", lambda node, a, b: product(a, b)),
         ("div", lambda node, a, b: quotient(a, b)),
         ("neg abs", lambda node, a: a),
+        ("regular", lambda node, a, size: a),
         ("sign", lambda node, a: ONE),
         ("sqrt", lambda node, a: power(a, _HALF)),
         ("pow", _power),

@@ -17,6 +17,7 @@ from typing import TypeAlias
 from kane.expr.node import Expr, Number, constant_value, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN
 from kane.expr.patterns import number_of
+from kane.expr.regular import unguarded
 from kane.expr.symbols import Symbol
 from kane.write.forms import PI_NAME, call, name_tree, number_tree, product_form, scaled, size_of, sum_form, unsigned
 from kane.write.trees import Signed, Tree
@@ -42,6 +43,7 @@ def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
 
     `named` None gives names inside long or deep expressions, True where anything is shared, False nowhere.
     """
+    roots = unguarded(roots)
     chosen = set(roots if named else (r for r in roots if named is None and _is_long(r)))
     names = _choose_names(list(dict.fromkeys(r for r in roots if r in chosen)), roots) if chosen else {}
     inside: _Forms = {n: (False, name_tree(text)) for n, text in names.items()}

@@ -7,8 +7,8 @@ With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gi
     u̇_D = A_n u̇_I + c_D                     c_D = −A_D⁻¹ (Ȧ u + ḃ)
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,14 +19,19 @@ from kane.dynamics.constraints.redundancy import check_determinate
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant_value
-from kane.expr.solve import LU, lu
+from kane.expr.regular import Guards, guarding, guards
+from kane.expr.size import Sizes, largest, size
+from kane.expr.square import Divisor, Square, square
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
 
 
 @dataclass(frozen=True, eq=False)
 class Embedding:
-    """The dependent speeds by the independent ones: A_n (d × i), A_na (d × a), b_n, c_D (d), and what was divided by."""
+    """The dependent speeds by the independent ones: A_n (d × i), A_na (d × a), b_n, c_D (d), and what was divided by.
+
+    `guards` are the sizes of the `divisors` and of their factors; what is solved gets them in the end, when nothing cancels any more.
+    """
 
     rows: ConstraintRows
     partition: Partition
@@ -35,41 +40,43 @@ class Embedding:
     a_na: Matrix
     b_n: tuple[Expr, ...]
     c: tuple[Expr, ...]
-    pivots: tuple[Expr, ...]
+    divisors: tuple[Divisor, ...] = ()
+    guards: Guards = field(default_factory=dict)
 
     @cached_property
-    def transposed(self) -> LU:
-        """The factors of A_Dᵀ.
-
-        They are its own, not those of A_D transposed: the same numbers, but other expressions wherever a factor is a quotient.
-        """
-        return lu(self.rows.a.take(self.partition.rows, self.partition.dependent).T.rows)
+    def transposed(self) -> Square:
+        """The solver with A_Dᵀ: of its own, for it has other expressions wherever a factor is a quotient."""
+        return square(self.rows.a.take(self.partition.rows, self.partition.dependent).T.rows)
 
     def multipliers(self, residual: Sequence[Expr]) -> tuple[Expr, ...]:
         """λ with A_Dᵀ λ = (M u̇ − f)_D, the `residual` of the dependent speeds, by constraint; zero for redundant rows."""
-        values = dict(zip(self.partition.rows, self.transposed.solve(residual), strict=True))
+        solution, divisors = self.transposed.solve(residual), self.transposed.divisors
+        own = guards([(d.value, d.size) for d in divisors], [*self.rows.a.entries, *residual], solution)
+        values = dict(zip(self.partition.rows, map(guarding(own | dict(self.guards)), solution), strict=True))
         return tuple(values.get(r, ZERO) for r in range(len(self.rows.constraints)))
+
+    def guarded(self, guard: Callable[[Expr], Expr]) -> "Embedding":
+        """The same with NaN where a divisor vanishes."""
+        b_n, c = tuple(map(guard, self.b_n)), tuple(map(guard, self.c))
+        return replace(self, a_n=self.a_n.map(guard), a_na=self.a_na.map(guard), b_n=b_n, c=c)
 
 
 def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
-    """Solve the constraints for the dependent speeds of `partition`; no pivot of A_D may be zero whatever the state."""
+    """Solve the constraints for the dependent speeds of `partition`, which they must give somewhere."""
     free = partition.independent(rows.a.shape[1])
-    factors = lu(rows.a.take(partition.rows, partition.dependent).rows)
+    memo: Sizes = {}
+    reach = [largest(size(x, memo) for x in row) for row in rows.a.take(partition.rows)]
+    solver = square(rows.a.take(partition.rows, partition.dependent).rows, reach)
 
     def negative_solution(right: Matrix) -> Matrix:
         columns = (-right.take(partition.rows)).T
-        return Matrix([factors.solve(b) for b in columns], columns.shape).T
+        return Matrix([solver.solve(b) for b in columns], columns.shape).T
 
-    return Embedding(
-        rows,
-        partition,
-        free,
-        negative_solution(rows.a.take(columns=free)),
-        negative_solution(rows.a_auxiliary),
-        negative_solution(Matrix.column(rows.b)).entries,
-        negative_solution(Matrix.column(rows.drift)).entries,
-        factors.pivots,
-    )
+    inputs = (rows.a.take(columns=free), rows.a_auxiliary, Matrix.column(rows.b), Matrix.column(rows.drift))
+    a_n, a_na, b_n, c = map(negative_solution, inputs)
+    before, after = ([x for m in parts for x in m.entries] for parts in ((rows.a, *inputs), (a_n, a_na, b_n, c)))
+    sizes = guards([(d.value, d.size) for d in solver.divisors], before, after)
+    return Embedding(rows, partition, free, a_n, a_na, b_n.entries, c.entries, solver.divisors, sizes)
 
 
 def first_partition(system: System, rows: ConstraintRows, compared: Compared) -> Partition:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the dependent speeds of a partition do not follow from the independent ones: a pivot of A_D vanishes at a state.
+"""Where the dependent speeds of a partition do not follow from the independent ones: a determinant in A_D vanishes at a state.
 
-u_D = A_n u_I + b_n with A_n = −A_D⁻¹ A_I divides by the pivots of A_D. They are compared with their size at coordinates drawn at
-random: what is left of zero by rounding, such as cos q = 6e-17 at q = π/2, is zero. Other partitions are regular there.
+u_D = A_n u_I + b_n with A_n = −A_D⁻¹ A_I divides by the determinants of the irreducible blocks of A_D. Each is compared with the size
+of the terms that it is made of: what is left of zero by rounding, such as cos q = 6e-17 at q = π/2, is zero, and what is divided by
+it is NaN. Other partitions are regular there.
 """
 
 import warnings
@@ -17,55 +18,54 @@ from kane.dynamics.solved import Pivot, Solved
 from kane.errors import KaneWarning, SingularError, ValueMissingError
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, postorder
-from kane.expr.ops import DIV
-from kane.numeric.sample import draw
-
-_SEED = 20066
-_GONE = 1e-12
-"""Share of its usual size at which a pivot is taken as zero: nothing that was divided by it has a digit left."""
+from kane.expr.ops import GONE, WHERE
+from kane.expr.regular import factors, guards_below, unguarded
+from kane.numeric.rank import STATE_RANK, balanced
 
 
-def check_pivots(
-    solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, Any], numbers: Sequence[Any]
-) -> list[Any]:
-    """`numbers` of `roots` at `values`, checked: those that divide by a vanishing pivot are not finite, or rounding's alone.
+def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:
+    """Say where `numbers` of `roots` at `values` are NaN for what they are divided by vanishes.
 
-    At a single state that is a SingularError; of arrays a warning names the first place, and such numbers are NaN.
+    At a single state that is a SingularError; of arrays a warning names the first place.
     """
-    kept = list(numbers)
-    below = _denominators(roots)
-    divided = [p for p in solved.dependent_pivots if below.intersection(p.divisors)] if below else []
-    for p, where in zip(divided, _vanishing([p.value for p in divided], solved, values), strict=True):
-        if not where.any():
-            continue
-        place = tuple(int(i) for i in np.argwhere(where)[0])
-        _tell(solved, p, values, where.shape, place, int(where.sum()))
-        for k, root in enumerate(roots):
-            if _denominators([root]).intersection(p.divisors):
-                kept[k] = np.where(where, np.nan, kept[k])
-    return kept
+    if not any(np.isnan(x).any() for x in numbers):
+        return
+    below = guards_below(roots)
+    lost = np.logical_or.reduce([np.isnan(x) for x in numbers])
+    for g, where in zip(below, _vanishing(below, values), strict=True):
+        where = where & lost
+        if where.any():
+            place = tuple(int(i) for i in np.argwhere(where)[0])
+            _tell(solved, _pivot(solved, g), values, where.shape, place, int(where.sum()))
 
 
-def _denominators(roots: Sequence[Expr]) -> set[Expr]:
-    return {node.args[1] for node in postorder(roots) if node.op is DIV}
-
-
-def _vanishing(pivots: Sequence[Expr], solved: Solved, values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
-    if not pivots:
-        return []
-    drawn = {q: draw(_SEED, q) for q in solved.derived.system.coordinates}
-    here, usual = evaluate(pivots, values), evaluate(pivots, {**values, **drawn})
+def _vanishing(below: Sequence[Expr], values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
+    here, sizes = (evaluate([g.args[k] for g in below], values) for k in (0, 1))
     with np.errstate(invalid="ignore"):
-        return [np.asarray(np.abs(x) <= _GONE * np.abs(y)) for x, y in zip(here, usual, strict=True)]
+        return [np.asarray(np.abs(x) <= GONE * size) for x, size in zip(here, sizes, strict=True)]
+
+
+def _pivot(solved: Solved, guard: Expr) -> Pivot:
+    """The pivot that a guard belongs to; what is solved with A_Dᵀ has expressions of its own."""
+    (divisor,) = unguarded(guard.args[:1])
+    for p in solved.dependent_pivots:
+        if divisor in factors(p.value):
+            return p
+    return Pivot(solved.dependent_speeds, divisor, guard.args[1])
+
+
+def divided_by(p: Pivot) -> str:
+    """The speeds of a pivot and what they are divided by, as far as that can be read."""
+    names = ", ".join(sorted(u.name for u in p.speeds))
+    chosen = any(node.op is WHERE for node in postorder([p.value]))
+    return f"{names}, which they give divided by {'a determinant' if chosen else f'{p.value!s:.80}'}"
 
 
 def _tell(
     solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], place: tuple[int, ...], count: int
 ) -> None:
     here = {s: np.broadcast_to(v, shape)[place] for s, v in values.items()}
-    undetermined = (
-        f"{p.speed.name}, which they give divided by {p.value!s:.80} = {float(evaluate(p.value, here)) + 0.0:.3g}"
-    )
+    undetermined = f"{divided_by(p)} = {float(evaluate(p.value, here)) + 0.0:.3g}"
     if not place:
         raise SingularError(
             f"Expected dependent speeds that the constraints give at this state, got {undetermined}. {_cure(solved, here)}"
@@ -87,14 +87,18 @@ def _cure(solved: Solved, values: Mapping[Expr, Any]) -> str:
         a = np.asarray(evaluate(matrix, values), dtype=float)
     except ValueMissingError:  # what was asked for holds less than A does
         a = np.full(matrix.shape, np.nan)
-    other = choose(a) if np.isfinite(a).all() else None
-    if other is None:
+    rows = list(solved.embedding.partition.rows)
+    if not np.isfinite(a).all():
         return "Name others, System(dependent_speeds=…)."
-    if len(other.rows) < len(solved.embedding.partition.rows):
-        return (
-            "No others will do: the constraints hold fewer speeds here than elsewhere, it is a singular configuration. Take a state "
-            "beside it."
-        )
+    other = choose(a[rows])
+    block = balanced(a[rows])[np.ix_(other.rows, other.dependent)]
+    if len(other.rows) < len(rows) or not np.linalg.cond(block) * STATE_RANK < 1:
+        if len(choose(a).rows) < len(rows):
+            return (
+                "No others will do: the constraints hold fewer speeds here than elsewhere, it is a singular configuration. Take a "
+                "state beside it."
+            )
+        return "Here other constraints are redundant; kn.simulate changes them by itself, kn.linearize and kn.inverse do without."
     names = ", ".join(solved.derived.speeds[k].name for k in sorted(other.dependent))
     return (
         f"Name others, here System(dependent_speeds=…) of {names}; kn.simulate changes them by itself, kn.linearize and kn.inverse "

@@ -134,8 +134,7 @@ def evaluate_along(
     values.update(named_values("parameters", system.parameters, parameters))
     values.update(named_values("inputs", system.inputs, inputs))
     numbers = at(walk, values)
-    if solved.dependent_pivots:
-        numbers = check_pivots(solved, walk.roots, values, numbers)
+    check_pivots(solved, walk.roots, values, numbers)
     if solved.redundant:
         numbers = check_left_out(solved, walk.roots, values, numbers)
     if isinstance(exprs, Matrix):

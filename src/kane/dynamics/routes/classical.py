@@ -19,6 +19,7 @@ from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.solved import Solved
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
+from kane.expr.regular import guarding
 
 
 def classical(derived: Derived, partition: Partition | None) -> Solved:
@@ -31,8 +32,16 @@ def classical(derived: Derived, partition: Partition | None) -> Solved:
     inner = _reduced(e, blocks)
     check_mass(system, [speeds[i] for i in e.independent], inner.mass)
     solution = block_solution(inner)
+    guard = guarding(e.guards)
     return Solved(
-        "classical", derived, e, *solution._replace(accelerations=all_accelerations(e, solution.accelerations))
+        "classical",
+        derived,
+        e.guarded(guard),
+        tuple(map(guard, all_accelerations(e, solution.accelerations))),
+        tuple(map(guard, solution.reactions)),
+        tuple(map(guard, solution.pivots)),
+        solution.reaction_matrix.map(guard),
+        solution.bare_reaction_matrix.map(guard),
     )
 
 

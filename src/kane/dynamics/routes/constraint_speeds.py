@@ -92,5 +92,4 @@ def _embedding(
         -(by_w @ released),
         b_n,
         tuple(substitute(c, zero) for c in drift),
-        (),
     )

@@ -29,6 +29,7 @@ _FORMS = {
     OPS["max"]: "{0} > {1} || {0} != {0} ? {0} : {1}",
     ops.LESS: "{0} < {1}",
     ops.WHERE: "{0} != 0.0 ? {1} : {2}",
+    ops.REGULAR: f"fabs({{0}}) > {ops.GONE!r} * {{1}} ? {{0}} : (double)NAN",
 }
 """An operation of {0}, {1}, …; sines and cosines are ours."""
 

@@ -11,6 +11,7 @@ Vectors are passed as pointers to doubles. Sines and cosines of angles that are 
 in the lanes of a vector.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -43,6 +44,11 @@ _FORMS = {
     ),
     ops.LESS: "{r}.c = fcmp olt double {0}, {1}\n{r} = uitofp i1 {r}.c to double",
     ops.WHERE: "{r}.c = fcmp une double {0}, 0.0\n{r} = select i1 {r}.c, double {1}, double {2}",
+    ops.REGULAR: (
+        f"{{r}}.a = fmul double {{1}}, {bits(ops.GONE)}\n{{r}}.b = fneg double {{0}}\n"
+        "{r}.c = fcmp ogt double {0}, {r}.a\n{r}.d = fcmp ogt double {r}.b, {r}.a\n{r}.e = or i1 {r}.c, {r}.d\n"
+        f"{{r}} = select i1 {{r}}.e, double {{0}}, double {bits(math.nan)}"
+    ),
 }
 """The lines for the value {r} of {0}, {1}, …, with {f} for flags of contraction."""
 

@@ -33,6 +33,7 @@ _FORMS = {
     **ARITHMETIC,
     ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
     ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
+    ops.REGULAR: f"np.where(np.absolute({{0}}) > {ops.GONE!r} * {{1}}, {{0}}, np.nan)",
 }
 """An operation as the reference evaluator does it; `**` has short cuts that round differently, np.power has none."""
 

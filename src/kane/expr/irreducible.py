@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Irreducible blocks of a square matrix: what of its rows and columns must be solved together (block triangular form)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kane.errors import SingularError
+from kane.expr.node import ZERO, Expr
+
+Rows = Sequence[Sequence[Expr]]
+
+
+def structural_rank(rows: Rows, width: int) -> int:
+    """Largest number of nonzero entries no two of which share a row or column."""
+    return sum(c >= 0 for c in matched_columns(rows)) if rows and width else 0
+
+
+def matched_columns(rows: Rows) -> list[int]:
+    """A column for each row, no two the same, -1 where there is none left: maximum matching by augmenting paths.
+
+    The blocks here have a few rows; a library's matching would cost more to import than to run.
+    """
+    owner: dict[int, int] = {}
+
+    def place(i: int, tried: set[int]) -> bool:
+        for c, x in enumerate(rows[i]):
+            if x is ZERO or c in tried:
+                continue
+            tried.add(c)
+            if c not in owner or place(owner[c], tried):
+                owner[c] = i
+                return True
+        return False
+
+    for i in range(len(rows)):
+        place(i, set())
+    match = [-1] * len(rows)
+    for c, i in owner.items():
+        match[i] = c
+    return match
+
+
+def blocks(rows: Rows, match: list[int]) -> list[list[int]]:
+    """Rows that must be solved together: those that reach each other, each row pointing at the owners of its columns."""
+    owner = {c: i for i, c in enumerate(match)}
+    n = len(rows)
+    reach = np.eye(n, dtype=bool)
+    for i, row in enumerate(rows):
+        for c, x in enumerate(row):
+            if x is not ZERO:
+                reach[i, owner[c]] = True
+    for _ in range(n.bit_length()):
+        reach = reach @ reach
+    together = reach & reach.T
+    found: dict[int, list[int]] = {}
+    for i in range(n):
+        found.setdefault(int(np.argmax(together[i])), []).append(i)
+    return list(found.values())
+
+
+def in_order(rows: Rows) -> list[tuple[list[int], list[int]]]:
+    """Rows and columns of the irreducible blocks, each after those whose unknowns its rows hold too.
+
+    Raises
+    ------
+    SingularError
+        if no choice of entries gives every row a column of its own
+    """
+    match = matched_columns(rows)
+    if -1 in match:
+        rank = sum(c >= 0 for c in match)
+        raise SingularError(f"Expected an invertible matrix, got structural rank {rank} of {len(rows)}.")
+    waiting = [(block, [match[i] for i in block]) for block in blocks(rows, match)]
+    order: list[tuple[list[int], list[int]]] = []
+    done: set[int] = set()
+    while waiting:
+        for block, own in waiting:
+            if all(c in done or c in own for i in block for c, x in enumerate(rows[i]) if x is not ZERO):
+                break
+        waiting.remove((block, own))
+        order.append((block, own))
+        done.update(own)
+    return order

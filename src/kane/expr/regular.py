@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Divisors that may vanish: `regular(d, size)` is d, and NaN where nothing but rounding is left of it beside its size.
+
+It stands where d is divided by, so that what is divided by a vanished d is NaN in every language; nothing is added to what is counted
+as operations. In formulas it is not shown: it changes no value that there is.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from kane.expr.build import NODE_BUILDERS, div
+from kane.expr.node import Expr, postorder
+from kane.expr.ops import DIV, MUL, NEG, REGULAR
+from kane.expr.size import Sizes, never_zero, size
+from kane.expr.visit import fold, rebuilt
+
+Guards = Mapping[Expr, Expr]
+"""The size of each divisor that may vanish."""
+
+
+def guards(divisors: Iterable[tuple[Expr, Expr]], before: Iterable[Expr], after: Iterable[Expr]) -> dict[Expr, Expr]:
+    """Divisors by their sizes, and such factors of them as are left alone where the others cancel.
+
+    Parameters
+    ----------
+    divisors : each with its size
+    before, after : what went into the solution, and what came out: a factor counts if it divides in the latter alone
+    """
+    own = {denominator(d): bound for d, bound in divisors}
+    parts = [e for d in own for e in factors(d) if e not in own and not never_zero(e)]
+    if parts:
+        new = _denominators(after) - _denominators(before)
+        memo: Sizes = {}
+        own.update((e, size(e, memo)) for e in parts if e in new)
+    return own
+
+
+def factors(divisor: Expr) -> list[Expr]:
+    """The denominator that a divisor makes, and what that is the product of."""
+    found: dict[Expr, None] = {}
+    waiting = [denominator(divisor)]
+    while waiting:
+        e = waiting.pop()
+        found[e] = None
+        if e.op is MUL:
+            waiting += [denominator(f) for f in e.args]
+    return list(found)
+
+
+def _denominators(roots: Iterable[Expr]) -> set[Expr]:
+    return {node.args[1] for node in postorder(roots) if node.op is DIV}
+
+
+def denominator(divisor: Expr) -> Expr:
+    """What x / divisor is written with as its denominator: signs are taken out, and x / (a/b) is x b / a."""
+    while divisor.op is NEG or divisor.op is DIV:
+        divisor = divisor.args[0]
+    return divisor
+
+
+def guarding(by: Guards) -> Callable[[Expr], Expr]:
+    """Puts guards where expressions divide by what may vanish; what expressions share is rewritten once."""
+    images: dict[Expr, Expr] = {}
+
+    def image(node: Expr) -> Expr:
+        own = [images[a] for a in node.args]
+        if node.op is DIV and node.args[1] in by:
+            return div(own[0], NODE_BUILDERS["regular"](own[1], by[node.args[1]]))
+        return rebuilt(node, own)
+
+    return (lambda root: fold(root, images, image)) if by else (lambda root: root)
+
+
+def unguarded(roots: Sequence[Expr]) -> Sequence[Expr]:
+    """`roots` as formulas: without guards."""
+    if not guards_below(roots):
+        return roots
+    images: dict[Expr, Expr] = {}
+
+    def image(node: Expr) -> Expr:
+        own = [images[a] for a in node.args]
+        return own[0] if node.op is REGULAR else rebuilt(node, own)
+
+    return [fold(root, images, image) for root in roots]
+
+
+def guards_below(roots: Iterable[Expr]) -> list[Expr]:
+    """The guards that `roots` pass through."""
+    return [node for node in postorder(roots) if node.op is REGULAR]

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How large an expression can become: a bound by magnitudes, for the size beside which it counts as zero.
+
+|sin x| and |cos x| are at most 1, a sum is about as large as the largest of its terms, a product is as large as the sizes of its
+factors together. What is left holds parameters alone in most cases, and is free of the angles at which the expression vanishes.
+Absolute values and comparisons cost no operation.
+"""
+
+from collections.abc import Iterable, Sequence
+from functools import reduce
+from typing import TypeAlias
+
+from kane.expr.build import NODE_BUILDERS, div, mul
+from kane.expr.node import ONE, ZERO, Expr, constant, constant_value
+from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
+from kane.expr.symbols import Parameter, Symbol
+from kane.expr.visit import fold
+
+Sizes = dict[Expr, tuple[Expr, ...]]
+"""Of each expression those whose largest absolute value is its size."""
+
+
+def size(e: Expr, memo: Sizes) -> Expr:
+    """The size of `e`; a `memo` shared between calls makes later ones cost only what is new."""
+    terms = fold(e, memo, lambda node: _of_node(node, [memo[a] for a in node.args]))
+    return largest(terms)
+
+
+def largest(terms: Iterable[Expr]) -> Expr:
+    """The largest absolute value, 0 of none."""
+    sizes = [x if _is_size(x) else NODE_BUILDERS["abs"](x) for x in _distinct(terms)]
+    return reduce(NODE_BUILDERS["max"], sizes) if sizes else ZERO
+
+
+def _is_size(x: Expr) -> bool:
+    """Whether `x` is an absolute value, the largest of some, or a product or quotient of such."""
+    if x.op is MUL or x.op is DIV:
+        return all(a.op is _ABS or a.op is CONST or (a.op is _MAX and _is_size(a)) for a in x.args)
+    return x.op is _ABS or x.op is SQRT or x.op is CONST or (x.op is _MAX and all(map(_is_size, x.args)))
+
+
+def is_unbounded(e: Expr) -> bool:
+    """Whether more than parameters is in `e` outside of sines and cosines: there its size is no bound, but what it is at a state."""
+    memo: dict[Expr, bool] = {}
+
+    def reaches(node: Expr) -> bool:
+        if isinstance(node, Symbol):
+            return not isinstance(node, Parameter)
+        return node.op is not SIN and node.op is not COS and any(memo[a] for a in node.args)
+
+    return fold(e, memo, reaches)
+
+
+def never_zero(e: Expr) -> bool:
+    """Whether the form of `e` shows that it vanishes nowhere: numbers, and sums of terms of one sign.
+
+    A parameter may be 0, and what is not seen here may still be so.
+    """
+    memo: dict[Expr, _Sign] = {}
+    return fold(e, memo, lambda node: _sign(node, [memo[a] for a in node.args]))[1]
+
+
+_Sign: TypeAlias = tuple[int, bool]
+"""1, −1 or, where it is not known, 0; and whether it is known not to vanish."""
+_POSITIVE = {OPS["exp"], OPS["cosh"], OPS["pi"]}
+_ABS, _MAX = OPS["abs"], OPS["max"]
+
+
+def _sign(node: Expr, parts: Sequence[_Sign]) -> _Sign:
+    op, value = node.op, constant_value(node)
+    if value is not None:
+        return ((1 if value > 0 else -1), value != 0)
+    if op in _POSITIVE:
+        return 1, True
+    if op is _ABS or op is SQRT:
+        return 1, parts[0][1]
+    if op is NEG:
+        return -parts[0][0], parts[0][1]
+    if op is MUL or op is DIV:
+        (a, p), (b, q) = parts
+        square = op is MUL and node.args[0] is node.args[1]
+        return 1 if square else a * b, p and (q or op is DIV)
+    if op is ADD or op is SUB:
+        (a, p), (b, q) = parts
+        b = b if op is ADD else -b
+        return (a, p or q) if a == b and a else (0, False)
+    return 0, False
+
+
+def _of_node(node: Expr, parts: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
+    op = node.op
+    if op is NEG or op is REGULAR:
+        return parts[0]
+    if op is SIN or op is COS:
+        return (ONE,)
+    if op is ADD or op is SUB:
+        return _distinct([*parts[0], *parts[1]])
+    if op is MUL:
+        return _product(*parts)
+    if op is DIV:
+        above = parts[0] if len(parts[0]) == 1 else (largest(parts[0]),)
+        return (div(above[0], node.args[1]),)
+    return (node,)
+
+
+def _product(a: tuple[Expr, ...], b: tuple[Expr, ...]) -> tuple[Expr, ...]:
+    """One multiplication at most: numbers scale every term, otherwise the largest are multiplied."""
+    for one, other in ((a, b), (b, a)):
+        if len(one) == 1 and (one[0].op is CONST or len(other) == 1):
+            return _distinct(mul(one[0], x) for x in other)
+    return (mul(largest(a), largest(b)),)
+
+
+def _distinct(terms: Iterable[Expr]) -> tuple[Expr, ...]:
+    """Each once, without signs, and of numbers the largest."""
+    kept: dict[Expr, None] = {}
+    number = 0.0
+    for x in terms:
+        value = constant_value(x)
+        if value is None:
+            while x.op is NEG or x.op is _ABS:
+                x = x.args[0]
+            kept[x] = None
+        else:
+            number = max(number, abs(float(value)))
+    return (*([constant(number)] if number else []), *kept)

@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A x = b as straight-line code that holds wherever det A is not zero: no order of elimination is fixed that could fail elsewhere.
+
+Elimination in the order given is kept where every pivot that it divides by, the last of an irreducible block left out, vanishes
+nowhere. Otherwise the blocks are solved one after the other: by an entry that vanishes nowhere, what is left by its adjugate up to
+three rows, and by elimination that chooses its rows at run time beyond. What must not vanish is the determinant of each block.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import NamedTuple, Protocol
+
+from kane.errors import SingularError
+from kane.expr.build import NODE_BUILDERS, div, mul, neg, sub, where
+from kane.expr.irreducible import Rows, in_order
+from kane.expr.matrix import dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.regular import denominator
+from kane.expr.size import Sizes, is_unbounded, largest, never_zero, size
+from kane.expr.solve import LU, cofactor, lu
+
+_LARGEST_ADJUGATE = 3
+
+
+class Divisor(NamedTuple):
+    """What is divided by, its size (of a quotient that of what is above), and the unknowns that do not follow where it vanishes."""
+
+    value: Expr
+    size: Expr
+    unknowns: tuple[int, ...]
+
+
+class Square(Protocol):
+    """A solver of A x = b."""
+
+    @property
+    def divisors(self) -> tuple[Divisor, ...]:
+        """What may vanish, of all that is divided by."""
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with A x = b."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InOrder:
+    """Elimination in the order given."""
+
+    factors: LU
+    divisors: tuple[Divisor, ...]
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with A x = b."""
+        return self.factors.solve(b)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Triangular:
+    """Irreducible blocks one after the other, each by the rows and columns given."""
+
+    rows: Rows
+    blocks: tuple[tuple[list[int], list[int], Square], ...]
+
+    @property
+    def divisors(self) -> tuple[Divisor, ...]:
+        """Those of the blocks."""
+        return tuple(
+            d._replace(unknowns=tuple(own[k] for k in d.unknowns)) for _, own, s in self.blocks for d in s.divisors
+        )
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with A x = b."""
+        x = [ZERO] * len(b)
+        for block, own, solver in self.blocks:
+            right = [sub(b[i], dot(self.rows[i], x)) for i in block]
+            for c, value in zip(own, solver.solve(right), strict=True):
+                x[c] = value
+        return x
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Eliminated:
+    """One unknown eliminated by an entry that vanishes nowhere, in `row` and `column`; the others by `rest`."""
+
+    row: int
+    column: int
+    top: Sequence[Expr]
+    factors: Sequence[Expr]
+    rest: Square
+
+    @property
+    def divisors(self) -> tuple[Divisor, ...]:
+        """Those of the rest."""
+        return tuple(d._replace(unknowns=tuple(k + (k >= self.column) for k in d.unknowns)) for d in self.rest.divisors)
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with A x = b."""
+        others = [i for i in range(len(b)) if i != self.row]
+        right = [sub(b[i], mul(f, b[self.row])) for i, f in zip(others, self.factors, strict=True)]
+        x = self.rest.solve(right)
+        x.insert(self.column, ZERO)
+        x[self.column] = div(sub(b[self.row], dot(self.top, x)), self.top[self.column])
+        return x
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adjugate:
+    """x = adj(A) (b / det A), for a few rows."""
+
+    adjugate: Rows
+    divisor: Divisor
+
+    @property
+    def divisors(self) -> tuple[Divisor, ...]:
+        """The determinant, if it may vanish."""
+        return () if never_zero(self.divisor.value) else (self.divisor,)
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with A x = b."""
+        if len(b) == 1:
+            return [div(b[0], self.divisor.value)]
+        plain = [dot(row, b) for row in self.adjugate]
+        if sum(x is not ZERO for x in plain) <= sum(x is not ZERO for x in b):
+            return [div(x, self.divisor.value) for x in plain]
+        return [dot(row, [div(x, self.divisor.value) for x in b]) for row in self.adjugate]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Swap:
+    """Rows `top` and `low` change places where `condition` holds."""
+
+    top: int
+    low: int
+    condition: Expr
+
+    def apply(self, x: list[Expr]) -> None:
+        """On one column."""
+        a, b = x[self.top], x[self.low]
+        x[self.top], x[self.low] = where(self.condition, b, a), where(self.condition, a, b)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """`factor` times row `top` is taken from row `low`."""
+
+    top: int
+    low: int
+    factor: Expr
+
+    def apply(self, x: list[Expr]) -> None:
+        """On one column."""
+        x[self.low] = sub(x[self.low], mul(self.factor, x[self.top]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pivoted:
+    """Elimination that takes, at run time, of the rows left the one with the largest share of its size."""
+
+    steps: tuple[Swap | Step, ...]
+    upper: Rows
+    divisors: tuple[Divisor, ...]
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with A x = b."""
+        x = list(b)
+        for step in self.steps:
+            step.apply(x)
+        for i in reversed(range(len(x))):
+            row = self.upper[i]
+            x[i] = div(sub(x[i], dot(row[i + 1 :], x[i + 1 :])), row[i])
+        return x
+
+
+def square(rows: Rows, reach: Sequence[Expr] | None = None) -> Square:
+    """The solver of A x = b for a square matrix.
+
+    Parameters
+    ----------
+    rows : A
+    reach : the size of each row, of entries too that stand beside A; by default that of its own entries
+
+    Raises
+    ------
+    SingularError
+        if A has no inverse whatever its symbols are
+    """
+    memo: Sizes = {}
+    sizes = [largest(size(x, memo) for x in row) for row in rows] if reach is None else list(reach)
+    return _kept(rows, sizes, memo) or _triangular(rows, sizes, memo)
+
+
+def _kept(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> InOrder | None:
+    """Elimination in the order given, where it divides by nothing that may vanish but the last pivots of blocks."""
+    blocks = in_order(rows)
+    home = {i: k for k, (block, _) in enumerate(blocks) for i in block}
+    paired = all(home[i] == k for k, (_, own) in enumerate(blocks) for i in own)
+    parts = [sorted(block) for block, _ in blocks] if paired else [list(range(len(rows)))]
+    last = {part[-1]: part for part in parts}
+    try:
+        factors = lu(rows)
+    except SingularError:
+        return None
+    found = []
+    for i, pivot in enumerate(factors.pivots):
+        if never_zero(pivot):
+            continue
+        if i not in last:
+            return None
+        found.append(Divisor(pivot, _size(pivot, [sizes[k] for k in last[i]], memo), tuple(last[i])))
+    return InOrder(factors, tuple(found))
+
+
+def _size(determinant: Expr, sizes: Sequence[Expr], memo: Sizes) -> Expr:
+    """The size of what is divided by; where that has no bound, such as a distance, the product of the rows' sizes, if it is larger."""
+    below = denominator(determinant)
+    own = size(below, memo)
+    alone = below is determinant or below is neg(determinant)
+    return largest([own, reduce(mul, sizes)]) if alone and is_unbounded(below) else own
+
+
+def _triangular(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> Square:
+    parts = []
+    for block, own in in_order(rows):
+        inner = [[rows[i][c] for c in own] for i in block]
+        parts.append((block, own, _block(inner, [sizes[i] for i in block], memo)))
+    return Triangular(rows, tuple(parts))
+
+
+def _block(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> Square:
+    n = len(rows)
+    place = _sure(rows) if n > 1 else None
+    if place is not None:
+        return _eliminated(rows, sizes, memo, *place)
+    return _adjugate(rows, sizes, memo) if n <= _LARGEST_ADJUGATE else _pivoted(rows, sizes)
+
+
+def _sure(rows: Rows) -> tuple[int, int] | None:
+    """The emptiest place of an entry that vanishes nowhere."""
+    width = [sum(x is not ZERO for x in row) - 1 for row in rows]
+    height = [sum(row[j] is not ZERO for row in rows) - 1 for j in range(len(rows))]
+    places = [(i, j) for i, row in enumerate(rows) for j, x in enumerate(row) if never_zero(x)]
+    return min(places, key=lambda p: (width[p[0]] * height[p[1]], p), default=None)
+
+
+def _eliminated(rows: Rows, sizes: Sequence[Expr], memo: Sizes, r: int, c: int) -> Eliminated:
+    top = rows[r]
+    others = [i for i in range(len(rows)) if i != r]
+    factors = [div(rows[i][c], top[c]) for i in others]
+    rest = [
+        [sub(x, mul(f, y)) for j, (x, y) in enumerate(zip(rows[i], top, strict=True)) if j != c]
+        for i, f in zip(others, factors, strict=True)
+    ]
+    left = [largest([sizes[i], *(size(x, memo) for x in row)]) for i, row in zip(others, rest, strict=True)]
+    return Eliminated(r, c, top, factors, _triangular(rest, left, memo))
+
+
+def _adjugate(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> Adjugate:
+    n = len(rows)
+    cofactors = [[ONE]] if n == 1 else [[cofactor(rows, i, j) for j in range(n)] for i in range(n)]
+    value = dot(rows[0], cofactors[0])
+    if value is ZERO:
+        raise SingularError(f"Expected an invertible {n} × {n} block, got determinant 0.")
+    divisor = Divisor(value, _size(value, sizes, memo), tuple(range(n)))
+    return Adjugate([list(column) for column in zip(*cofactors, strict=True)], divisor)
+
+
+def _pivoted(rows: Rows, sizes: Sequence[Expr]) -> Pivoted:
+    n = len(rows)
+    columns, scale = [list(column) for column in zip(*rows, strict=True)], list(sizes)
+    steps: list[Swap | Step] = []
+
+    def take(step: Swap | Step, after: int) -> None:
+        steps.append(step)
+        for column in columns[after:]:
+            step.apply(column)
+
+    for j, column in enumerate(columns):
+        for i in range(j + 1, n):
+            if column[i] is ZERO:
+                continue
+            swap = Swap(j, i, _larger(column[i], scale[i], column[j], scale[j]))
+            take(swap, j)
+            swap.apply(scale)
+        if column[j] is ZERO:
+            raise SingularError(f"Expected an invertible {n} × {n} block, got a column without a pivot.")
+        for i in range(j + 1, n):
+            if column[i] is not ZERO:
+                take(Step(j, i, div(column[i], column[j])), j + 1)
+                column[i] = ZERO
+    upper = [[columns[k][i] for k in range(n)] for i in range(n)]
+    divisors = tuple(Divisor(upper[i][i], scale[i], tuple(range(n))) for i in range(n))
+    return Pivoted(tuple(steps), upper, divisors)
+
+
+def _larger(x: Expr, x_size: Expr, y: Expr, y_size: Expr) -> Expr:
+    """Whether x has a larger share of its row's size than y."""
+    a, b = largest([y]), largest([x])
+    if x_size is not y_size:
+        a, b = mul(a, x_size), mul(b, y_size)
+    return NODE_BUILDERS["less"](a, b)
