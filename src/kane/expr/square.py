@@ -12,10 +12,11 @@ from functools import reduce
 from typing import NamedTuple, Protocol
 
 from kane.errors import SingularError
-from kane.expr.build import NODE_BUILDERS, div, mul, neg, sub, where
+from kane.expr.build import NODE_BUILDERS, div, mul, sub, where
 from kane.expr.irreducible import Rows, in_order
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import DIV
 from kane.expr.regular import denominator
 from kane.expr.size import Sizes, is_unbounded, largest, never_zero, size
 from kane.expr.solve import LU, cofactor, lu
@@ -214,8 +215,14 @@ def _size(determinant: Expr, sizes: Sequence[Expr], memo: Sizes) -> Expr:
     """The size of what is divided by; where that has no bound, such as a distance, the product of the rows' sizes, if it is larger."""
     below = denominator(determinant)
     own = size(below, memo)
-    alone = below is determinant or below is neg(determinant)
-    return largest([own, reduce(mul, sizes)]) if alone and is_unbounded(below) else own
+    if not is_unbounded(below):
+        return own
+    whole = reduce(mul, sizes)
+    while determinant is not below:
+        if determinant.op is DIV:
+            whole = mul(whole, determinant.args[1])
+        determinant = determinant.args[0]
+    return largest([own, whole])
 
 
 def _triangular(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> Square:
