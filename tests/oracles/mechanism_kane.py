@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,12 +20,17 @@ SPEEDS = ("rates", "angular", "mixed")
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What of a mechanism is asked for: the kind of speeds, at which joints' reactions, and whether of the closures' multipliers."""
+    """What of a mechanism is asked for: the kind of speeds, at which joints' reactions, and whether of the closures' multipliers.
+
+    `joined` closes loops by `kn.close_…` where there is one; `symbolic` makes parameters of the geometry.
+    """
 
     speeds: str = "rates"
     cuts: tuple[int, ...] = ()
     multipliers: bool = False
     seed: int = 0
+    joined: bool = False
+    symbolic: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,10 +66,19 @@ class Model:
         return eom.speeds_from_rates(self.q(), given)
 
 
-def vector(frame: kn.Frame, v: Array) -> kn.Vector:
+Number = Callable[[Any], Any]
+
+
+def vector(frame: kn.Frame, v: Array, number: Number = float) -> kn.Vector:
     """The vector with these components along the frame's axes."""
-    x, y, z = (float(c) for c in v)
+    x, y, z = (number(c) for c in v)
     return x * frame.x + y * frame.y + z * frame.z
+
+
+def _numbers(symbolic: bool) -> Number:
+    """What makes numbers of the geometry, or parameters that have them as defaults."""
+    count = itertools.count()
+    return (lambda x: kn.parameter(f"g{next(count)}", float(x))) if symbolic else float
 
 
 def _axes(frame: kn.Frame) -> tuple[kn.Vector, kn.Vector, kn.Vector]:
@@ -96,7 +111,18 @@ def _wheel(name: str, near: _Place, far: _Place, size: float, thin: bool) -> lis
     return [height, *kn.rolling(particle, normal=up, name=name)]
 
 
-def _closed(name: str, c: Closure, near: _Place, far: _Place) -> list[kn.Constraint]:
+def _joined(name: str, c: Closure, near: _Place, far: _Place) -> list[kn.Constraint]:
+    """The loop closed by a joint."""
+    x, _, z = _axes(near.frame)
+    given: dict[str, Any] = {"axis": z}
+    if c.kind in ("universal", "ball", "planar"):
+        given = {"universal": {"axes": (z, x)}, "ball": {}, "planar": {"normal": z}}[c.kind]
+    return list(getattr(kn, f"close_{c.kind}")(name, near.point, near.frame, far.point, far.frame, **given))
+
+
+def _closed(name: str, c: Closure, near: _Place, far: _Place, joined: bool) -> list[kn.Constraint]:
+    if joined and c.kind in ("pin", "slider", "cylindrical", "universal", "ball", "planar"):
+        return _joined(name, c, near, far)
     x, y, z = _axes(near.frame)
     root = near.point.root().frame
     if c.kind == "distance":
@@ -125,6 +151,7 @@ def to_kane(m: Mechanism, asked: Asked = Asked()) -> Model:
     """The system of a mechanism."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
+    number = _numbers(asked.symbolic)
     coordinates: list[kn.Coordinate] = []
     rates: list[kn.Expr] = []
     angular: list[kn.Expr] = []
@@ -142,8 +169,8 @@ def to_kane(m: Mechanism, asked: Asked = Asked()) -> Model:
 
     for i, part in enumerate(m.parts):
         near, point = (N, O) if part.parent == GROUND else (frames[part.parent], origins[part.parent])
-        start = origin = point.at(f"J{i}", vector(near, part.offset))
-        joint = frame = near.rotate_matrix(f"J{i}", part.tilt)
+        start = origin = point.at(f"J{i}", vector(near, part.offset, number))
+        joint = frame = near.rotate_matrix(f"J{i}", [[number(x) for x in row] for row in part.tilt])
         starts.append((start, joint))
         for k, (kind, axis) in enumerate(STEPS[part.joint]):
             if kind == "sphere":
@@ -162,7 +189,7 @@ def to_kane(m: Mechanism, asked: Asked = Asked()) -> Model:
         if part.joint == "gimbal":
             angular[-3:] = [frame.angular_velocity(N).dot(e) for e in _axes(frame)]
         inertia = [float(part.inertia[r, c]) for r, c in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))]
-        center = origin.at(f"B{i}*", vector(frame, part.center))
+        center = origin.at(f"B{i}*", vector(frame, part.center, number))
         mass = kn.parameter(f"m{i}", part.mass, "kg")
         bodies.append(
             kn.RigidBody(f"B{i}", frame=frame, mass_center=center, mass=mass, inertia=kn.inertia(frame, *inertia))
@@ -176,13 +203,13 @@ def to_kane(m: Mechanism, asked: Asked = Asked()) -> Model:
 
     def place(k: int, side: str, body: int, mark: Mark) -> _Place:
         own, base = (N, O) if body == GROUND else (frames[body], origins[body])
-        point = base.at(f"C{k}{side}", vector(own, mark.point))
-        return _Place(own, point, own.rotate_matrix(f"C{k}{side}", mark.axes))
+        point = base.at(f"C{k}{side}", vector(own, mark.point, number))
+        return _Place(own, point, own.rotate_matrix(f"C{k}{side}", [[number(x) for x in row] for row in mark.axes]))
 
     closures = []
     for k, c in enumerate(m.closures):
         near_mark, far_mark = (place(k, side, b, mark) for side, b, mark in zip("ab", c.bodies, c.marks, strict=True))
-        closures.append(tuple(_closed(f"{c.kind} {k}", c, near_mark, far_mark)))
+        closures.append(tuple(_closed(f"{c.kind} {k}", c, near_mark, far_mark, asked.joined)))
     cuts = []
     for i in asked.cuts:
         point, frame = starts[i]

@@ -3,12 +3,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 
+from kane.analysis.search import Found, Search
 from kane.analysis.state import GIVEN, Entries, entries, misses
-from kane.dynamics.constraints.closure import Closure, closure, residual_function
+from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
@@ -17,26 +18,57 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
-from kane.numeric.newton import CLOSED, Closed, Residual, close, closest, starts
+from kane.numeric.newton import Closed, close
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import STATE_RANK, singular
 
-_TRIES, _SEED = 24, 20048
 _ROUNDING = 1e-7
 """Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assembled:
-    """A state on the constraints: `q` and `u` by symbol, ready for `simulate(q=…, u=…)`, and the largest `residual`."""
+    """A state on the constraints: `q` and `u` by symbol, ready for `simulate(q=…, u=…)`, and the largest `residual`.
+
+    `branch` says which of the branches found it is, and where the next one lies; "" where nothing was sought.
+    """
 
     q: dict[Coordinate, float]
     u: dict[Speed, float]
     residual: float
+    branch: str = ""
 
     def __repr__(self) -> str:
         values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items()))
-        return f"Assembled({values}; residual {self.residual:.1e})"
+        return f"Assembled({values}; residual {self.residual:.1e}{self.branch and '; '}{self.branch})"
+
+
+@overload
+def assemble(
+    eom: Equations,
+    *,
+    q: Mapping[Any, Any] | Sequence[float] | None = None,
+    u: Mapping[Any, Any] | Sequence[float] | None = None,
+    rates: Mapping[Any, Any] | None = None,
+    parameters: Mapping[Any, float] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    t: float = 0.0,
+    all_branches: Literal[False] = False,
+) -> Assembled: ...
+
+
+@overload
+def assemble(
+    eom: Equations,
+    *,
+    q: Mapping[Any, Any] | Sequence[float] | None = None,
+    u: Mapping[Any, Any] | Sequence[float] | None = None,
+    rates: Mapping[Any, Any] | None = None,
+    parameters: Mapping[Any, float] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    t: float = 0.0,
+    all_branches: Literal[True],
+) -> tuple[Assembled, ...]: ...
 
 
 def assemble(
@@ -48,11 +80,14 @@ def assemble(
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     t: float = 0.0,
-) -> Assembled:
-    """A state that satisfies all constraints.
+    all_branches: bool = False,
+) -> Assembled | tuple[Assembled, ...]:
+    """A state that satisfies all constraints: of the configurations that many starts lead to, the one nearest to the guesses.
 
     Values that are given are kept, guesses (`kn.guess(value)`) may move, what is left out is solved for: coordinates by
-    Gauss–Newton steps from the guesses (from several starts where there is none), speeds by linear least squares.
+    Gauss–Newton steps, speeds by linear least squares. Distances are those of the guessed coordinates, or from zero where there
+    is no guess: of angles in rad, as they stand, of lengths over how far they reach. Orientations that closures do not mean, where
+    their equations hold too, are no configurations.
 
     Parameters
     ----------
@@ -61,82 +96,103 @@ def assemble(
     u : speeds by symbol or name; left out altogether, the system is at rest as far as the constraints let it
     rates : rates of coordinates by coordinate, in place of `u`
     inputs : values at `t` of the inputs (and of their derivatives) that constraints hold
+    all_branches : return all that are found, nearest first; angles that differ by turns are one
 
     Raises
     ------
     ValueMissingError
         if the constraints do not determine what is left out
     SimulationError
-        if no state satisfies the constraints with the values that are given; says which constraint resists, and by how much
+        if no state satisfies the constraints with the values that are given; says which constraint resists, and by how much, or
+        which closure is turned
     """
     constants: dict[Expr, Any] = {**parameter_values(eom.system, parameters), time: float(t)}
     constants.update(named_values("inputs", eom.inputs, inputs))
-    configuration = _configuration(eom, entries("coordinates", eom.coordinates, q), constants)
-    at: dict[Expr, Any] = {**constants, **dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))}
     if u is not None and rates is not None:
         raise SimulationError("Expected either u= or rates= to assemble with, got both.")
-    speeds, left = _motion(eom, _wanted_speeds(eom, u, rates), at, rates is not None)
-    return Assembled(
-        dict(zip(eom.coordinates, configuration.x.tolist(), strict=True)),
-        dict(zip(eom.speeds, speeds.tolist(), strict=True)),
-        max(configuration.size, left),
-    )
+    wanted = _wanted_speeds(eom, u, rates)
+    found = _configurations(eom, entries("coordinates", eom.coordinates, q), constants, all_branches)
+    made = []
+    for configuration, branch in found if all_branches else found[:1]:
+        at = dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))
+        speeds, left = _motion(eom, wanted, constants | dict(at.items()), rates is not None)
+        by_speed = dict(zip(eom.speeds, speeds.tolist(), strict=True))
+        made.append(Assembled(at, by_speed, max(configuration.size, left), branch))
+    return tuple(made) if all_branches else made[0]
 
 
-def _configuration(eom: Equations, start: Entries, constants: Mapping[Expr, Any]) -> Closed:
+def _configurations(
+    eom: Equations, start: Entries, constants: Mapping[Expr, Any], every: bool
+) -> list[tuple[Closed, str]]:
+    """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
     constraints = closure(eom.system)
     names = [q.name for q in eom.coordinates]
     if not constraints.f:
         if start.missing:
             missing = ", ".join(names[i] for i in start.missing)
             raise ValueMissingError(f"Expected a start value for all coordinates, got none for {missing}.")
-        return Closed(start.values, np.zeros(0), 0)
-    function = residual_function(eom.system, constraints, constants)
+        return [(Closed(start.values, np.zeros(0), 0), "")]
+    search = Search(eom.system, constraints, constants, start)
     if not start.free:
-        bad = misses(constraints.names, function(start.values)[0])
-        if bad:
-            raise SimulationError(
-                f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
-                "with kn.guess(…), to have them solved for."
-            )
-        return close(function, start.values, range(len(names)))
-    spreads = [0.3 + 0.15 * k for k in range(1, _TRIES)] if start.missing else []
-    best = closest(function, starts(start.values, start.missing, _SEED, spreads), start.free)
-    _check_closed(constraints, function, start, best, names)
+        return [(_given(search), "")]
+    found = search.found(every)
+    if not found.closed:
+        raise SimulationError(_not_closed(search, found))
     # what is left out must follow from the constraints, what is given and the guesses
-    block = function(best.x)[1][:, list(start.free)]
-    unknown, count = _undetermined(block, start, names) if start.missing else ([], 0)
+    asked = start.free if every else start.missing
+    unknown, count = _undetermined(search.block(found.closed[0].x), start, names, asked)
     if unknown:
+        cure = "" if every else ", or a guess for each: kn.guess(value)"
         raise ValueMissingError(
             f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
-            f"{count} of them, or a guess for each: kn.guess(value)."
+            f"{count} of them{cure}."
         )
-    return best
+    return list(zip(found.closed, search.words(found), strict=True))
 
 
-def _check_closed(constraints: Closure, function: Residual, start: Entries, best: Closed, names: Sequence[str]) -> None:
-    if best.size <= CLOSED:
-        return
-    first = np.abs(function(start.values)[0]).max()
-    moved = ", ".join(names[i] for i in start.guessed)
+def _given(search: Search) -> Closed:
+    """Coordinates that are given whole, moved by rounding only."""
+    names, values = search.conditions.names, search.start.values
+    bad = misses(names, search.one(values)[0])
+    if bad:
+        raise SimulationError(
+            f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
+            "with kn.guess(…), to have them solved for."
+        )
+    closed = close(search.one, values, range(len(values)))
+    turned = search.told(closed.x)
+    if turned:
+        raise SimulationError(
+            f"Expected coordinates on the branch that the closures mean, got {turned}, where their equations hold too. "
+            f"{search.cure()}"
+        )
+    return closed
+
+
+def _not_closed(search: Search, found: Found) -> str:
+    """No configuration was found, or none on the branch that is meant."""
+    start, names = search.start, [q.name for q in search.system.coordinates]
+    if found.turned:
+        return (
+            f"Expected a configuration on the branch that the closures mean, got only others from {found.starts} starts, the nearest "
+            f"{found.turned}. The parts do not reach the orientation that is meant with the values given: free more coordinates, or "
+            "correct the frames and axes of the closure."
+        )
+    first, best = np.abs(search.one(start.values)[0]).max(), found.nearest
     worst = int(np.argmax(np.abs(best.residual)))
-    raise SimulationError(
-        f"Expected a configuration that satisfies the constraints, got none: the residual came from {first:.3g} to {best.size:.3g}, "
-        f"and {constraints.names[worst]!r} resists most. "
-        + (
-            f"Only starts near the guesses were tried: guess nearer, or leave {moved} out, so that others are. "
-            if moved
-            else ""
-        )
-        + "The parts may not reach each other with the values given and these lengths: free more coordinates, or correct the lengths."
+    return (
+        f"Expected a configuration that satisfies the constraints, got none from {found.starts} starts: the residual came from "
+        f"{first:.3g} to {best.size:.3g}, and {search.conditions.names[worst]!r} resists most. The parts may not reach each other "
+        f"with the values given and these lengths: free more coordinates than {', '.join(names[i] for i in start.free)}, or correct "
+        "the lengths."
     )
 
 
-def _undetermined(block: Array, start: Entries, names: Sequence[str]) -> tuple[list[str], int]:
-    """What is left out and may still move where `block`, over what is free, holds the rest; and how many values are too few."""
+def _undetermined(block: Array, start: Entries, names: Sequence[str], among: Sequence[int]) -> tuple[list[str], int]:
+    """Which `among` what is free may still move where `block` holds the rest; and how many values are too few."""
     directions = singular(block).kernel(STATE_RANK)
     open_ = np.abs(directions).max(axis=0, initial=0) > 1e-7
-    return [names[i] for i, x in zip(start.free, open_, strict=True) if x and i in start.missing], len(directions)
+    return [names[i] for i, x in zip(start.free, open_, strict=True) if x and i in among], len(directions)
 
 
 def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
@@ -165,7 +221,7 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
     free = list(start.free)
     if free:
         block = rows[:, free] / scale[:, None]
-        unknown, count = _undetermined(block, start, names)
+        unknown, count = _undetermined(block, start, names, start.missing)
         if unknown:
             raise ValueMissingError(
                 f"Expected a start value for all {'rates' if by_rates else 'speeds'} that the constraints do not give, got too few: "

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kane.dynamics.constraints.branches import branch_scalars, branches, told, turned
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
+from kane.model.constraints import Branch
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length
@@ -29,7 +31,10 @@ _CLOSED = 1e-13
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """f (configuration), A, b, M and W at a state; the speeds themselves where they follow from the independent ones alone."""
+    """f (configuration), A, b, M and W at a state.
+
+    `speeds` are the speeds themselves where they follow from the independent ones alone, `branch` what tells branches apart.
+    """
 
     f: Array
     a: Array
@@ -37,6 +42,7 @@ class Numbers:
     m: Array
     w: Array
     speeds: Array
+    branch: Array
 
     @property
     def finite(self) -> bool:
@@ -53,17 +59,23 @@ def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
         return Matrix([solved.written(row) for row in m], m.shape)
 
     speeds = solved.speeds_by_independent if solved.twin else ()
-    groups = {"f": f, "a": d.A, "b": d.b, "m": written(d.mass_matrix), "w": written(d.W), "speeds": speeds}
+    scalars = branch_scalars(branches(eom.system))
+    groups = {"f": f, "a": d.A, "b": d.b, "m": written(d.mass_matrix), "w": written(d.W), "speeds": speeds, "branch": scalars}
     return Bundle("constraints", ports(eom.derived), Numbers, groups)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Manifold:
-    """The constraints of equations of motion: their numbers as one compiled routine, and where Euler parameters are."""
+    """The constraints of equations of motion: their numbers as one routine, where Euler parameters are, what branches are meant."""
 
     numbers: BundleRoutine[Numbers]
     coordinates: int
     euler: tuple[tuple[int, ...], ...]
+    meant: tuple[Branch, ...] = ()
+
+    def turned(self, numbers: Numbers) -> str:
+        """Which closures are turned away from the branch that they mean, in words; "" where none is."""
+        return told(self.meant, turned(self.meant, numbers.branch)) if self.meant else ""
 
     def project(self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0) -> tuple[Array, Numbers]:
         """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had."""
@@ -101,4 +113,4 @@ def manifold(numeric: Numeric[Equations]) -> Manifold | None:
         return None
     place = {c: i for i, c in enumerate(eom.coordinates)}
     euler = tuple(tuple(place[e] for e in s.coordinates) for s in eom.system.euler_parameters)
-    return Manifold(numeric.routine(constraint_numbers), len(place), euler)
+    return Manifold(numeric.routine(constraint_numbers), len(place), euler, branches(eom.system))

@@ -95,11 +95,14 @@ class Course:
             return self._stopped(broken_off(stepper, before, last, span, failure))
         dense = solver.dense_output()
         kept, numbers = stepper.keep(solver.t, solver.y)
-        if stepper.jumped(numbers) and solver.t - before > _NARROW * max(abs(solver.t), span[1] - span[0]):
+        turned, narrow = stepper.turned(numbers), _NARROW * max(abs(solver.t), span[1] - span[0])
+        if (turned or stepper.jumped(numbers)) and solver.t - before > narrow:
             # the place is closed in on by halves, until a state lies so near to it that `settle` sees it
             self._restart(before, last, (solver.t - before) / 2)
             self._jump = solver.t
             return None
+        if turned:
+            return self._stopped(f"another branch of the closures lies beyond t = {before:.6g}: {turned}")
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
         after = stepper.now.watch(solver.t, kept)
         end, at = self._met(dense, (self.watched, after)), solver.t

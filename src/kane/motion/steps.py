@@ -75,6 +75,10 @@ class Stepper:
         self.reach = np.maximum(self.reach, np.abs(numbers.a))
         return np.append(x, y[width:]), numbers
 
+    def turned(self, numbers: Numbers | None) -> str:
+        """Which closures were moved onto a branch that they do not mean, in words; "" where none was."""
+        return "" if numbers is None or self.manifold is None else self.manifold.turned(numbers)
+
     def sample(self, t: float, y: Array) -> tuple[Array, Equations]:
         """y moved onto the constraints, and equations whose dependent speeds are determined there.
 

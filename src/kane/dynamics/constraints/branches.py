@@ -46,6 +46,13 @@ def turned(meant: tuple[Branch, ...], scalars: Array) -> Array:
     return angles
 
 
+def told(meant: tuple[Branch, ...], angles: Array) -> str:
+    """Which closures are turned, and by how much, in words; "" where none is."""
+    return ", ".join(
+        f"{b.name!r} with its {b.what} turned by {np.degrees(x):.0f}°" for b, x in zip(meant, angles, strict=True) if x
+    )
+
+
 def turned_function(system: System, values: Mapping[Expr, Any]) -> Callable[[Array], Array]:
     """`turned` as a function of the coordinates (…, n), all other symbols at `values`, on the reference evaluator."""
     meant = branches(system)
