@@ -92,7 +92,7 @@ def test_speeds_that_contradict_a_constraint_are_refused_with_how_much():
 
 def test_parts_that_cannot_reach_each_other():
     far = BAR.system(holonomic=kn.coincident(BAR.tip, O.at("far", 3 * N.x), along=(N.x, N.y), name="far"))
-    with pytest.warns(kn.KaneWarning, match="some configuration satisfies, got none from 12 starts"):
+    with pytest.warns(kn.KaneWarning, match="some configuration satisfies, got none from 372 starts"):
         eom = kn.derive(far)
     with pytest.raises(
         kn.SimulationError,
@@ -172,8 +172,7 @@ def test_guesses_from_which_no_step_closes_it_are_led_to_the_branch_that_there_i
     loop = kn.close_pin("J4", O.at("D", -a * N.x), last, point, frame, axis=last.z)
     with pytest.warns(kn.KaneWarning, match="redundant"):
         eom = kn.derive(kn.System(N, bodies=bodies, joints=hinges, holonomic=loop))
-    with pytest.raises(kn.SimulationError, match="guess nearer, or leave q2, q3 out, so that others are"):
-        kn.assemble(eom, q={"q1": 1.0, "q2": kn.guess(-1.5), "q3": kn.guess(1.0)})
-    found = kn.assemble(eom, q={"q1": 1.0}).q
-    # opposite angles of the loop are equal but for sign
-    assert list(found.values())[2] == pytest.approx(-1.0, abs=1e-9)
+    for guesses in ({}, {"q2": kn.guess(-1.5), "q3": kn.guess(1.0)}):
+        found = kn.assemble(eom, q={"q1": 1.0, **guesses})
+        # opposite angles of the loop are equal but for sign
+        assert list(found.q.values())[2] == pytest.approx(-1.0, abs=1e-9)

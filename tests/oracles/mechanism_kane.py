@@ -72,7 +72,8 @@ Number = Callable[[Any], Any]
 def vector(frame: kn.Frame, v: Array, number: Number = float) -> kn.Vector:
     """The vector with these components along the frame's axes."""
     x, y, z = (number(c) for c in v)
-    return x * frame.x + y * frame.y + z * frame.z
+    made: kn.Vector = x * frame.x + y * frame.y + z * frame.z
+    return made
 
 
 def _numbers(symbolic: bool) -> Number:
@@ -114,9 +115,8 @@ def _wheel(name: str, near: _Place, far: _Place, size: float, thin: bool) -> lis
 def _joined(name: str, c: Closure, near: _Place, far: _Place) -> list[kn.Constraint]:
     """The loop closed by a joint."""
     x, _, z = _axes(near.frame)
-    given: dict[str, Any] = {"axis": z}
-    if c.kind in ("universal", "ball", "planar"):
-        given = {"universal": {"axes": (z, x)}, "ball": {}, "planar": {"normal": z}}[c.kind]
+    own: dict[str, dict[str, Any]] = {"universal": {"axes": (z, x)}, "ball": {}, "planar": {"normal": z}}
+    given = own.get(c.kind, {"axis": z})
     return list(getattr(kn, f"close_{c.kind}")(name, near.point, near.frame, far.point, far.frame, **given))
 
 

@@ -225,7 +225,7 @@ def test_constraints_are_held_by_reactions_with_a_direction_and_a_formula() -> N
         assert {f"{prefix}{s}" for s in rows} | {f"~{prefix}{u.name}" for u in eom.independent_speeds} == names
     items = dict(eom.steps[6].items)
     state = {"q": {"q1": 0.3, "q2": 0.4, "q3": 0, "q4": 0, "q5": 0}, "u": {"u1": 0.5, "u2": -1.0, "u3": 6.0}}
-    at = kn.assemble(eom, **state)
+    at = kn.assemble(eom, q=state["q"], u=state["u"])
     values = zip(eom.reactions, eom.evaluate(list(eom.reaction_values), q=at.q, u=at.u), strict=True)
     expected = {r.name: v for r, v in values}
     for name in ("F_x", "F_y"):

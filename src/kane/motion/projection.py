@@ -60,7 +60,15 @@ def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
 
     speeds = solved.speeds_by_independent if solved.twin else ()
     scalars = branch_scalars(branches(eom.system))
-    groups = {"f": f, "a": d.A, "b": d.b, "m": written(d.mass_matrix), "w": written(d.W), "speeds": speeds, "branch": scalars}
+    groups = {
+        "f": f,
+        "a": d.A,
+        "b": d.b,
+        "m": written(d.mass_matrix),
+        "w": written(d.W),
+        "speeds": speeds,
+        "branch": scalars,
+    }
     return Bundle("constraints", ports(eom.derived), Numbers, groups)
 
 

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Branches of a closure: the nearest to the guesses, all that there are, and none that its closures do not mean."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import kane as kn
+from tests.dynamics.constraints.test_branches import EIGHT, TURNS, closed, meant
+from tests.model.joints.test_closures import CLOSED
+from tests.systems.four_bar import BAR, EOM
+
+q1, q2, q3 = BAR.q
+QUICK = ("slider", "screw")
+KINDS = [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in CLOSED]
+TURNED = "on the branch that the closures mean, got 'G' with its (axis|frame|thread) turned by (120|180)°"
+
+
+def orientation(found, body):
+    e = np.array([found.q[q] for q in body.coordinates[3:]])
+    return Rotation.from_quat(e, scalar_first=True).as_matrix()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_start_on_another_branch_is_refused_and_the_cure_works(kind):
+    body, system = closed(kind)
+    eom = kn.derive(system)
+    for turn in EIGHT if kind in ("slider", "weld") else TURNS[::3]:
+        q = dict(zip(body.coordinates, [0, 0, 0, *Rotation.from_matrix(turn).as_quat(scalar_first=True)], strict=True))
+        rows = np.array(eom.evaluate([c.expr for c in system.constraints], q=q), dtype=float)
+        guesses = {s: kn.guess(v) for s, v in q.items()}
+        if np.abs(rows).max() < 1e-12 and meant(kind, turn):
+            found = kn.assemble(eom, q=q)
+            assert found.q == pytest.approx(q)
+        elif np.abs(rows).max() < 1e-12:
+            with pytest.raises(kn.SimulationError, match=f"{TURNED}.* On it lies .*kn.guess"):
+                kn.assemble(eom, q=q)
+            with pytest.raises(kn.SimulationError, match=TURNED):
+                kn.simulate(eom, (0, 1), q=q, u=[0] * len(eom.speeds))
+        found = kn.assemble(eom, q=guesses)
+        assert found.residual < 1e-12
+        place = [found.q[s] for s in body.coordinates[:3]]
+        if kind in ("slider", "weld", "pin", "planar"):
+            assert meant(kind, orientation(found, body)), (turn, place)
+
+
+def ends(q):
+    """The complex numbers at the ends of the links of the four-bar."""
+    return np.cumsum([length * np.exp(1j * q[k]) for length, k in zip((0.4, 1.0, 0.8), BAR.q, strict=True)])
+
+
+def test_both_branches_of_a_four_bar():
+    """The joint between coupler and rocker lies where two circles meet: mirrored about the line through their centres."""
+    up, down = kn.assemble(EOM, q={q1: 0.5, q2: kn.guess(0.8), q3: kn.guess(-1.5)}, all_branches=True)
+    assert up.q == pytest.approx(kn.assemble(EOM, q={q1: 0.5, q2: kn.guess(0.8), q3: kn.guess(-1.5)}).q)
+    (crank, joint, tip), (_, other, same) = ends(up.q), ends(down.q)
+    assert tip == pytest.approx(1.1)
+    assert same == pytest.approx(1.1)
+    along = (tip - crank) / abs(tip - crank)
+    assert other - crank == pytest.approx(along**2 * np.conj(joint - crank))
+    assert up.branch.startswith("the nearest of 2 branches; next: q2 = ")
+    assert "branch 2 of 2; nearest: q2 = " in down.branch
+    assert "2 branches" in repr(up)
+
+
+@pytest.mark.parametrize("turns", [-2, 1, 3])
+def test_angles_are_those_nearest_to_the_guess_and_count_once(turns):
+    near = {q1: 0.5, q2: kn.guess(0.8 + turns * 2 * np.pi), q3: kn.guess(-1.5)}
+    found, _ = kn.assemble(EOM, q=near, all_branches=True)
+    assert abs(found.q[q2] - near[q2].value) < np.pi
+    assert ends(found.q)[2] == pytest.approx(1.1)
+
+
+def test_all_branches_want_values_that_leave_nothing_free():
+    with pytest.raises(kn.ValueMissingError, match=r"got 1 too few: q1, q2, q3 can still move\. Give 1 of them\.$"):
+        kn.assemble(EOM, q={q: kn.guess(0.4) for q in BAR.q}, all_branches=True)
+
+
+def test_parts_that_reach_only_another_orientation_are_told_so():
+    body, system = closed("weld")
+    eom = kn.derive(system)
+    half = dict(zip(body.coordinates, [0, 0, 0, 0.0, 1.0], strict=False))
+    with pytest.raises(
+        kn.SimulationError, match=r"got only others from \d+ starts, the nearest 'G' with its frame turned"
+    ):
+        kn.assemble(eom, q=half)
