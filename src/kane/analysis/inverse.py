@@ -54,7 +54,7 @@ class Inverse:
 
         Parameters
         ----------
-        q, u : the state, by symbol or name or in order; it must satisfy the constraints
+        q, u : the state, by symbol or name or in order; it must satisfy the constraints, dependent speeds may be left out
         given : the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
 
         Raises
@@ -65,15 +65,19 @@ class Inverse:
         eom = self.eom
         values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
         values |= named_values("quantities that are given", self.known, given)
-        missing = [s for s in (*eom.coordinates, *eom.speeds, *self.known) if s not in values]
+        missing = [s for s in (*eom.coordinates, *eom.independent_speeds, *self.known) if s not in values]
         if missing:
             cure = "Give them, by symbol or name."
             if eom.constraints.constraints and not set(missing) <= set(self.known):
                 cure = "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
             raise ValueMissingError(
-                "Expected values of all coordinates, speeds and of what is not unknown, got none for "
+                "Expected values of all coordinates, independent speeds and of what is not unknown, got none for "
                 f"{', '.join(s.name for s in missing)}. {cure}"
             )
+        if eom.dependent_speeds:
+            inputs = {s: v for s, v in values.items() if s in set(eom.inputs)}
+            speeds = eom.evaluate(list(eom.speeds), q=q, u=u, parameters=parameters, inputs=inputs, t=t)
+            values |= dict(zip(eom.speeds, speeds, strict=True))
         constants = parameter_values(eom.system, parameters)
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
         times = np.asarray(t, dtype=float)
@@ -106,7 +110,7 @@ class Inverse:
         n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
         size = n + m + s
         solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
-        _check_state(eom, solution.configuration, solution.motion)
+        _check_configuration(eom, solution.configuration)
         whole, right = np.concatenate([solution.matrix, -solution.drive], axis=-1), solution.right
         rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
         columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
@@ -151,13 +155,12 @@ class Inverse:
 
 
 class _Mixed(NamedTuple):
-    """K, H and k of K z = H r + k, f and A u + b."""
+    """K, H and k of K z = H r + k, and f."""
 
     matrix: Array
     drive: Array
     right: Array
     configuration: Array
-    motion: Array
 
 
 def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
@@ -165,20 +168,16 @@ def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
     forms = affine_forms(u.right, driven)
     drive = Matrix(([c.get(s, ZERO) for s in driven] for c, _ in forms), (len(forms), len(driven)))
     groups = {"matrix": Matrix(u.matrix), "drive": drive, "right": [rest for _, rest in forms]}
-    return Bundle(
-        "inverse", ports(eom.derived), _Mixed, {**groups, "configuration": u.configuration, "motion": u.motion}
-    )
+    return Bundle("inverse", ports(eom.derived), _Mixed, {**groups, "configuration": u.configuration})
 
 
-def _check_state(eom: Equations, f: Array, motion: Array) -> None:
-    names = [c.name for c in eom.system.holonomic], [c.name for c in eom.system.constraints]
-    for what, labels, left in (("coordinates", names[0], f), ("speeds", names[1], motion)):
-        size = np.abs(left).reshape(-1, left.shape[-1]).max(axis=0, initial=0) if left.size else np.zeros(0)
-        bad = misses(labels, size)
-        if bad:
-            raise SimulationError(
-                f"Expected a state on the constraints, got {what} that miss {bad}. Assemble it with kn.assemble."
-            )
+def _check_configuration(eom: Equations, f: Array) -> None:
+    size = np.abs(f).reshape(-1, f.shape[-1]).max(axis=0, initial=0) if f.size else np.zeros(0)
+    bad = misses([c.name for c in eom.system.holonomic], size)
+    if bad:
+        raise SimulationError(
+            f"Expected a state on the constraints, got coordinates that miss {bad}. Assemble it with kn.assemble."
+        )
 
 
 def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | None = None) -> Inverse:

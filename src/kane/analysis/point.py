@@ -96,7 +96,7 @@ def state_at(
 def closed(numeric: Numeric[Equations], state: State) -> State:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
     eom, perturbed, values = numeric.equations, numeric.value(perturbations), values_at(numeric, state)
-    _check("coordinates", [c.name for c in eom.system.holonomic], values.configuration)
+    _check_configuration([c.name for c in eom.system.holonomic], values.configuration)
     nq, n = len(eom.coordinates), len(eom.speeds)
     zero = np.zeros(values.right.shape)
 
@@ -109,16 +109,19 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
 
     start = of_unit_length(state.x, perturbed.sets), values
     x, values = improved(start, lambda at: np.abs(at[1].configuration).max(initial=0), closer, _CLOSED, _ROUNDS)
-    _check("speeds", [c.name for c in eom.system.constraints], values.motion)
+    if misses([c.name for c in eom.system.constraints], values.motion):
+        eom.evaluate(
+            list(eom.speeds), **point_of(eom, replace(state, x=x)).arguments
+        )  # says which constraints they miss
     if len(values.motion):
         x = np.append(x[:nq], x[nq:] - least_squares(values.constraints(n), values.motion))
     return replace(state, x=x)
 
 
-def _check(what: str, names: list[str], residual: Array) -> None:
+def _check_configuration(names: list[str], residual: Array) -> None:
     bad = misses(names, residual)
     if bad:
         raise SimulationError(
-            f"Expected an operating point on the constraints, got {what} that miss {bad}. Assemble one first, "
+            f"Expected an operating point on the constraints, got coordinates that miss {bad}. Assemble one first, "
             "kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim."
         )

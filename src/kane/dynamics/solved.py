@@ -19,7 +19,7 @@ from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substitute
 from kane.model.constraints import Constraint
 
-_WALKS = 64
+_READINGS = 64
 
 
 class Pivot(NamedTuple):
@@ -36,6 +36,14 @@ class Held(NamedTuple):
     constraints: tuple[Constraint, ...]
     a: Matrix
     b: Exprs
+
+
+class Reading(NamedTuple):
+    """What is walked for as many expressions as are `asked` for: they, then A u + b of the constraints `names`, then its limits."""
+
+    walk: Walk
+    asked: int
+    names: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +76,10 @@ class Solved:
         "Operations of one evaluation of the whole right-hand side, solution included.",
     )
 
-    walks = read[Lately[Exprs, Walk]](
-        lambda s: Lately(_WALKS), "What was evaluated lately, by the expressions asked for."
+    readings = read[Lately[tuple[Exprs, frozenset[Expr]], Reading]](
+        lambda s: Lately(_READINGS), "What was evaluated lately, by the expressions and by what was given."
     )
+    walks = read[Lately[Exprs, Walk]](lambda s: Lately(_READINGS), "What was walked lately for it.")
 
     # Constraints ---------------------------------------------------------------------------------------------------------
 

@@ -112,17 +112,22 @@ def evaluate(exprs: Any, values: Values) -> Any:
         return stacked(evaluate(exprs.entries, values), exprs.shape)
     if isinstance(exprs, Expr | int | float):
         return evaluate([exprs], values)[0]
-    return at(Walk(exprs), values)
+    return of_one_shape(at(Walk(exprs), values))
 
 
 def at(walk: Walk, values: Values) -> list[Any]:
-    """The roots of a walk at numbers or arrays, with defaults of parameters, each an array of the broadcast shape."""
+    """The roots of a walk at numbers or arrays, with defaults of parameters."""
     known = dict(values)
     for s in walk.missing(known):
         if isinstance(s, Parameter) and s.default is not None:
             known[s] = s.default
     walk.check(known)
-    results = [np.asarray(v) for v in walk(known)]
+    return walk(known)
+
+
+def of_one_shape(numbers: Iterable[Any]) -> list[Any]:
+    """Numbers and arrays as arrays of the broadcast shape."""
+    results = [np.asarray(v) for v in numbers]
     shape = np.broadcast_shapes(*(v.shape for v in results))
     return [v if v.shape == shape else np.broadcast_to(v, shape).copy() for v in results]
 

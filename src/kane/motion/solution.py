@@ -161,7 +161,7 @@ class Solution:
         """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds))."""
         q, u = np.split(states.T, [len(eom.coordinates)])
         inputs = {s: np.asarray([f(time) for time in t], dtype=float) for s, f in self.inputs.items()}
-        values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t)
+        values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t, held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
 
     @cached_property

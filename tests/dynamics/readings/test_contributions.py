@@ -50,14 +50,14 @@ def test_bodies_sum_to_the_mass_matrix(case: Case) -> None:
 
 
 def point_of(eom: kn.Equations, rng: np.random.Generator) -> dict:
-    """Any numbers: the sums are identities, so the state need not be one that a motion can reach."""
+    """Any numbers: the sums are identities, so the configuration need not be one that a motion can reach."""
     euler = [e for group in eom.system.euler_parameters for e in group.coordinates]
     q = {x: rng.uniform(0.3, 1.2) for x in eom.coordinates}
     length = float(np.sqrt(sum(q[e] ** 2 for e in euler)))
     q.update({e: q[e] / length for e in euler})
     return {
         "q": q,
-        "u": {s: rng.uniform(-1, 1) for s in eom.speeds},
+        "u": {s: rng.uniform(-1, 1) for s in eom.independent_speeds},
         "parameters": {p: rng.uniform(0.5, 1.5) for p in eom.parameters},
         "inputs": {s: rng.uniform(-1, 1) for s in eom.inputs},
         "t": 0.7,

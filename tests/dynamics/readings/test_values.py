@@ -53,9 +53,9 @@ def test_a_missing_value_is_named_at_every_call(robot):
 def test_what_was_evaluated_goes_with_the_equations():
     eom = kn.derive(arm("zy"))
     eom.evaluate(eom.accelerations, q=[0.1, 0.2], u=[0.3, 0.4])
-    (walk,) = eom.solved.walks.values()
-    gone = weakref.ref(walk), weakref.ref(eom)
-    del walk, eom
+    (reading,) = eom.solved.readings.values()
+    gone = weakref.ref(reading.walk), weakref.ref(eom)
+    del reading, eom
     gc.collect()
     assert [r() for r in gone] == [None, None]
 
@@ -64,4 +64,4 @@ def test_no_more_than_some_are_kept():
     eom = kn.derive(arm("zy"))
     for k in range(100):
         assert eom.evaluate(eom.speeds[0] * k, u=[2.0, 1.0]) == 2 * k
-    assert len(eom.solved.walks.values()) < 100
+    assert len(eom.solved.readings.values()) < 100

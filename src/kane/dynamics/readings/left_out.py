@@ -15,7 +15,7 @@ from kane.dynamics.constraints.closure import OFF
 from kane.dynamics.derived import Derived
 from kane.dynamics.solved import Solved
 from kane.errors import KaneWarning, SingularError, ValueMissingError
-from kane.expr.evaluate import Walk, at
+from kane.expr.evaluate import Walk, at, of_one_shape
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import CONST, SYMBOL
 from kane.numeric.arrays import Array
@@ -77,7 +77,7 @@ def _shares(solved: Solved, values: Mapping[Expr, Any]) -> tuple[Array, Any]:
     groups = (rows.take(columns=e.independent), rows.take(columns=e.partition.dependent), e.a_n)
     roots = (*(x for m in groups for x in m.entries), *conditions.f)
     try:
-        found = at(solved.walks.get(roots, lambda: Walk(roots)), values)
+        found = of_one_shape(at(solved.walks.get(roots, lambda: Walk(roots)), values))
     except ValueMissingError:  # what was asked for holds less than the constraints do
         return np.zeros(len(rows)), np.zeros((), dtype=bool)
     stacked = np.stack(found, axis=-1)

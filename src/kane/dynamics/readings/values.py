@@ -5,13 +5,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.held import check_held, reading
 from kane.dynamics.readings.left_out import check_left_out
 from kane.dynamics.readings.pivots import check_pivots
 from kane.dynamics.solved import Solved
 from kane.errors import ExpressionError, ValueMissingError
 from kane.expr.affine import Affine
 from kane.expr.diff import tangent
-from kane.expr.evaluate import Walk, at, evaluate, free_symbols, stacked
+from kane.expr.evaluate import Walk, at, evaluate, free_symbols, of_one_shape, stacked
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import (
@@ -122,28 +123,35 @@ def evaluate_along(
     parameters: Mapping[Any, Any] | None,
     inputs: Mapping[Any, Any] | None,
     t: Any,
+    *,
+    held: bool = True,
 ) -> Any:
-    """See Equations.evaluate."""
+    """See Equations.evaluate; with `held` False speeds that miss the constraints pass."""
     system, single = solved.derived.system, isinstance(exprs, Expr | int | float)
     entries = exprs.entries if isinstance(exprs, Matrix) else [exprs] if single else exprs
     roots = tuple(as_expr(e) for e in entries)
-    walk = solved.walks.get(roots, lambda: walked(solved, roots))
     values: dict[Expr, Any] = {time: t}
     values.update(named_values("coordinates", system.coordinates, q))
     values.update(named_values("speeds", solved.derived.speeds, u))
     values.update(named_values("parameters", system.parameters, parameters))
     values.update(named_values("inputs", system.inputs, inputs))
-    numbers = at(walk, values)
-    check_pivots(solved, walk.roots, values, numbers)
+    known = frozenset(values) if solved.dependent_speeds else frozenset()
+    read = solved.readings.get((roots, known), lambda: reading(solved, _walked(solved, roots), known))
+    found, asked = at(read.walk, values), read.walk.roots[: read.asked]
+    if held and read.names:
+        check_held(solved, read.names, found[read.asked :])
+    numbers = of_one_shape(found[: read.asked])
+    if solved.dependent_speeds:
+        check_pivots(solved, asked, values, numbers)
     if solved.redundant:
-        numbers = check_left_out(solved, walk.roots, values, numbers)
+        numbers = check_left_out(solved, asked, values, numbers)
     if isinstance(exprs, Matrix):
         return stacked(numbers, exprs.shape)
     return numbers[0] if single else numbers
 
 
-def walked(solved: Solved, roots: Sequence[Expr]) -> Walk:
-    """The walk of expressions as functions of q, u, t, parameters and inputs."""
+def _walked(solved: Solved, roots: Sequence[Expr]) -> Walk:
+    """The expressions as functions of q, u, t, parameters and inputs."""
     walk = Walk(roots)
     if all(isinstance(s, _PLAIN) or input_of(s) is not None for s in walk.symbols):
         return walk
