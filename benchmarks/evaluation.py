@@ -20,7 +20,7 @@ def times(eom: kn.Equations, repeats: int = 300) -> tuple[float, float, float]:
         q, u = rng.uniform(-1, 1, len(eom.coordinates)), rng.uniform(-1, 1, len(eom.independent_speeds))
         speeds = dict(zip(eom.independent_speeds, u, strict=True))
         start = time.perf_counter()
-        eom.evaluate(eom.accelerations, q=q, u=speeds)
+        eom.evaluate(eom.accelerations, q=q, u=speeds, inputs=dict.fromkeys(eom.inputs, 0.5))
         found.append(1e3 * (time.perf_counter() - start))
     return found[0], found[1], statistics.median(found[2:])
 

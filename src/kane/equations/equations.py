@@ -205,11 +205,13 @@ class Equations:
     ) -> Any:
         """Numbers of expressions, of a Matrix, or of one expression, at a state.
 
-        Rates become W u + X, accelerations u̇ and reactions their solved values. Values may be arrays (they broadcast);
-        parameters not given take their defaults.
+        Rates become W u + X, accelerations u̇ and reactions their solved values, dependent speeds that are not given A_n u_I + b_n.
+        Values may be arrays (they broadcast); parameters not given take their defaults.
 
         Raises
         ------
+        SimulationError
+            if dependent speeds are given that miss the constraints; of arrays a warning names the first such place
         SingularError
             if the values are divided by a pivot that vanishes at this state: the dependent speeds of `dependent_speeds` do not follow
             there. Of arrays a warning names the first such place, and the values there are NaN
