@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.readings.values import without_unknowns
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -70,9 +69,10 @@ def evaluated(eom, exprs):
 
 
 def function(eom, exprs, q, u, t):
-    """Expressions as functions of q, u and t."""
+    """Expressions as functions of q, u and t, with the accelerations of the equations."""
     values = dict(zip([*eom.coordinates, *eom.speeds, kn.time], [*q, *u, t], strict=True))
-    return kn.evaluate(without_unknowns(eom.solved, list(exprs)), values)
+    values |= dict(zip([s.dt for s in eom.speeds], kn.evaluate(list(eom.accelerations), values), strict=True))
+    return kn.evaluate([eom.in_speeds(e) for e in exprs], values)
 
 
 @pytest.mark.parametrize("speeds", SPEEDS)
