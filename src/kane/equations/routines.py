@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.pivots import divided_by, pivot_of
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, ValueMissingError
@@ -54,7 +55,9 @@ def program(
     tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
         tasks.append(outputs.task)
-    return build_program(name, ports(solved.derived), tasks, reciprocals, SUBJECT)
+    return build_program(
+        name, ports(solved.derived), tasks, reciprocals, SUBJECT, lambda guard: divided_by(pivot_of(solved, guard))
+    )
 
 
 def rate_names(derived: Derived) -> list[str]:

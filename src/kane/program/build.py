@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """From expressions to a Program: values numbered, constants folded."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kane.errors import ValueMissingError
 from kane.expr.node import Expr, constant_value, postorder
-from kane.expr.ops import CONST, PI, SYMBOL, Op
+from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.symbols import Symbol
 from kane.program.passes.reciprocal import with_reciprocals
 from kane.program.passes.tiers import assembled
@@ -27,20 +27,29 @@ class Task:
 
 
 def build_program(
-    name: str, ports: Sequence[Port], tasks: Sequence[Task], reciprocals: bool = False, subject: str = "expressions"
+    name: str,
+    ports: Sequence[Port],
+    tasks: Sequence[Task],
+    reciprocals: bool = False,
+    subject: str = "expressions",
+    note: Callable[[Expr], str] | None = None,
 ) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
+
+    `note` says, of a guarded divisor, what is given divided by it.
 
     Raises
     ------
     ValueMissingError
         if an expression holds a symbol that no port gives
     """
-    code = _numbered(name, subject, ports, tasks)
+    code = _numbered(name, subject, ports, tasks, note)
     return assembled(with_reciprocals(code) if reciprocals else code)
 
 
-def _numbered(name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task]) -> Code:
+def _numbered(
+    name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task], note: Callable[[Expr], str] | None
+) -> Code:
     """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
     order = postorder(root for w in tasks for root in w.roots)
     inputs = [s for port in ports for s in port.symbols]
@@ -61,7 +70,8 @@ def _numbered(name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Ta
             ops.append(node.op)
             args.append(tuple([place[a] for a in node.args]))
     routines = tuple(Routine(w.name, tuple(w.shape), tuple(w.labels), tuple(place[r] for r in w.roots)) for w in tasks)
-    code = Code(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), routines)
+    notes = tuple((place[n], note(n)) for n in order if n.op is REGULAR and n in place) if note else ()
+    code = Code(name, subject, tuple(ports), tuple(numbers.values()), tuple(ops), tuple(args), routines, notes=notes)
     return verified(code, "build")
 
 

@@ -8,11 +8,11 @@ Each port belongs to a tier. `hoisted` instructions depend on ports of the tier 
 the `body` of a routine holds what one evaluation of it needs besides.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
-from kane.expr.ops import Op
+from kane.expr.ops import REGULAR, Op
 from kane.expr.symbols import Symbol
 
 
@@ -56,7 +56,10 @@ class Routine:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Code:
-    """Numbered values, from pass to pass: `ops[k]` and `args[k]` belong to the value `first + k`; `subject` says what they are of."""
+    """Numbered values, from pass to pass: `ops[k]` and `args[k]` belong to the value `first + k`; `subject` says what they are of.
+
+    `notes` say of divisors that may vanish what is given divided by them.
+    """
 
     name: str
     subject: str
@@ -65,6 +68,7 @@ class Code:
     ops: tuple[Op, ...]
     args: tuple[tuple[int, ...], ...]
     routines: tuple[Routine, ...]
+    notes: tuple[tuple[int, str], ...] = field(default=(), kw_only=True)
 
     @cached_property
     def inputs(self) -> tuple[Symbol, ...]:
@@ -122,6 +126,17 @@ class Program(Code):
     def hoisted_ports(self) -> tuple[Port, ...]:
         """The ports of the tier "parameter"."""
         return tuple(port for port in self.ports if port.hoisted)
+
+    @property
+    def lost(self) -> list[str]:
+        """What there is to say of results that are NaN, where divisors are guarded."""
+        if REGULAR not in self.ops:
+            return []
+        rows = dict.fromkeys(f"  {text}" for _, text in self.notes)
+        return [
+            "A result is NaN where what it is divided by is zero, but for rounding, beside the terms that it is made of:",
+            *rows,
+        ]
 
     @property
     def signature(self) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kane.expr.node import Expr, constant, intern_node
-from kane.expr.ops import WHERE
+from kane.expr.ops import REGULAR, WHERE
 from kane.program.program import Program, Routine
 
 _LONGEST = 80
@@ -33,6 +33,13 @@ def explain(program: Program, routine: Routine, inputs: Sequence[float]) -> str:
     names = ", ".join(routine.labels[k] for k in bad[:6]) + (", …" if len(bad) > 6 else "")
     if culprit < program.first:
         return f"{_text(program, culprit)} = {computed[culprit]}; it makes {names} not finite"
+    if program.op(culprit) is REGULAR:
+        x, size = (float(computed[a]) for a in program.arguments(culprit))
+        note = (
+            dict(program.notes).get(culprit)
+            or f"a quotient whose divisor is {_text(program, program.arguments(culprit)[0])}"
+        )
+        return f"{note} = {x:.3g}, which is zero beside its terms of {size:.3g}; it makes {names} NaN"
     made_of = {_text(program, a): computed[a] for a in program.arguments(culprit) if a not in _numbers(program)}
     where = ", ".join(f"{text} = {float(value):.6g}" for text, value in made_of.items())
     return f"{_text(program, culprit)} = {float(computed[culprit])} where {where}; it makes {names} not finite"

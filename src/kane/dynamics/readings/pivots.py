@@ -36,7 +36,7 @@ def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, An
         where = where & lost
         if where.any():
             place = tuple(int(i) for i in np.argwhere(where)[0])
-            _tell(solved, _pivot(solved, g), values, where.shape, place, int(where.sum()))
+            _tell(solved, pivot_of(solved, g), values, where.shape, place, int(where.sum()))
 
 
 def _vanishing(below: Sequence[Expr], values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
@@ -45,27 +45,27 @@ def _vanishing(below: Sequence[Expr], values: Mapping[Expr, Any]) -> list[npt.ND
         return [np.asarray(np.abs(x) <= GONE * size) for x, size in zip(here, sizes, strict=True)]
 
 
-def _pivot(solved: Solved, guard: Expr) -> Pivot:
+def pivot_of(solved: Solved, guard: Expr) -> Pivot:
     """The pivot that a guard belongs to; what is solved with A_Dᵀ has expressions of its own."""
     (divisor,) = unguarded(guard.args[:1])
     for p in solved.dependent_pivots:
-        if divisor in factors(p.value):
+        if any(divisor is f for f in factors(p.value)):
             return p
     return Pivot(solved.dependent_speeds, divisor, guard.args[1])
 
 
-def divided_by(p: Pivot) -> str:
+def divided_by(p: Pivot, who: str = "the constraints") -> str:
     """The speeds of a pivot and what they are divided by, as far as that can be read."""
     names = ", ".join(sorted(u.name for u in p.speeds))
     chosen = any(node.op is WHERE for node in postorder([p.value]))
-    return f"{names}, which they give divided by {'a determinant' if chosen else f'{p.value!s:.80}'}"
+    return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{p.value!s:.80}'}"
 
 
 def _tell(
     solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], place: tuple[int, ...], count: int
 ) -> None:
     here = {s: np.broadcast_to(v, shape)[place] for s, v in values.items()}
-    undetermined = f"{divided_by(p)} = {float(evaluate(p.value, here)) + 0.0:.3g}"
+    undetermined = f"{divided_by(p, 'they')} = {float(evaluate(p.value, here)) + 0.0:.3g}"
     if not place:
         raise SingularError(
             f"Expected dependent speeds that the constraints give at this state, got {undetermined}. {_cure(solved, here)}"

@@ -124,6 +124,8 @@ def c_head(file: CFile, contract: bool, version: str) -> str:
         f"          for {nouns}. A pointer to no elements may be null; out overlaps none of",
         "          the others. Nothing is kept between calls: threads may call at the same time.",
     ]
+    if program.lost:
+        lines += ["", *map(c_comment, program.lost)]
     for port in program.ports:
         lines.append("")
         for k, s in enumerate(port.symbols):
@@ -150,6 +152,7 @@ def c_declarations(file: CFile) -> str:
         *(f"extern const {file.record} {table}[{size} + 1];" for _, table, size in file.tables),
         *(f"extern const char *const {f.labels}[{f.size} + 1];" for f in file.functions if f.labels),
         "",
+        *(f"/* {c_comment(line.strip())} */" for line in file.program.lost),
         *(f"{f.signature};" for f in file.functions),
         "",
         "#ifdef __cplusplus\n}\n#endif\n",

@@ -114,6 +114,7 @@ def _docstring(module: _Module, version: str) -> str:
         f"{', '.join(nouns)}, as in the tables {', '.join(most)}{' and ' if most else ''}{last}. Their values",
         "are on the last axis; the axes before it are broadcast and come first in the results. Division by zero and the like",
         "give infinity or NaN without a warning.",
+        *(["", *program.lost] if program.lost else []),
     ]
     return python_docstring("\n".join([*lines, ""])) + "\n"
 

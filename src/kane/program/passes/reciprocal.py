@@ -47,7 +47,10 @@ def with_reciprocals(code: Code) -> Code:
         inverse = reciprocal[divisor]
         place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
     routines = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in code.routines)
-    result = dataclasses.replace(code, constants=constants, ops=tuple(ops), args=tuple(args), routines=routines)
+    notes = tuple((place[i], text) for i, text in code.notes)
+    result = dataclasses.replace(
+        code, constants=constants, ops=tuple(ops), args=tuple(args), routines=routines, notes=notes
+    )
     return verified(result, "reciprocal")
 
 

@@ -28,7 +28,7 @@ def assembled(code: Code) -> Program:
     hoisted = tuple(code.below(read, False))
     kept = tuple(i for i in hoisted if i in read)
     parts = (code.name, code.subject, code.ports, code.constants, code.ops, args)
-    return verified(Program(*parts, tuple(routines), hoisted, kept), "tiers")
+    return verified(Program(*parts, tuple(routines), hoisted, kept, notes=code.notes), "tiers")
 
 
 def live_ranges(code: Code, order: Sequence[int]) -> int:
