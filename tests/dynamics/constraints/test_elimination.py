@@ -8,6 +8,7 @@ wherever A has its rank, whatever speeds are dependent.
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -115,7 +116,7 @@ def test_a_bicycle_at_200_states(axes, plain, rng):
         check(eom, q, u, run)
 
 
-MECHANISMS = {
+MECHANISMS: dict[str, tuple[Any, list[Any]]] = {
     "two windows": (n_four_bar.system, [(0, 1, 3, 4), (0, 2, 3, 4), (1, 2, 3, 4), None]),
     "four-bar": (four_bar.system, [(0, 1), (0, 2), (1, 2), None]),
     "Bricard": (bricard.system, [(0, 1, 2, 3), (0, 1, 3, 4), (1, 2, 3, 4), None]),
