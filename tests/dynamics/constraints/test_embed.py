@@ -107,7 +107,8 @@ class TestRedundant:
     def test_is_named_and_changes_nothing(self):
         again = kn.distance(BAR.tip, BAR.pivot, 1.1, name="same distance")
         with pytest.warns(
-            kn.KaneWarning, match="The constraints 'close 1', .*'same distance' depend on each other: at least one"
+            kn.KaneWarning,
+            match="'same distance' depend on each other: 1 of these 2 is redundant",
         ):
             eom = BAR.derive(holonomic=[*BAR.close, again])
         assert len(eom.redundant) == 1
@@ -117,7 +118,7 @@ class TestRedundant:
 
     def test_what_is_not_determined_is_not_told(self):
         space = kn.coincident(BAR.tip, BAR.anchor, along=(N.x, N.y, N.z), name="space")
-        told = r"the constraint 'space z' holds by itself.*Leave out redundant constraints, or model what gives way"
+        told = r"the constraint 'space z' holds by itself.*[Ll]eave out 'space z'"
         for r in (kn.reaction("Z", constraint=space[2]), kn.reaction("Z", at=BAR.pivot, along=N.z)):
             with pytest.raises(kn.ReactionError, match=f"reactions that the motion determines, got Z.*{told}"):
                 BAR.derive(holonomic=space, reactions=[r])
@@ -138,7 +139,8 @@ class TestRefused:
             N, bodies=[*BAR.bodies, slider], speeds="rates", holonomic=BAR.close, dependent_speeds=[kn.speed("u_x")]
         )
         with pytest.raises(
-            kn.ModelError, match="Expected dependent_speeds= that the constraints give, got u_x, which they do not"
+            kn.ModelError,
+            match=r"dependent_speeds= that the constraints give, got u_x, which.*name others: u2, u3 will do",
         ):
             kn.derive(system)
 

@@ -49,7 +49,7 @@ def test_motion_constraints_that_say_the_same():
     eom, (told,) = derived(
         nonholonomic=[kn.motion_constraint("one", x.dt - 1), kn.motion_constraint("two", 3 - 3 * x.dt)]
     )
-    assert "'one', 'two' depend on each other: at least one of them is redundant" in told
+    assert "'one', 'two' depend on each other: 1 of these 2 is redundant" in told
     assert np.array(eom.evaluate(list(eom.accelerations), q=[0, 0], u=[1, 5])) == pytest.approx([0, 0])
 
 
@@ -141,8 +141,30 @@ def test_a_loop_that_moves_is_redundant():
         kn.distance(p, O.at(f"F{k}", k * 0.5 * N.x), 1.2, name=f"rod{k}") for k, p in enumerate((P, middle, corner))
     ]
     eom, (told,) = derived(point=middle, holonomic=rods)
-    assert "'rod0', 'rod1', 'rod2' depend on each other: at least one of them is redundant" in told
+    assert "'rod0', 'rod1', 'rod2' depend on each other: 2 of these 3 are redundant. The multipliers of" in told
     assert len(eom.redundant) == 2
+
+
+def test_groups_that_have_nothing_to_do_with_each_other():
+    """Two of x and three of y: each group with its own number."""
+    held = [kn.configuration_constraint(f"{q}{k}", k * q - k) for q, n in ((x, 2), (y, 3)) for k in range(1, n + 1)]
+    _, (told,) = derived(holonomic=held)
+    assert (
+        "The constraints 'x1', 'x2' depend on each other: 1 of these 2 is redundant. The constraints 'y1', 'y2', "
+        in told
+    )
+    assert "'y3' depend on each other: 2 of these 3 are redundant. The multipliers of " in told
+
+
+def test_what_to_leave_out_is_what_mends_it():
+    """A reaction that is not determined: without the constraints named it is."""
+    rods = [kn.distance(P, O, 1.0, name="left"), kn.distance(P, O, 1.0, name="again")]
+    asked = kn.reaction("R", constraint=rods[1])
+    with pytest.raises(kn.ReactionError, match=r"got R .again.: .* Leave out 'left', so that the others carry what"):
+        derived(holonomic=rods, reactions=[asked])
+    eom, told = derived(holonomic=rods[1:], reactions=[asked])
+    assert not told
+    assert np.isfinite(eom.evaluate(eom.reaction_values, q=[0.6, 0.8], u=[0, 0])).all()
 
 
 def test_a_drive_that_is_closed_at_the_start_only():
@@ -160,8 +182,8 @@ def test_redundant_where_nothing_can_move():
     twice = [*rods, kn.distance(P, O, 1.0, name="again")]
     _, (told,) = derived(holonomic=twice)
     assert (
-        "'left', 'again' depend on each other: at least one of them is redundant. The constraints leave none of 2 "
-        in told
+        "'left', 'again' depend on each other: 1 of these 2 is redundant. The multiplier of 'again' is taken as zero. The "
+        "constraints leave none of 2 " in told
     )
     assert "speeds free: nothing can move, and the forces that hold the parts are not determined one by one." in told
     assert "all the same" not in told

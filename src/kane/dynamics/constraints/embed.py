@@ -90,9 +90,10 @@ def first_partition(system: System, rows: ConstraintRows, compared: Compared) ->
     partition = chosen(compared.a, [place[u] for u in system.dependent_speeds], easy)
     strangers = [str(u) for u in system.dependent_speeds if place[u] not in partition.dependent]
     if strangers:
+        names = ", ".join(u.name for u, i in place.items() if i in partition.dependent)
         raise ModelError(
             f"Expected dependent_speeds= that the constraints give, got {', '.join(strangers)}, which they do not determine together "
-            "with the others listed. Choose others, or leave them out to have them chosen."
+            f"with the others listed. Leave them out to have them chosen, or name others: {names} will do."
         )
-    check_determinate(system, rows, compared.a, compared.at)
+    check_determinate(system, rows, compared.a, compared.at, partition.redundant)
     return partition

@@ -55,12 +55,15 @@ def _check_affine(system: System) -> None:
         )
 
 
-def check_determinate(system: System, rows: ConstraintRows, numbers: Array, found: Configurations) -> None:
+def check_determinate(
+    system: System, rows: ConstraintRows, numbers: Array, found: Configurations, left_out: Sequence[int]
+) -> None:
     """Rows that depend on each other are named; what they leave undetermined, at a cut or a multiplier, is no reaction.
 
     That no configuration was found is said too, unless it may be for values that are not known here. `numbers` are A at the
-    configurations `found`: a reaction is determined where its column of A_a adds nothing to the rank of A. Errors are motion
-    constraints that contradict each other whatever the parameters, and reactions that are not determined.
+    configurations `found`, of which the rows `left_out` follow from the others: a reaction is determined where its column of A_a
+    adds nothing to the rank of A. Errors are motion constraints that contradict each other whatever the parameters, and reactions
+    that are not determined.
     """
     if found.missed:
         _check_affine(system)
@@ -73,16 +76,16 @@ def check_determinate(system: System, rows: ConstraintRows, numbers: Array, foun
     else:
         if dependent:
             _check_asked(system, dependent, a, found.matrices(rows.a_auxiliary)[0])
-        told = _not_closed(system, dependent, found) if found.missed else _redundancy(dependent, rows, a)
+        told = _not_closed(system, dependent, found) if found.missed else _redundancy(left_out, rows, a)
     if told:
         warnings.warn(told, KaneWarning, stacklevel=4)
 
 
-def _redundancy(dependent: Sequence[Constraint], rows: ConstraintRows, a: Array) -> str:
-    if not dependent:
+def _redundancy(left_out: Sequence[int], rows: ConstraintRows, a: Array) -> str:
+    if not left_out:
         return ""
     speeds = a.shape[1]
-    free = speeds - (len(a) - len(dependencies(a)))
+    free = speeds - (len(a) - len(left_out))
     driven = " but as the constraints prescribe" if any(x is not ZERO for x in rows.b) else ""
     rest = (
         "The motion is determined all the same; the forces that hold the parts are not, one by one."
@@ -90,20 +93,54 @@ def _redundancy(dependent: Sequence[Constraint], rows: ConstraintRows, a: Array)
         else f"The constraints leave none of {speeds} speeds free: nothing can move{driven}, and the forces that hold the parts are "
         "not determined one by one."
     )
-    return f"The {_named(dependent)}{': at least one of them' if len(dependent) > 1 else ': it'} is redundant. {rest}"
+    told = []
+    for together in _groups(a):
+        named = _named([rows.constraints[k] for k in together])
+        count = len(set(together) & set(left_out))
+        many = f"{count} of these {len(together)} {'is' if count == 1 else 'are'}" if len(together) > 1 else "it is"
+        told.append(f"The {named}: {many} redundant")
+    gone = ", ".join(repr(rows.constraints[k].name) for k in left_out)
+    zero = f"multipliers of {gone} are" if len(left_out) > 1 else f"multiplier of {gone} is"
+    return f"{'. '.join(told)}. The {zero} taken as zero. {rest}"
+
+
+def _groups(a: Array) -> list[list[int]]:
+    """Rows that depend on each other, group by group: those that a vector x with xᵀ A = 0 joins."""
+    x = dependencies(a)
+    joined = np.abs(x.T @ x) > TAKES_PART
+    groups: list[list[int]] = []
+    for k in np.flatnonzero(joined.diagonal()).tolist():
+        group = {k}
+        while (more := set(np.flatnonzero(joined[sorted(group)].any(axis=0)).tolist())) - group:
+            group |= more
+        if sorted(group) not in groups:
+            groups.append(sorted(group))
+    return groups
 
 
 def _check_asked(system: System, dependent: Sequence[Constraint], a: Array, released: Array) -> None:
-    asked = [
-        f"{r} ({c.name})" if (c := constraint_of(r)) is not None else str(r)
-        for r, column in zip(system.reactions, released.T, strict=True)
-        if not within(a, column)
-    ]
-    if asked:
+    undetermined = [r for r, column in zip(system.reactions, released.T, strict=True) if not within(a, column)]
+    if undetermined:
+        held = [constraint_of(r) for r in undetermined]
+        asked = [str(r) if c is None else f"{r} ({c.name})" for r, c in zip(undetermined, held, strict=True)]
         raise ReactionError(
             f"Expected reactions that the motion determines, got {', '.join(asked)}: the {_named(dependent)}, so that the forces that "
-            "hold the parts are not determined one by one. Leave out redundant constraints, or model what gives way."
+            f"hold the parts are not determined one by one. {_without(system, a, [c for c in held if c is not None])}"
         )
+
+
+def _without(system: System, a: Array, asked: Sequence[Constraint]) -> str:
+    """Which constraints to leave out, those that are asked for kept, so that the rows of the others are independent."""
+    order = sorted(range(len(a)), key=lambda k: system.constraints[k] not in asked)
+    kept: list[int] = []
+    for k in order:
+        if not len(dependencies(a[[*kept, k]])):
+            kept.append(k)
+    left = [k for k in order if k not in kept]
+    names = ", ".join(repr(system.constraints[k].name) for k in left)
+    if any(system.constraints[k] in asked for k in left):
+        return f"Model what gives way, or leave out {names} and ask for the others only."
+    return f"Leave out {names}, so that the others carry what they held, or model what gives way."
 
 
 def _not_closed(system: System, dependent: Sequence[Constraint], found: Configurations) -> str:
