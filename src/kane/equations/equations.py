@@ -49,7 +49,8 @@ class Equations:
 
     `mass_matrix` (n × n) and `forcing` (n) hold the equations as derived; `forcing` may contain reactions. `accelerations` (u̇)
     and `reaction_values` are solved for, as functions of q, u, t, parameters and inputs; `rates` gives q̇ = W u + X. With
-    constraints, `u_D = A_n u_I + b_n` gives the dependent speeds, and `multipliers` the forces λ that hold them.
+    constraints, `u_D = A_n u_I + b_n` gives the dependent speeds, and `multipliers` the forces λ that hold them; `redundant` are those
+    that follow from the others at the configurations compared, see `derive(system, near=…)`.
     """
 
     solved: Solved
@@ -214,7 +215,8 @@ class Equations:
             if dependent speeds are given that miss the constraints; of arrays a warning names the first such place
         SingularError
             if the values are divided by a pivot that vanishes at this state: the dependent speeds of `dependent_speeds` do not follow
-            there. Of arrays a warning names the first such place, and the values there are NaN
+            there. Or if constraints left out as redundant hold something at this state, on another branch than those compared. Of
+            arrays a warning names the first such place, and the values there are NaN
         """
         return evaluate_along(self.solved, exprs, q, u, parameters, inputs, t)
 

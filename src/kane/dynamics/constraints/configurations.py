@@ -156,7 +156,7 @@ class _Search:
             x[1:] += _AROUND * self.rng.normal(size=x[1:].shape)
             return self._found(values, x)
         function = self._function(values)
-        size = sizes(function, x)
+        size = sizes(function, np.vstack([x[:1], self.rng.uniform(-np.pi, np.pi, x[1:].shape)]))
         x[1:] += np.where(given, _AROUND, 2.0) * size.x * self.rng.normal(size=x[1:].shape)
         found = close_many(function, x, size)
         away = (np.abs(found.x - x[0]) / size.x)[:, given].max(axis=1, initial=0)
