@@ -70,10 +70,13 @@ def compared(system: System, rows: ConstraintRows, near: Mapping[Symbol, float] 
     if len(every) == 1 or near or first.at.missed:
         return first.of_rank(every[0])
     around = [at(first.of_rank(r).at.at(0)) for r in every]
-    moving = [x for x in around if len(x.ranks) > 1 and max(x.ranks) < len(system.speeds)]
-    rank = max(max(x.ranks) for x in moving or around)
-    for x in around:
-        first = first.and_those_of(x)
+    # that of a branch is the rank beside the place, which may be a singular one itself
+    beside = [round(float(np.median(x.ranks[1:] if len(x.ranks) > 1 else x.ranks))) for x in around]
+    moving = [r for r, x in zip(beside, around, strict=True) if len(x.ranks) > 1 and r < len(system.speeds)]
+    rank = max(moving or beside)
+    for r, x in zip(beside, around, strict=True):
+        if r == rank:
+            first = first.and_those_of(x)
     return first.of_rank(rank)
 
 
