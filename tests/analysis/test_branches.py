@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import kane as kn
 from tests.dynamics.constraints.test_branches import EIGHT, TURNS, closed, meant
-from tests.model.joints.test_closures import CLOSED
+from tests.model.joints.test_closures import CLOSED, O
 from tests.systems.four_bar import BAR, EOM
 
 q1, q2, q3 = BAR.q
@@ -86,3 +86,24 @@ def test_parts_that_reach_only_another_orientation_are_told_so():
         kn.SimulationError, match=r"got only others from \d+ starts, the nearest 'G' with its frame turned"
     ):
         kn.assemble(eom, q=half)
+
+
+def test_operating_points_are_on_the_branch_that_is_meant():
+    """A body on a slider that a spring holds: trimmed, linearized and analysed where it is meant to be."""
+    body, system = closed("slider")
+    spring = kn.Force(body.point, -3.0 * body.point.position(O), name="spring")
+    eom = kn.derive(system.replace(loads=[spring]))
+    third = dict(
+        zip(body.coordinates, [0, 0, 0, *Rotation.from_matrix(EIGHT[5]).as_quat(scalar_first=True)], strict=True)
+    )
+    with pytest.raises(kn.SimulationError, match=TURNED):
+        kn.linearize(eom, q=third, u=[0] * len(eom.speeds))
+    with pytest.raises(kn.SimulationError, match=TURNED):
+        kn.equilibrium(eom, q={q: kn.guess(v) for q, v in third.items()})
+    found = kn.equilibrium(eom, q={q: kn.guess(v) for q, v in kn.assemble(eom, q=nearly(body)).q.items()})
+    assert [found.q[q] for q in body.coordinates] == pytest.approx([0, 0, 0, 1, 0, 0, 0], abs=1e-9)
+
+
+def nearly(body):
+    """Guesses not far from where the closure means the body to be."""
+    return {q: kn.guess(v) for q, v in zip(body.coordinates, (0.1, 0.2, -0.1, 0.9, 0.2, -0.1, 0.3), strict=True)}

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.motion.projection import manifold
+from kane.motion.projection import Manifold, manifold
+from tests.dynamics.constraints.test_branches import EIGHT, closed
 from tests.numeric.kkt import kkt
 from tests.systems.four_bar import BAR, EOM, N, O, state
 
@@ -56,3 +59,37 @@ def test_euler_parameters_are_divided_by_their_length():
 
 def test_without_constraints_there_is_nothing_to_keep():
     assert manifold(kn.derive(BAR.system(holonomic=())).numeric()) is None
+
+
+def test_projection_onto_another_branch_is_told():
+    """A little off a third turn, where a slider's equations hold too, they close to that."""
+    _, system = closed("slider")
+    eom = kn.derive(system)
+    for turn, told in (
+        (EIGHT[0], ""),
+        (EIGHT[3], "'G' with its frame turned by 180°"),
+        (EIGHT[6], "'G' with its frame turned by 120°"),
+    ):
+        e = Rotation.from_matrix(turn).as_quat(scalar_first=True)
+        x = np.array([0, 0, 0, *(e + 1e-3 * np.sin(range(4))), *[0.0] * 6])
+        _, numbers = project(eom, x)
+        assert np.abs(numbers.f).max() < 1e-12
+        assert manifold(eom.numeric()).turned(numbers) == told
+
+
+@pytest.mark.parametrize(("turned", "status"), [(3, "finished"), (10**9, "stopped")])
+def test_a_step_onto_another_branch_is_halved_and_named_where_none_is_short_enough(monkeypatch, turned, status):
+    _, system = closed("slider")
+    eom, seen = kn.derive(system), []
+
+    def told(self, numbers):
+        seen.append(numbers)
+        return "'G' with its frame turned by 120°" if 2 < len(seen) <= 2 + turned else ""
+
+    monkeypatch.setattr(Manifold, "turned", told)
+    start = kn.assemble(eom, q={q: kn.guess(v) for q, v in zip(eom.coordinates, (0, 0, 0, 1, 0, 0, 0), strict=True)})
+    sol = kn.simulate(eom, (0, 1), q=start.q, u=start.u)
+    assert sol.status == status
+    if status == "stopped":
+        assert "another branch of the closures lies beyond t = " in sol.message
+        assert sol.message.endswith("'G' with its frame turned by 120°")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The operating point: complete values on the constraints."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,11 +11,13 @@ from kane.analysis.assemble import assemble
 from kane.analysis.local import Values, slopes_at, values_at
 from kane.analysis.state import State, entries, misses, start_state
 from kane.analysis.tangents import perturbations, spread
+from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
-from kane.expr.symbols import Symbol
+from kane.expr.node import Expr
+from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
 from kane.numeric.newton import improved
@@ -98,6 +100,7 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
     eom, perturbed, values = numeric.equations, numeric.value(perturbations), values_at(numeric, state)
     _check_configuration([c.name for c in eom.system.holonomic], values.configuration)
     nq, n = len(eom.coordinates), len(eom.speeds)
+    _check_branch(eom, state)
     zero = np.zeros(values.right.shape)
 
     def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
@@ -116,6 +119,22 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
     if len(values.motion):
         x = np.append(x[:nq], x[nq:] - least_squares(values.constraints(n), values.motion))
     return replace(state, x=x)
+
+
+def _check_branch(eom: Equations, state: State) -> None:
+    """No closure is turned away from the branch that it means."""
+    meant = branches(eom.system)
+    if not meant:
+        return
+    rest: Iterable[tuple[Expr, Any]] = zip(
+        (*eom.inputs, *eom.parameters, time), (*state.r, *state.p, state.t), strict=True
+    )
+    turned = told(meant, turned_function(eom.system, dict(rest))(state.x[: len(eom.coordinates)]))
+    if turned:
+        raise SimulationError(
+            f"Expected an operating point on the branch that the closures mean, got {turned}. kn.assemble finds "
+            "one on it from guesses."
+        )
 
 
 def _check_configuration(names: list[str], residual: Array) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`trim` and `equilibrium`: steady motions and equilibria, by Newton's method with exact derivatives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,10 +12,12 @@ from kane.analysis.linearize import choice_of
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.state import entries
 from kane.analysis.tangents import perturbations
+from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
-from kane.expr.symbols import Symbol
+from kane.expr.node import Expr
+from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import closest, starts
@@ -145,10 +147,30 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     """
     spreads = [0.2 * k for k in range(1, _TRIES)] if task.missing else []
     tries = starts(task.start, task.missing, _SEED, spreads)
-    best = closest(task.conditions, tries, task.free, tolerance, limit=1e-14)
+    astray = _astray(task.conditions)
+    best = closest(task.conditions, tries, task.free, tolerance, limit=1e-14, astray=astray)
     if best.size <= tolerance:
+        turned = told(branches(task.conditions.eom.system), astray(best.x))
+        if turned:
+            raise SimulationError(
+                f"Expected a steady motion on the branch that the closures mean, got {turned}. Guess coordinates on that branch: "
+                "kn.assemble finds them."
+            )
         return best.x
     raise SimulationError(_failed(task, best.residual, best.steps))
+
+
+def _astray(conditions: Conditions) -> Callable[[Array], Array]:
+    """By what angles closures are turned at X."""
+    eom = conditions.eom
+    system, nq, n = eom.system, len(eom.coordinates), len(eom.speeds)
+    rest = [*eom.inputs, *eom.parameters, time]
+
+    def angles(x: Array) -> Array:
+        values: dict[Expr, Any] = dict(zip(rest, [*x[nq + n :].tolist(), conditions.t], strict=True))
+        return turned_function(system, values)(x[:nq])
+
+    return angles
 
 
 def _failed(task: Problem, residual: Array, steps: int) -> str:
