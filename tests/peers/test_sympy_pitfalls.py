@@ -107,7 +107,7 @@ def test_linearization_off_the_constraints() -> None:
     ):
         kn.linearize(eom, q={"x": 0.0, "y": -2 * LENGTH}, u={"u": 0.0, "v": 0.0})
     with pytest.raises(
-        kn.SimulationError, match=r"operating point on the constraints, got speeds that miss wire by -3"
+        kn.SimulationError, match=r"satisfy the constraints A u \+ b = 0, got some that miss 'wire' by -3"
     ):
         kn.linearize(eom, q={"x": 0.0, "y": -LENGTH}, u={"u": 0.0, "v": 3.0})
 

@@ -33,6 +33,10 @@ def test_rolling_and_sliding_with_independent_speeds_alone(name, rng):
     at = kn.assemble(eom, q=start, u=own)
     found = [eom.evaluate(list(eom.right_hand_side), q=at.q, u=u) for u in (own, at.u)]
     assert np.array(found[0]) == pytest.approx(np.array(found[1]), rel=1e-9, abs=1e-9)
+    for d in eom.dependent_speeds:
+        if at.u[d]:
+            with pytest.raises(kn.SimulationError, match="satisfy the constraints"):
+                eom.evaluate(eom.kinetic_energy, q=at.q, u=at.u | {d: 1.001 * at.u[d]})
 
 
 def test_arrays_of_independent_speeds():

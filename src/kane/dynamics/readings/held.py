@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Speeds at a state: the dependent ones follow from the independent ones, and those that are given must satisfy A u + b = 0.
 
-A constraint is missed where |A u + b| is more than a share of its size, the largest of its terms with sines and cosines taken as 1,
-so that what rounding leaves of a term that vanishes at the state is no miss, whatever the units. What it leaves of a coordinate is a
-small entry of A beside a large one, and may meet any speed.
+A constraint is missed where |A u + b| is more than a share of the largest of its terms, and more than rounding leaves: of terms that
+vanish at the state, measured with sines and cosines taken as 1, and of coordinates, which are small entries of A beside large ones.
 """
 
 import warnings
@@ -25,8 +24,6 @@ from kane.numeric.rank import ROUNDING
 
 MISSED = 1e-6
 """Share of the terms of a constraint above which speeds miss it: below, six digits of them are right."""
-
-
 _NONE_FREE = "The constraints give all speeds: leave them out."
 
 
@@ -59,8 +56,10 @@ def _rows(solved: Solved, known: Collection[Expr]) -> list[tuple[str, Expr, Expr
     for constraint, a, b in zip(solved.held.constraints, solved.held.a, solved.held.b, strict=True):
         rate = add(dot(a, speeds), b)
         if all(s in known or _has_default(s) for s in free_symbols([rate])):
-            rounding = mul(mul(constant(ROUNDING), largest(size(x, memo) for x in a)), fastest)
-            rows.append((constraint.name, rate, add(mul(constant(MISSED), size(rate, memo)), rounding)))
+            terms = largest([*map(mul, a, speeds), b])
+            left = add(size(rate, memo), mul(largest(size(x, memo) for x in a), fastest))
+            limit = add(mul(constant(MISSED), terms), mul(constant(ROUNDING), left))
+            rows.append((constraint.name, rate, limit))
     return rows
 
 
