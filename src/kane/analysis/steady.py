@@ -16,6 +16,7 @@ from kane.analysis.state import GIVEN, State
 from kane.analysis.tangents import perturbations, turning
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_squares
+from kane.numeric.rank import ROUNDING
 
 _SAME, _LINK = 1e-7, 1e-10
 _SHIFT = 0.71
@@ -23,9 +24,14 @@ _SHIFT = 0.71
 
 
 def dependence(a: Array, count: int) -> Mask:
-    """Which of the states the speeds depend on, through whatever chain; the first `count` are coordinates."""
+    """Which of the states the speeds depend on, through whatever chain; the first `count` are coordinates.
+
+    What rounding left of zero is dropped before units are balanced: with a chain that leads back, balancing would make it as large as
+    the others.
+    """
     from scipy.linalg import matrix_balance
 
+    a = np.where(np.abs(a) > ROUNDING * np.abs(a).max(initial=0), a, 0.0)
     scaled = np.abs(matrix_balance(a, permute=False)[0])
     linked = scaled > _LINK * scaled.max(initial=0)
     matters = np.arange(len(a)) >= count
