@@ -45,6 +45,7 @@ LAWS: dict[str, Law] = {
     "gimbal": joints.ball,
     "ball": joints.ball,
     "planar": joints.planar,
+    "weld": joints.weld,
     "on line": joints.point_on_line,
     "on plane": joints.point_on_plane,
     "knife edge": contacts.knife_edge,
@@ -194,6 +195,8 @@ def law(closure: Closure) -> Law:
     """The oracle's law."""
     if closure.kind == "distance":
         return joints.distance(constant(closure.size))
+    if closure.kind == "screw":
+        return joints.screw(closure.size)
     if closure.kind == "sphere":
         return contacts.rolling_sphere(closure.size)
     return contacts.rolling_wheel(closure.size) if closure.kind == "wheel" else LAWS[closure.kind]

@@ -103,6 +103,11 @@ def _closure(rng: np.random.Generator, planar: bool, kind: str, pair: tuple[int,
         shift = rng.uniform(-1.0, 1.0) * axes[:, 2]
     if kind in ("on plane", "planar"):
         shift = axes[:, :2] @ (rng.uniform(-1.0, 1.0, 2) * ([0.0, 1.0] if planar else 1.0))
+    if kind == "screw":
+        pitch = float(rng.uniform(0.1, 0.4))
+        turn = rng.uniform(-3.0, 3.0)
+        marks = _mark(near, point - pitch * turn * axes[:, 2], axes), _mark(far, point, axes @ rotation(Z, turn))
+        return Closure(kind, pair, marks, pitch)
     if kind in ("pin", "cylindrical", "planar"):
         own = axes @ rotation(Z, rng.uniform(-3.0, 3.0))
     if kind == "universal":
@@ -120,8 +125,10 @@ def well_posed(m: Mechanism) -> bool:
 
 
 @st.composite
-def mechanisms(draw: st.DrawFn, planar: bool, loops: int, max_parts: int = 4) -> Mechanism:
-    """Mechanisms with so many closures."""
+def mechanisms(
+    draw: st.DrawFn, planar: bool, loops: int, max_parts: int = 4, kinds: tuple[str, ...] | None = None
+) -> Mechanism:
+    """Mechanisms with so many closures, of these kinds where they leave a degree of freedom."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     count = draw(st.integers(min(loops + 1, max_parts), max_parts))
     made = [
@@ -134,8 +141,8 @@ def mechanisms(draw: st.DrawFn, planar: bool, loops: int, max_parts: int = 4) ->
         far = draw(st.integers(0, count - 1))
         near = draw(st.integers(-1, count - 2))
         near += near >= far
-        kinds = (draw(st.sampled_from(_CLOSURES[planar])), *_WEAKER[planar])
-        for kind in kinds:
+        tried = (draw(st.sampled_from(_CLOSURES[planar] if kinds is None else kinds)), *_WEAKER[planar])
+        for kind in tried:
             pair = (GROUND if kind in CONTACTS else near, far)
             trial = replace(m, closures=(*m.closures, _closure(rng, planar, kind, pair, places)))
             if well_posed(trial):

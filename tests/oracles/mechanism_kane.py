@@ -87,7 +87,7 @@ def _axes(frame: kn.Frame) -> tuple[kn.Vector, kn.Vector, kn.Vector]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Place:
+class Place:
     """A mark on a body: the body's frame, the mark's point and its axes."""
 
     body: kn.Frame
@@ -95,15 +95,19 @@ class _Place:
     frame: kn.Frame
 
 
-def _coincident(name: str, near: _Place, far: _Place, axes: Sequence[kn.Vector]) -> list[kn.Constraint]:
+Declare = Callable[[str, Closure, Place, Place], Sequence[kn.Constraint] | None]
+"""A closure's constraints by name and the places on both sides; None for those that are declared as they always are."""
+
+
+def _coincident(name: str, near: Place, far: Place, axes: Sequence[kn.Vector]) -> list[kn.Constraint]:
     return list(kn.coincident(far.point, near.point, along=axes, name=name))
 
 
-def _parallel(name: str, near: _Place, far: _Place) -> list[kn.Constraint]:
+def _parallel(name: str, near: Place, far: Place) -> list[kn.Constraint]:
     return list(kn.parallel(far.frame.z, near.frame.z, across=(near.frame.x, near.frame.y), name=f"{name} axis"))
 
 
-def _wheel(name: str, near: _Place, far: _Place, size: float, thin: bool) -> list[kn.Constraint]:
+def _wheel(name: str, near: Place, far: Place, size: float, thin: bool) -> list[kn.Constraint]:
     """The particle in contact is at the floor's height and does not move along it."""
     up, axle = near.frame.z, far.frame.z
     down = (up.dot(axle) * axle - up).normalized() if thin else -up
@@ -112,7 +116,7 @@ def _wheel(name: str, near: _Place, far: _Place, size: float, thin: bool) -> lis
     return [height, *kn.rolling(particle, normal=up, name=name)]
 
 
-def _joined(name: str, c: Closure, near: _Place, far: _Place) -> list[kn.Constraint]:
+def _joined(name: str, c: Closure, near: Place, far: Place) -> list[kn.Constraint]:
     """The loop closed by a joint."""
     x, _, z = _axes(near.frame)
     own: dict[str, dict[str, Any]] = {"universal": {"axes": (z, x)}, "ball": {}, "planar": {"normal": z}}
@@ -120,7 +124,7 @@ def _joined(name: str, c: Closure, near: _Place, far: _Place) -> list[kn.Constra
     return list(getattr(kn, f"close_{c.kind}")(name, near.point, near.frame, far.point, far.frame, **given))
 
 
-def _closed(name: str, c: Closure, near: _Place, far: _Place, joined: bool) -> list[kn.Constraint]:
+def _closed(name: str, c: Closure, near: Place, far: Place, joined: bool) -> list[kn.Constraint]:
     if joined and c.kind in ("pin", "slider", "cylindrical", "universal", "ball", "planar"):
         return _joined(name, c, near, far)
     x, y, z = _axes(near.frame)
@@ -147,8 +151,8 @@ def _closed(name: str, c: Closure, near: _Place, far: _Place, joined: bool) -> l
     return made
 
 
-def to_kane(m: Mechanism, asked: Asked = Asked()) -> Model:
-    """The system of a mechanism."""
+def to_kane(m: Mechanism, asked: Asked = Asked(), declare: Declare | None = None) -> Model:
+    """The system of a mechanism; `declare` makes the constraints of a closure."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     number = _numbers(asked.symbolic)
@@ -201,15 +205,16 @@ def to_kane(m: Mechanism, asked: Asked = Asked()) -> Model:
         frames.append(frame)
         origins.append(origin)
 
-    def place(k: int, side: str, body: int, mark: Mark) -> _Place:
+    def place(k: int, side: str, body: int, mark: Mark) -> Place:
         own, base = (N, O) if body == GROUND else (frames[body], origins[body])
         point = base.at(f"C{k}{side}", vector(own, mark.point, number))
-        return _Place(own, point, own.rotate_matrix(f"C{k}{side}", [[number(x) for x in row] for row in mark.axes]))
+        return Place(own, point, own.rotate_matrix(f"C{k}{side}", [[number(x) for x in row] for row in mark.axes]))
 
     closures = []
     for k, c in enumerate(m.closures):
         near_mark, far_mark = (place(k, side, b, mark) for side, b, mark in zip("ab", c.bodies, c.marks, strict=True))
-        closures.append(tuple(_closed(f"{c.kind} {k}", c, near_mark, far_mark, asked.joined)))
+        made = None if declare is None else declare(f"{c.kind} {k}", c, near_mark, far_mark)
+        closures.append(tuple(_closed(f"{c.kind} {k}", c, near_mark, far_mark, asked.joined) if made is None else made))
     cuts = []
     for i in asked.cuts:
         point, frame = starts[i]
