@@ -41,12 +41,13 @@ class Random:
         rng = np.random.default_rng(seed)
         self.loops: Loops = to_oracle(m)
         self.rates = admissible_rates(rng, self.loops)
+
         def declare(name: str, c: Closure, near: Place, far: Place) -> Sequence[kn.Constraint] | None:
             make = getattr(kn, f"close_{c.kind}", None)
             if make is None:
                 return None
             sign = 1 if rng.random() < 0.5 else -1
-            axis = {"axis": sign * near.frame.z}
+            axis: dict[str, Any] = {"axis": sign * near.frame.z}
             if c.kind in ("ball", "weld"):
                 axis = {}
             elif c.kind == "planar":

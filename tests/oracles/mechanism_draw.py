@@ -105,8 +105,8 @@ def _closure(rng: np.random.Generator, planar: bool, kind: str, pair: tuple[int,
         shift = axes[:, :2] @ (rng.uniform(-1.0, 1.0, 2) * ([0.0, 1.0] if planar else 1.0))
     if kind == "screw":
         pitch = float(rng.uniform(0.1, 0.4))
-        turn = rng.uniform(-3.0, 3.0)
-        marks = _mark(near, point - pitch * turn * axes[:, 2], axes), _mark(far, point, axes @ rotation(Z, turn))
+        angle = rng.uniform(-3.0, 3.0)
+        marks = _mark(near, point - pitch * angle * axes[:, 2], axes), _mark(far, point, axes @ rotation(Z, angle))
         return Closure(kind, pair, marks, pitch)
     if kind in ("pin", "cylindrical", "planar"):
         own = axes @ rotation(Z, rng.uniform(-3.0, 3.0))

@@ -16,6 +16,8 @@ from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQR
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import fold
 
+_MOST = 12
+"""Terms of a sum that are looked at one by one; where there are more, its two sides are."""
 Sizes = dict[Expr, tuple[Expr, ...]]
 """Of each expression those whose largest absolute value is its size."""
 
@@ -33,10 +35,16 @@ def largest(terms: Iterable[Expr]) -> Expr:
 
 
 def _is_size(x: Expr) -> bool:
-    """Whether `x` is an absolute value, the largest of some, or a product or quotient of such."""
-    if x.op is MUL or x.op is DIV:
-        return all(a.op is _ABS or a.op is CONST or (a.op is _MAX and _is_size(a)) for a in x.args)
-    return x.op is _ABS or x.op is SQRT or x.op is CONST or (x.op is _MAX and all(map(_is_size, x.args)))
+    """Whether `x` is made of absolute values and roots by products, quotients and taking the largest."""
+    left, met = [x], {x}
+    while left:
+        node = left.pop()
+        if node.op is MUL or node.op is DIV or node.op is _MAX:
+            left += [a for a in node.args if a not in met]
+            met.update(node.args)
+        elif not (node.op is _ABS or node.op is SQRT or node.op is CONST):
+            return False
+    return True
 
 
 def is_unbounded(e: Expr) -> bool:
@@ -94,7 +102,8 @@ def _of_node(node: Expr, parts: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
     if op is SIN or op is COS:
         return (ONE,)
     if op is ADD or op is SUB:
-        return _distinct([*parts[0], *parts[1]])
+        terms = _distinct([*parts[0], *parts[1]])
+        return terms if len(terms) <= _MOST else _distinct(node.args)
     if op is MUL:
         return _product(*parts)
     if op is DIV:
