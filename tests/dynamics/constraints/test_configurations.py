@@ -11,11 +11,10 @@ import pytest
 import kane as kn
 from kane.dynamics.constraints.choice import qualities
 from kane.dynamics.constraints.configurations import configurations
-from kane.gallery import bricard, four_bar
+from kane.gallery import bricard, four_bar, n_four_bar
 from tests.systems.four_bar import BAR
 
 CLOSED = {f"q{k}": 0.0 for k in range(1, 6)}
-HALFWAY = [0.35, 0.0, 0.0, 0.0, 0.35]
 
 
 def quietly(system, **more):
@@ -57,8 +56,18 @@ def test_every_configuration_is_closed_and_gives_the_dependent_speeds(which, nea
     assert qualities(found.a, eom.embedding.partition).min() > 1e-3
 
 
+@pytest.mark.parametrize("windows", [1, 2, 5])
+def test_all_speeds_but_that_of_the_first_crank_depend(windows):
+    """Parallelograms have change points and branches that cross: that one configuration is such a point refuses nothing."""
+    system = n_four_bar.system(windows)
+    first, *others = system.speeds
+    eom = kn.derive(system.replace(dependent_speeds=others))
+    assert eom.independent_speeds == (first,)
+    assert not eom.redundant
+
+
 def test_near_says_which_branch():
-    """A rod 1 long from O, its end on a circle of 1 about O: a ring of places, or any rod of another length, none."""
+    """Elbow up and elbow down: all configurations compared lie on the branch of the one that is given."""
     q1, q2, q3 = BAR.q
     system = BAR.system()
     eom = kn.derive(system, near={q1: 1.2, "q2": 0.4, q3: -1.5})
