@@ -143,7 +143,7 @@ def compare(r: Random, eom: kn.Equations, u_dot: Array, condition: float) -> boo
 
 
 KINDS = [
-    pytest.param(p, n, id=f"{'planar' if p else 'spatial'}, {n}", marks=[] if n == 1 else pytest.mark.slow)
+    pytest.param(p, n, id=f"{'planar' if p else 'spatial'}, {n}", marks=[] if p and n == 1 else pytest.mark.slow)
     for p in (True, False)
     for n in (1, 2)
 ]
