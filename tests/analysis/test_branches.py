@@ -13,7 +13,7 @@ from tests.model.joints.test_closures import CLOSED, O
 from tests.systems.four_bar import BAR, EOM
 
 q1, q2, q3 = BAR.q
-QUICK = ("slider", "screw")
+QUICK = "slider"
 KINDS = [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in CLOSED]
 TURNED = "on the branch that the closures mean, got 'G' with its (axis|frame|thread) turned by (120|180)°"
 

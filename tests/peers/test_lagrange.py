@@ -135,7 +135,10 @@ ROUTES: dict[str, Callable[[], Energies]] = {
     "top": top,
     "gyroscope": gyroscope,
 }
-ALL = [pytest.param(n, s, id=f"{n}, {s}") for n in ROUTES for s in case_of(n).speeds]
+ALL = [
+    pytest.param(n, s, id=f"{n}, {s}", marks=[pytest.mark.slow] if k % 2 else [])
+    for k, (n, s) in enumerate((n, s) for n in ROUTES for s in case_of(n).speeds)
+]
 
 
 @cache

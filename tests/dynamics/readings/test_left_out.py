@@ -59,6 +59,7 @@ def test_what_was_not_solved_for_is_told(both):
     assert np.linalg.matrix_rank(a, 1e-9) == 4
 
 
+@pytest.mark.slow
 def test_a_simulation_takes_the_rows_that_hold_more(both):
     eom, other, state = both
     right, same = (kn.simulate(x, (0, 0.3), q=state.q, u=state.u, rtol=1e-10, atol=1e-10) for x in (eom, other))
