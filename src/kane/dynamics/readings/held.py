@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Speeds at a state: the dependent ones follow from the independent ones, and those that are given must satisfy A u + b = 0.
 
-A constraint is missed where |A u + b| is more than a share of the largest of its terms, and more than rounding leaves: of terms that
-vanish at the state, measured with sines and cosines taken as 1, and of coordinates, which are small entries of A beside large ones.
+A constraint is missed where |A u + b| is more than a share of the largest of its terms, and more than noise leaves of terms that
+vanish at the state: coordinates and speeds that were computed are right to some digits of the largest, and so are entries of A.
 """
 
 import warnings
@@ -20,10 +20,11 @@ from kane.expr.node import Expr, constant
 from kane.expr.size import Sizes, largest, size
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substitute
-from kane.numeric.rank import ROUNDING
 
 MISSED = 1e-6
 """Share of the terms of a constraint above which speeds miss it: below, six digits of them are right."""
+NOISE = 1e-10
+"""What may be missed of the size of a constraint's terms, sines and cosines taken as 1: ten digits of q and of the fastest u."""
 _NONE_FREE = "The constraints give all speeds: leave them out."
 
 
@@ -58,7 +59,7 @@ def _rows(solved: Solved, known: Collection[Expr]) -> list[tuple[str, Expr, Expr
         if all(s in known or _has_default(s) for s in free_symbols([rate])):
             terms = largest([*map(mul, a, speeds), b])
             left = add(size(rate, memo), mul(largest(size(x, memo) for x in a), fastest))
-            limit = add(mul(constant(MISSED), terms), mul(constant(ROUNDING), left))
+            limit = add(mul(constant(MISSED), terms), mul(constant(NOISE), left))
             rows.append((constraint.name, rate, limit))
     return rows
 
