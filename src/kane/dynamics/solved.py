@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding
+from kane.dynamics.constraints.left_out import Watch, watch
 from kane.dynamics.derived import Derived, Exprs
 from kane.dynamics.lazy import Lately, read
 from kane.expr.build import add, neg, sub
@@ -39,11 +40,15 @@ class Held(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What is walked for as many expressions as are `asked` for: they, then A u + b of the constraints `names`, then its limits."""
+    """What is walked for as many expressions as are `asked` for: they, then A u + b of the constraints `names`, then its limits.
+
+    `concerned` are the places of those that rows left out as redundant could change.
+    """
 
     walk: Walk
     asked: int
     names: tuple[str, ...]
+    concerned: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +139,19 @@ class Solved:
         """Constraints that follow from the others, where they were compared; their multipliers are taken as zero."""
         rows = self.embedding.partition.redundant if self.embedding else ()
         return tuple(self.derived.constraints.constraints[r] for r in rows)
+
+    @read
+    def left_out(self) -> Watch | None:
+        """What tells at a state whether `redundant` follow there too; None where none are."""
+        d = self.derived
+        return watch(self.embedding, d.compared, d.conditions, d.system.coordinates) if self.embedding else None
+
+    @read
+    def by_constraints(self) -> frozenset[Expr]:
+        """What the constraints were solved for, or with: u̇, reactions, A_n and b_n, as far as they are no leaves."""
+        e = self.embedding
+        found = (*self.accelerations, *self.reactions, *e.a_n.entries, *e.b_n) if e else ()
+        return frozenset(x for x in found if x.args)
 
     @read
     def dependent_pivots(self) -> tuple[Pivot, ...]:

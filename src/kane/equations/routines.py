@@ -2,9 +2,11 @@
 """The routines of equations of motion, as Programs over t, x = (q, u), p and r."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.left_out import guarded, notes
 from kane.dynamics.readings.pivots import divided_by, pivot_of
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
@@ -15,7 +17,7 @@ from kane.expr.symbols import time
 from kane.numeric.arrays import Array
 from kane.program.build import Task, build_program
 from kane.program.bundle import Bundle, Shaped, shaped
-from kane.program.program import Port, Program
+from kane.program.program import Note, Port, Program
 from kane.space.vector import Vector
 
 ROUTINES = ("rhs", "mass_matrix", "forcing", "reactions")
@@ -55,9 +57,13 @@ def program(
     tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
         tasks.append(outputs.task)
-    return build_program(
-        name, ports(solved.derived), tasks, reciprocals, SUBJECT, lambda guard: divided_by(pivot_of(solved, guard))
-    )
+    tasks = [replace(task, roots=guarded(solved, task.roots)) for task in tasks]
+    left_out = {guard: Note(text, zero=False) for guard, text in notes(solved).items()}
+
+    def note(guard: Expr) -> Note:
+        return left_out.get(guard) or Note(divided_by(pivot_of(solved, guard)))
+
+    return build_program(name, ports(solved.derived), tasks, reciprocals, SUBJECT, note)
 
 
 def rate_names(derived: Derived) -> list[str]:

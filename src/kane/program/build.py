@@ -13,7 +13,7 @@ from kane.expr.symbols import Symbol
 from kane.program.passes.reciprocal import with_reciprocals
 from kane.program.passes.tiers import assembled
 from kane.program.passes.verify import verified
-from kane.program.program import Code, Port, Program, Routine
+from kane.program.program import Code, Note, Port, Program, Routine
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,11 +32,11 @@ def build_program(
     tasks: Sequence[Task],
     reciprocals: bool = False,
     subject: str = "expressions",
-    note: Callable[[Expr], str] | None = None,
+    note: Callable[[Expr], Note] | None = None,
 ) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
-    `note` says, of a guarded divisor, what is given divided by it.
+    `note` says of a guard what its NaN means.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def build_program(
 
 
 def _numbered(
-    name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task], note: Callable[[Expr], str] | None
+    name: str, subject: str, ports: Sequence[Port], tasks: Sequence[Task], note: Callable[[Expr], Note] | None
 ) -> Code:
     """Every expression once, in the order of evaluation; subexpressions of constants alone are folded."""
     order = postorder(root for w in tasks for root in w.roots)

@@ -10,7 +10,7 @@ the `body` of a routine holds what one evaluation of it needs besides.
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from kane.expr.ops import REGULAR, Op
 from kane.expr.symbols import Symbol
@@ -54,11 +54,18 @@ class Routine:
     body: tuple[int, ...] = ()
 
 
+class Note(NamedTuple):
+    """What to say where a guard is NaN: what is given divided by the `zero` that it guards, or another reason."""
+
+    text: str
+    zero: bool = True
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Code:
     """Numbered values, from pass to pass: `ops[k]` and `args[k]` belong to the value `first + k`; `subject` says what they are of.
 
-    `notes` say of divisors that may vanish what is given divided by them.
+    `notes` say of guards what their NaN means.
     """
 
     name: str
@@ -68,7 +75,7 @@ class Code:
     ops: tuple[Op, ...]
     args: tuple[tuple[int, ...], ...]
     routines: tuple[Routine, ...]
-    notes: tuple[tuple[int, str], ...] = field(default=(), kw_only=True)
+    notes: tuple[tuple[int, Note], ...] = field(default=(), kw_only=True)
 
     @cached_property
     def inputs(self) -> tuple[Symbol, ...]:
@@ -132,10 +139,15 @@ class Program(Code):
         """What there is to say of results that are NaN, where divisors are guarded."""
         if REGULAR not in self.ops:
             return []
-        rows = dict.fromkeys(f"  {text}" for _, text in self.notes)
+        found = dict.fromkeys(note for _, note in self.notes)
+        rows = [f"  {note.text}" for note in found if note.zero]
+        others = [f"A result is NaN where there is {note.text}" for note in found if not note.zero]
+        if not rows and others:
+            return others
         return [
             "A result is NaN where what it is divided by is zero, but for rounding, beside the terms that it is made of:",
             *rows,
+            *others,
         ]
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 
 from kane.expr.node import Expr, constant, intern_node
 from kane.expr.ops import REGULAR, WHERE
-from kane.program.program import Program, Routine
+from kane.program.program import Note, Program, Routine
 
 _LONGEST = 80
 
@@ -35,11 +35,10 @@ def explain(program: Program, routine: Routine, inputs: Sequence[float]) -> str:
         return f"{_text(program, culprit)} = {computed[culprit]}; it makes {names} not finite"
     if program.op(culprit) is REGULAR:
         x, size = (float(computed[a]) for a in program.arguments(culprit))
-        note = (
-            dict(program.notes).get(culprit)
-            or f"a quotient whose divisor is {_text(program, program.arguments(culprit)[0])}"
-        )
-        return f"{note} = {x:.3g}, which is zero beside its terms of {size:.3g}; it makes {names} NaN"
+        plain = f"a quotient whose divisor is {_text(program, program.arguments(culprit)[0])}"
+        note = dict(program.notes).get(culprit, Note(plain))
+        zero = f" = {x:.3g}, which is zero beside its terms of {size:.3g}" if note.zero else ""
+        return f"{note.text}{zero}; it makes {names} NaN"
     made_of = {_text(program, a): computed[a] for a in program.arguments(culprit) if a not in _numbers(program)}
     where = ", ".join(f"{text} = {float(value):.6g}" for text, value in made_of.items())
     return f"{_text(program, culprit)} = {float(computed[culprit])} where {where}; it makes {names} not finite"

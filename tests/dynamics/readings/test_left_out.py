@@ -11,7 +11,10 @@ import pytest
 import kane as kn
 from kane.dynamics.constraints.choice import ranks
 from kane.dynamics.constraints.configurations import configurations
+from kane.dynamics.readings.left_out import concerned, guarded
+from kane.equations.routines import program
 from kane.gallery import bricard
+from tests.program.emitted import from_c, from_numpy
 
 
 def quietly(system, **more):
@@ -57,6 +60,58 @@ def test_what_was_not_solved_for_is_told(both):
     _, other, state = both
     a = other.evaluate(other.A, q=state.q)
     assert np.linalg.matrix_rank(a, 1e-9) == 4
+
+
+COMPILED = r"got 'last \w+ \w', which was left out as redundant and holds more at this state: .* u1', .*NaN"
+
+
+def numbers(eom, state):
+    return np.array([*(state.q[q] for q in eom.coordinates), *(state.u[u] for u in eom.speeds)])
+
+
+def test_in_compiled_code(both):
+    eom, other, state = both
+    x = numbers(eom, state)
+    run = kn.compile(other, not_finite="raise")
+    with pytest.raises(kn.NotFiniteError, match=COMPILED):
+        run.rhs(0.0, x)
+    found = kn.compile(other, not_finite="ignore").rhs(0.0, np.array([x] * 5))
+    np.testing.assert_allclose(found[:, :5], np.array([x[5:]] * 5))
+    assert np.isnan(found[:, 5:]).all()
+    assert "'last hinge" in run.emit("c", "rhs")
+
+
+@pytest.mark.slow
+def test_in_emitted_code_and_outputs(both, tmp_path):
+    """Where a row holds more every language says NaN, where it follows the numbers are those of `evaluate`."""
+    eom, other, state = both
+    x = numbers(eom, state)
+    for derived, right in ((eom, True), (other, False)):
+        made, folder = program(derived.solved, ("rhs",), name="loop"), tmp_path / str(right)
+        folder.mkdir()
+        run = kn.compile(derived, not_finite="ignore", outputs={"a": derived.accelerations[0], "q": eom.coordinates[0]})
+        p = [s.default for s in made.port("p").symbols]
+        c, python = from_c(made, folder, True), from_numpy(made, folder)
+        wanted = eom.evaluate(eom.accelerations, q=state.q, u=state.u) if right else np.full(5, np.nan)
+        every = np.array([x] * 5)
+        for found in (
+            run.rhs(0.0, x),
+            c("rhs", [np.array([0.0, *x, *p])])[0],
+            *(python.rhs(0.0, y) for y in (x, every)),
+        ):
+            np.testing.assert_allclose(found.reshape(-1, 10)[-1, 5:], wanted, rtol=1e-9)
+        outputs = run.outputs(0.0, x)
+        assert bool(np.isfinite(outputs["a"])) == right
+        assert outputs["q"] == x[0]
+
+
+def test_it_costs_nothing_where_no_row_is_left_out(both):
+    _, other, _ = both
+    plain = kn.derive(bricard.system())
+    assert plain.solved.left_out is None
+    assert guarded(plain.solved, plain.accelerations) is plain.accelerations
+    assert concerned(plain.solved, plain.accelerations) == ()
+    assert concerned(other.solved, (*other.accelerations, *other.coordinates)) == tuple(range(5))
 
 
 @pytest.mark.slow

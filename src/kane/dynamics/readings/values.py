@@ -6,9 +6,9 @@ from typing import Any
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.held import check_held, reading
-from kane.dynamics.readings.left_out import check_left_out
+from kane.dynamics.readings.left_out import check_left_out, concerned
 from kane.dynamics.readings.pivots import check_pivots
-from kane.dynamics.solved import Solved
+from kane.dynamics.solved import Reading, Solved
 from kane.errors import ExpressionError, ValueMissingError
 from kane.expr.affine import Affine
 from kane.expr.diff import tangent
@@ -136,18 +136,23 @@ def evaluate_along(
     values.update(named_values("parameters", system.parameters, parameters))
     values.update(named_values("inputs", system.inputs, inputs))
     known = frozenset(values) if solved.dependent_speeds else frozenset()
-    read = solved.readings.get((roots, known), lambda: reading(solved, _walked(solved, roots), known))
+    read = solved.readings.get((roots, known), lambda: _reading(solved, roots, known))
     found, asked = at(read.walk, values), read.walk.roots[: read.asked]
     if held and read.names:
         check_held(solved, read.names, found[read.asked :])
     numbers = of_one_shape(found[: read.asked])
     if solved.dependent_speeds:
         check_pivots(solved, asked, values, numbers)
-    if solved.redundant:
-        numbers = check_left_out(solved, asked, values, numbers)
+        numbers = check_left_out(solved, read.concerned, values, numbers)
     if isinstance(exprs, Matrix):
         return stacked(numbers, exprs.shape)
     return numbers[0] if single else numbers
+
+
+def _reading(solved: Solved, roots: Sequence[Expr], known: frozenset[Expr]) -> Reading:
+    """The expressions with what is not known filled in."""
+    found = reading(solved, _walked(solved, roots), known)
+    return found._replace(concerned=concerned(solved, found.walk.roots[: found.asked]))
 
 
 def _walked(solved: Solved, roots: Sequence[Expr]) -> Walk:
