@@ -150,7 +150,7 @@ class Search:
 
     def _tried(self, x: Array) -> tuple[tuple[Closed, ...], Closed, str]:
         """Different configurations on the branches that are meant; what came nearest to closing; what was turned."""
-        found = close_many(self._free, x, self._size)
+        found = close_many(self._free, x, self._size, lambda x, _: ~self._turned(self._whole(x)).any(axis=1))
         best = int(np.argmin(np.where(np.isfinite(found.left), found.left, np.inf)))
         nearest = close(self.one, self._whole(found.x[best : best + 1])[0], self.start.free)
         whole = self._homed(self._whole(found.x[found.left <= _FIRM]))

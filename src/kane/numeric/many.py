@@ -14,6 +14,8 @@ import numpy.typing as npt
 from kane.numeric.arrays import Array, Mask
 
 Indices = npt.NDArray[np.intp]
+Accepted = Callable[[Array, Indices], Mask]
+"""Which of x (k × n), closed, are on a branch that is meant, of the starts numbered by the second argument (k)."""
 Residuals = Callable[[Array, Indices], tuple[Array, Array]]
 """f (k × m) and ∂f/∂x (k × m × n) at x (k × n) of the starts numbered by the second argument (k)."""
 
@@ -22,7 +24,7 @@ CLOSED = 1e-13
 _ROUNDED = 1e-10
 """Share from which on a step that does not help is not halved: what is left is rounding's."""
 _STEPS, _HALVINGS, _PATIENCE = 60, 20, 10
-"""Steps, halvings of one, and steps after which no more is waited for where half of the starts have come to an end."""
+"""Steps, halvings of one, and steps after which no more is waited for where half of the starts have ended and one is closed."""
 _FIRM = 1e-13
 """What is added to the diagonal of G Gᵀ, over its mean: rows that depend on each other do no harm."""
 _SURE = 1e-12
@@ -75,7 +77,7 @@ def sizes(function: Residuals, x: Array) -> Sizes:
     return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
 
 
-def close_many(function: Residuals, x: Array, size: Sizes) -> ClosedMany:
+def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:
     """Steps from each x (k × n), halved where they do not help; an x that turns moves by at most 1 a step."""
     x = x.copy()
     f, g = _scaled(function, x, np.arange(len(x)), size)
@@ -83,7 +85,7 @@ def close_many(function: Residuals, x: Array, size: Sizes) -> ClosedMany:
     going = np.isfinite(left) & np.isfinite(g).all(axis=(1, 2)) & (left > CLOSED)
     for step in range(_STEPS):
         at = np.flatnonzero(going)
-        if not len(at) or (step >= _PATIENCE and 2 * len(at) <= len(x)):
+        if not len(at) or (step >= _PATIENCE and 2 * len(at) <= len(x) and _enough(x, left, accepted)):
             break
         change = _change(f[at], g[at], size)
         share = np.ones(len(at))
@@ -106,7 +108,7 @@ def close_many(function: Residuals, x: Array, size: Sizes) -> ClosedMany:
     return ClosedMany(x, f * size.f, f)
 
 
-def close_most(function: Residuals, x: Array, size: Sizes) -> ClosedMany:
+def close_most(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:
     """The same in few whole steps, where that is enough for a good part of the starts: which branch each comes to does not matter."""
     start, every = x, np.arange(len(x))
     f, g = _scaled(function, x, every, size)
@@ -121,9 +123,16 @@ def close_most(function: Residuals, x: Array, size: Sizes) -> ClosedMany:
         x = x.copy()
         x[at] += _change(f[at], g[at], size)
         f, g = _scaled(function, x, every, size)
-    if (np.abs(f).max(axis=1, initial=0) <= _SURE).sum() < _PART * len(x):
-        return close_many(function, start, size)
+    left = np.abs(f).max(axis=1, initial=0)
+    if (left <= _SURE).sum() < _PART * len(x) or not _enough(x, left, accepted):
+        return close_many(function, start, size, accepted)
     return ClosedMany(x, f * size.f, f)
+
+
+def _enough(x: Array, left: Array, accepted: Accepted | None) -> bool:
+    """Whether one of the starts is closed and accepted."""
+    closed = np.flatnonzero(left <= _SURE)
+    return len(closed) > 0 and (accepted is None or bool(accepted(x[closed], closed).any()))
 
 
 def _scaled(function: Residuals, x: Array, members: Indices, size: Sizes) -> tuple[Array, Array]:

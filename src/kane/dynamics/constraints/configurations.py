@@ -35,6 +35,8 @@ _SAME = 1e-3
 _AROUND, _NEAR = 0.1, 1.0
 """How far starts are spread around a place that is given, and how far steps may lead from it, in rad or the coordinate's size."""
 
+_EVERY = slice(None)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Configurations:
@@ -138,8 +140,10 @@ class _Search:
         function = self._function(values)
         size = sizes(function, x)
         x[1:] *= np.where(size.turns, 1.0, size.x / 2)
-        found = close_most(function, x, size)
-        turned = self._turned(values, found)
+        found = close_most(
+            function, x, size, lambda x, starts: self._turned(values, x, starts).max(axis=1, initial=0) == 0
+        )
+        turned = self._turned(values, found.x)
         closed = np.flatnonzero(self._closed(found) & ~turned.any(axis=1))
         names = tuple(s.name for s in drawn)
         if len(closed):
@@ -160,7 +164,7 @@ class _Search:
         x[1:] += np.where(given, _AROUND, 2.0) * size.x * self.rng.normal(size=x[1:].shape)
         found = close_many(function, x, size)
         away = (np.abs(found.x - x[0]) / size.x)[:, given].max(axis=1, initial=0)
-        turned = self._turned(values, found)
+        turned = self._turned(values, found.x)
         away = np.where(self._closed(found) & ~turned.any(axis=1) & (away <= _NEAR), away, np.inf)
         first = 0 if given.all() else int(np.argmin(away))
         if not np.isfinite(away[first]):
@@ -189,10 +193,11 @@ class _Search:
 
         return function
 
-    def _turned(self, values: Mapping[Symbol, Any], found: ClosedMany) -> Array:
+    def _turned(self, values: Mapping[Symbol, Any], x: Array, starts: Indices | slice = _EVERY) -> Array:
         """By what angle each closure is turned away from the branch that it means, where it is closed (k × closures)."""
-        rest: dict[Expr, Any] = {s: v for s, v in values.items() if s not in set(self.system.coordinates)}
-        return turned_function(self.system, rest)(found.x)
+        own = set(self.system.coordinates)
+        rest: dict[Expr, Any] = {s: v if np.ndim(v) == 0 else v[starts] for s, v in values.items() if s not in own}
+        return turned_function(self.system, rest)(x)
 
     @staticmethod
     def _closed(found: ClosedMany) -> Mask:
