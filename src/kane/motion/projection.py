@@ -22,8 +22,11 @@ from kane.model.constraints import Branch
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length
+from kane.numeric.rank import Mixed
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
+
+Mixes = tuple[Mixed | None, Mixed | None]
 
 _ROUNDS = 6
 _CLOSED = 1e-13
@@ -85,8 +88,13 @@ class Manifold:
         """Which closures are turned away from the branch that they mean, in words; "" where none is."""
         return told(self.meant, turned(self.meant, numbers.branch)) if self.meant else ""
 
-    def project(self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0) -> tuple[Array, Numbers]:
-        """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had."""
+    def project(
+        self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0, mixes: Mixes = (None, None)
+    ) -> tuple[Array, Numbers]:
+        """The state moved onto the constraints, and the numbers there; `reach` holds the sizes that entries of A have had.
+
+        `mixes` are what counts in the places of the rows of the configuration constraints, and in those of all.
+        """
         nq = self.coordinates
         x = of_unit_length(x, self.euler)
         now = self.numbers(t, x, p, r)
@@ -97,7 +105,7 @@ class Manifold:
 
         def closer(at: tuple[Array, Numbers]) -> tuple[Array, Numbers]:
             x, now = at
-            shift = now.w[:, :n] @ least_change(now.m, now.a[:c], -now.f, reach[:c])
+            shift = now.w[:, :n] @ least_change(now.m, now.a[:c], -now.f, reach[:c], mixes[0])
             x = of_unit_length(np.append(x[:nq] + shift, x[nq:]), self.euler)
             return x, self.numbers(t, x, p, r)
 
@@ -105,7 +113,7 @@ class Manifold:
         if len(now.speeds):
             x = np.append(x[:nq], now.speeds)
         elif len(now.b):
-            x = np.append(x[:nq], x[nq:] + least_change(now.m, now.a, -(now.a @ x[nq:] + now.b), reach))
+            x = np.append(x[:nq], x[nq:] + least_change(now.m, now.a, -(now.a @ x[nq:] + now.b), reach, mixes[1]))
         return x, now
 
 

@@ -14,6 +14,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_constraint
+from kane.numeric.rank import Mixed
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.machine import Settings
@@ -70,11 +71,11 @@ class Routines:
         """(q̇, u̇, P)."""
         return self.rates(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
 
-    def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array) -> Array:
+    def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array, mix: Mixed | None = None) -> Array:
         """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
         routine = self.eom.numeric(self.settings).routine(unembedded)
         q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t))
-        return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach), self.rate(t, y)[-1:]])
+        return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), self.rate(t, y)[-1:]])
 
     def watch(self, t: float, y: Array) -> Array:
         """The events' quantities."""

@@ -107,7 +107,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     """The start moved onto the constraints; the model holds there, and the rates are finite."""
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)
     start, numbers = stepper.keep(t0, y)
-    stepper.settle(t0, numbers)
+    stepper.settle(t0, start, numbers)
     check_events(stepper.first, stepper.now.watch(t0, start), t0)
     check_rates(stepper.now.rates.labels[:-1], stepper.rate(t0, start), t0, lambda: stepper.now.explain(t0, start))
     return start

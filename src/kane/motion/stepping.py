@@ -139,7 +139,7 @@ class Course:
     def _go_on(self, kept: Array, numbers: Numbers | None) -> None:
         """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""
         end = self.solver.t
-        changed = self.stepper.settle(end, numbers)
+        changed = self.stepper.settle(end, kept, numbers)
         if changed:
             self.watched = self.stepper.now.watch(end, kept)
         if changed or not np.array_equal(kept, self.solver.y):
@@ -231,7 +231,7 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
     kept, numbers = stepper.keep(t, y)
     if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
         return ""
-    least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach)
+    least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach, stepper.mixes[1])
     constraints, moving = closure(eom.system), set(eom.coordinates)
     rest = {s: v for s, v in stepper.now.values(later, kept).items() if s not in moving}
     nearest = close(residual_function(eom.system, constraints, rest), kept[: len(moving)], range(len(moving)))

@@ -17,16 +17,19 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.projection import Numbers, constraint_numbers, is_constrained, manifold
+from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.routines import routines
 from kane.motion.solution import Segment
+from kane.motion.weak import mixes
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility, sizes
-from kane.numeric.rank import MOTION_RANK, balanced, combinations, sure_rows
+from kane.numeric.rank import MOTION_RANK, Mixed, balanced, combinations, sure_rows
 from kane.program.native.machine import Settings
 
 _BETTER = 4.0
 """By how much the quality of other dependent speeds must be better for a change."""
+_TAKES_PART = 0.01
+"""Share of the largest coefficient above which a constraint is named among those that lose rank together."""
 _SHORT = 1e-3
 """Quality below which a sample between two steps is read off with other dependent speeds than it was stepped with."""
 
@@ -35,7 +38,8 @@ class Stepper:
     """One motion of the equations `first`: `rate(t, y)` and `keep(t, y)` with y = (q, u, ∫P dt).
 
     What changes on the way: `now`, the routines of the dependent speeds that are stepped; `lost`, whether rank is lost; `side`, the
-    sign of the dependent block's determinant; `reach`, the sizes that the entries of A have had. `segments` and `changes` tell of it.
+    sign of the dependent block's determinant; `reach`, the sizes that the entries of A have had; `mixes`, what counts in the places of
+    its rows. `segments` and `changes` tell of it.
     """
 
     def __init__(
@@ -49,6 +53,7 @@ class Stepper:
         self.lost = False
         self.side = 0.0
         self.reach: Array = np.zeros((len(eom.b), len(eom.speeds)))
+        self.mixes: Mixes = (None, None)
 
     @property
     def eom(self) -> Equations:
@@ -60,7 +65,7 @@ class Stepper:
         if not self.lost:
             return self.now.rate(t, y)
         numbers = self._numbers(t, y)
-        return self.now.least_rate(t, y, numbers.m, numbers.a, self.reach)
+        return self.now.least_rate(t, y, numbers.m, numbers.a, self.reach, self.mixes[1])
 
     def _numbers(self, t: float, y: Array) -> Numbers:
         assert self.manifold is not None
@@ -71,8 +76,12 @@ class Stepper:
         if self.manifold is None:
             return y, None
         width = self.now.width
-        x, numbers = self.manifold.project(t, y[:width], self.now.p, self.now.inputs(t), self.reach)
+        x, numbers = self.manifold.project(t, y[:width], self.now.p, self.now.inputs(t), self.reach, self.mixes)
         self.reach = np.maximum(self.reach, np.abs(numbers.a))
+        if self.mixes != (None, None):
+            c = len(numbers.f)
+            configuration, motion = self.mixes
+            self.mixes = configuration and configuration.grown(numbers.a[:c]), motion and motion.grown(numbers.a)
         return np.append(x, y[width:]), numbers
 
     def turned(self, numbers: Numbers | None) -> str:
@@ -87,15 +96,19 @@ class Stepper:
         kept, numbers = self.keep(t, y)
         if numbers is None or not self._chosen_from(numbers):
             return kept, self.eom
-        return kept, determined(self.numeric, self.eom, numbers, self.reach)
+        return kept, determined(self.numeric, self.eom, numbers, self.reach, self.mixes[1])
 
-    def settle(self, t: float, numbers: Numbers | None) -> bool:
+    def settle(self, t: float, y: Array, numbers: Numbers | None) -> bool:
         """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed."""
         if numbers is None or not self._chosen_from(numbers):
             return False
         assert self.eom.embedding is not None
+        assert self.manifold is not None
         before = (self.eom, self.lost)
-        other = better(numbers.a, self.eom.embedding.partition, self.reach, not self.segments)
+        if self._loses_rank(numbers):
+            given = self.now.p, self.now.inputs(t)
+            self.mixes = mixes(self.manifold, t, y[: self.now.width], given, numbers, self.reach)
+        other = better(numbers.a, self.eom.embedding.partition, self.reach, not self.segments, self.mixes[1])
         if other is not None:
             eom = self.numeric.value(repartition, other)
             self.now = routines(eom, self.now.p, self.now.drives, self.now.settings)
@@ -104,7 +117,8 @@ class Stepper:
         lost = self._loses_rank(numbers)
         if lost and not self.lost:
             self._check_coupling(t)
-            self._note(t, "rank of the constraints drops", "the accelerations of least size were taken")
+            told = f"the accelerations of least size were taken, where {self._losing(numbers)} lose rank"
+            self._note(t, "rank of the constraints drops", told)
         self.lost = lost
         self.side = 0.0 if lost else self._side(numbers)
         if before[0] is not self.eom or not self.segments:
@@ -132,7 +146,17 @@ class Stepper:
         return float(np.linalg.slogdet(block)[0])
 
     def _loses_rank(self, numbers: Numbers) -> bool:
-        return share_of_rank(numbers.a, len(self.eom.dependent_speeds), self.reach) < MOTION_RANK
+        return share_of_rank(numbers.a, len(self.eom.dependent_speeds), self.reach, self.mixes[1]) < MOTION_RANK
+
+    def _losing(self, numbers: Numbers) -> str:
+        """The constraints that take part in what is not held here, in words."""
+        assert self.eom.embedding is not None
+        places = list(self.eom.embedding.partition.rows)
+        rows, values = combinations(numbers.a[places], self.reach[places])
+        shares = np.abs(rows[values <= MOTION_RANK * values[:1]]) * self.reach[places].max(axis=1)
+        parts = shares.max(axis=0, initial=0) > _TAKES_PART * shares.max(initial=0)
+        constraints = self.eom.derived.constraints.constraints
+        return ", ".join(f"{constraints[k].name!r}" for k, x in zip(places, parts, strict=True) if x)
 
     def _note(self, t: float, name: str, message: str) -> None:
         self.changes.append((Event(name, ZERO, terminal=False, message=message), t))
@@ -145,14 +169,14 @@ class Stepper:
             )
 
 
-def better(a: Array, present: Partition, reach: Array, may_grow: bool) -> Partition | None:
+def better(a: Array, present: Partition, reach: Array, may_grow: bool, mix: Mixed | None = None) -> Partition | None:
     """Other dependent speeds where the present ones are poorly determined by A (m × n), and those much better.
 
     Those of more rows than the present ones come in question where the rank `may_grow`: at the start. There they are taken where the
     rows left out surely hold more than the others do: the motion is on another branch than the configurations that were compared.
     """
     now = quality(a, present, reach)
-    short = may_grow and bool(present.redundant) and len(sure_rows(a, reach)) > len(present.rows)
+    short = may_grow and bool(present.redundant) and len(sure_rows(a, reach, mix)) > len(present.rows)
     if now >= POOR and not short:
         return None
     other = choose(a, reach=reach)
@@ -163,14 +187,16 @@ def better(a: Array, present: Partition, reach: Array, may_grow: bool) -> Partit
     return other if allowed and quality(a, other, reach) > _BETTER * now else None
 
 
-def determined(first: Numeric[Equations], present: Equations, numbers: Numbers, reach: Array) -> Equations:
+def determined(
+    first: Numeric[Equations], present: Equations, numbers: Numbers, reach: Array, mix: Mixed | None = None
+) -> Equations:
     """Equations whose dependent speeds are determined at a state: the present ones, or others made of the `first`.
 
     Where rank is lost, dependent speeds are as many as are determined: the accelerations are then those of least size.
     """
     assert present.embedding is not None
     partition = present.embedding.partition
-    rank = len(sure_rows(numbers.a, reach))
+    rank = len(sure_rows(numbers.a, reach, mix))
     reach = np.maximum(reach, sizes(numbers.a, mobility(numbers.m, reach)))
     if rank >= len(partition.rows) and quality(numbers.a, partition, reach) >= _SHORT:
         return present
@@ -180,8 +206,8 @@ def determined(first: Numeric[Equations], present: Equations, numbers: Numbers, 
         return present
 
 
-def share_of_rank(a: Array, rank: int, reach: Array) -> float:
+def share_of_rank(a: Array, rank: int, reach: Array, mix: Mixed | None = None) -> float:
     """The singular value of A (m × n) that makes its rank, over the largest; NaN where A is zero."""
-    values = combinations(a, reach)[1]
+    values = combinations(a, reach, mix)[1]
     with np.errstate(invalid="ignore"):
         return float(values[rank - 1] / values[0])

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.numeric.rank import ROUNDING, sure_rows
+from kane.numeric.rank import ROUNDING, Mixed, sure_rows
 
 _LIGHT = 1e-6
 """Inertia given to a coordinate without mass, over what the constraints reflect onto it: others take that share of its changes."""
@@ -25,17 +25,22 @@ def least_squares(a: Array, right: Array, share: float = 1e-10) -> Array:
     return np.asarray(np.linalg.lstsq(a, right, rcond=share)[0])
 
 
-def least_change(m: Array, a: Array, right: Array, reach: Array | float = 0.0) -> Array:
-    """The δ (n) of least δᵀM δ with A δ = right, in the least-squares sense where the rows of A are dependent."""
+def least_change(m: Array, a: Array, right: Array, reach: Array | float = 0.0, mix: Mixed | None = None) -> Array:
+    """The δ (n) of least δᵀM δ with A δ = right, in the least-squares sense where the rows of A are dependent.
+
+    Which of them count is judged by the sizes `reach` that entries of A have had, and by the combinations `mix` in their places.
+    """
     scale = metric(m, np.maximum(reach, np.abs(a)))
-    sure = sure_rows(a, reach)
+    sure = sure_rows(a, reach, mix)
     return np.asarray(scale @ least_squares(sure @ a @ scale, sure @ right, _EXACT))
 
 
-def least_constraint(m: Array, a: Array, f: Array, right: Array, reach: Array | float = 0.0) -> Array:
+def least_constraint(
+    m: Array, a: Array, f: Array, right: Array, reach: Array | float = 0.0, mix: Mixed | None = None
+) -> Array:
     """The x (n) of least ½ xᵀM x − fᵀx with A x = right, Gauss's principle: M x + Aᵀλ = f, M being definite where A leaves x free."""
     size = np.sqrt(reflected(_diagonal(m), np.maximum(reach, np.abs(a))))
-    sure = sure_rows(a, reach)
+    sure = sure_rows(a, reach, mix)
     rows = sure @ a / size
     tall = np.linalg.norm(rows, axis=1, keepdims=True)
     rows, wanted = rows / tall, sure @ right / tall[:, 0]

@@ -5,6 +5,8 @@ A is divided by the sizes of its rows and columns; a singular value counts as ze
 a threshold of the list below.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +19,8 @@ DERIVE_RANK = 1e-8
 """Constraints at a configuration that Newton's method has closed: which of them hold, and which follow from the others."""
 MOTION_RANK = 1e-4
 """Constraints along a motion. Where a linkage comes through a position at which they lose rank, what rounding leaves of f becomes f/σ
-in q and f/σ² in u, however short the steps: f = c ≠ 0 does not go through there, but turns off."""
+in q and f/σ² in u, however short the steps: f = c ≠ 0 does not go through there, but turns off. Combinations that are as small
+everywhere are enlarged before (`Mixed`): nothing turns off there."""
 SURE_RANK = 1e-5
 """Rows at a state above this share are independent without a second look by elimination."""
 STATE_RANK = 1e-9
@@ -139,17 +142,49 @@ def within(a: Array, column: Array) -> bool:
     return singular(balanced(wide)).rank(DERIVE_RANK) == singular(balanced(plain)).rank(DERIVE_RANK)
 
 
-def combinations(a: Array, reach: Array | float = 0.0) -> tuple[Array, Array]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Mixed:
+    """Combinations `rows` (k × m) of the rows of A, those that are small everywhere enlarged; `reach` (k × n) are the sizes of theirs.
+
+    They stand in the places of the rows where it is asked which of them count.
+    """
+
+    rows: Array
+    reach: Array
+
+    def grown(self, a: Array) -> Mixed:
+        """With the sizes that the entries have at A too."""
+        return Mixed(self.rows, np.maximum(self.reach, np.abs(self.rows @ a)))
+
+
+def mixed(a: Array, reach: Array | float = 0.0) -> Mixed:
+    """The combinations that the singular values of A say, those that count at a configuration and not along a motion made as large.
+
+    Where nothing is left of a combination here its size is that of the terms it is made of.
+    """
+    seen = np.maximum(reach, np.abs(a))
+    seen = np.where(seen > ROUNDING * seen.max(initial=0), seen, 0.0)
+    rows, values = combinations(a, seen)
+    weak = (values > DERIVE_RANK * values[:1]) & (values <= MOTION_RANK * values[:1])
+    rows = rows / np.where(weak, values, 1.0)[:, None]
+    own = np.abs(rows @ a)
+    return Mixed(rows, np.where(weak[:, None], own, np.maximum(own, np.abs(rows) @ seen)))
+
+
+def combinations(a: Array, reach: Array | float = 0.0, mix: Mixed | None = None) -> tuple[Array, Array]:
     """Independent combinations of the rows of A (k × m), and its singular values (k), A divided by the sizes its rows and columns had.
 
-    So units do not matter, and a row that vanishes now is not mistaken for one in small units.
+    So units do not matter, and a row that vanishes now is not mistaken for one in small units; those of `mix` are taken for it.
     """
+    if mix is not None:
+        rows, sizes = combinations(mix.rows @ a, mix.reach)
+        return rows @ mix.rows, sizes
     scaled = balance(a, reach, order=(1, 0))
     values = singular(scaled.matrix)
     return (values.left / scaled.rows).T[: len(values.values)], values.values
 
 
-def sure_rows(a: Array, reach: Array | float = 0.0) -> Array:
+def sure_rows(a: Array, reach: Array | float = 0.0, mix: Mixed | None = None) -> Array:
     """The combinations of the rows of A that count in a motion (rank × m)."""
-    rows, values = combinations(a, reach)
+    rows, values = combinations(a, reach, mix)
     return np.asarray(rows[values > MOTION_RANK * values[0]])
