@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.constraints.choice import qualities
+from kane.dynamics.constraints.choice import chosen, qualities
 from kane.dynamics.constraints.configurations import configurations
-from kane.gallery import bricard, four_bar, n_four_bar
+from kane.dynamics.derived import derived
+from kane.gallery import bricard, four_bar, n_four_bar, whipple_bicycle
 from tests.systems.four_bar import BAR
 
 CLOSED = {f"q{k}": 0.0 for k in range(1, 6)}
@@ -124,3 +125,34 @@ def test_units_of_length_do_not_matter(seed):
         assert not eom.derived.compared.at.missed
     assert verdicts[0][1:] == (1, 3)
     assert verdicts[1:] == verdicts[:1] * 2
+
+
+def quality_upright(system, **angles):
+    """How well the dependent speeds follow where all coordinates but those given are zero."""
+    eom = kn.derive(system)
+    q = {s.name: angles.get(s.name, 0.0) for s in eom.coordinates}
+    a = np.array(eom.evaluate(eom.A, q=q, u=[0.0] * len(eom.speeds)), dtype=float)
+    return qualities(a[None], eom.embedding.partition)[0]
+
+
+@pytest.mark.parametrize("speeds", ["rates", "spins"])
+def test_dependent_speeds_follow_upright_and_straight(speeds):
+    """The bicycle's lean rate follows wherever random configurations lie, but not there."""
+    assert quality_upright(whipple_bicycle.system(speeds)) > 0.1
+    assert quality_upright(whipple_bicycle.system(speeds), psi=np.pi / 2) > 0.1
+
+
+@pytest.mark.slow
+def test_forty_windows_are_closed_from_upright():
+    """So many loops are closed from no random start; as they stand they are."""
+    found = derived(n_four_bar.system(40)).compared
+    assert not found.at.missed
+    assert found.at.special[0]
+    assert found.at.count > 2
+
+
+def test_exchanges_that_no_greedy_choice_finds():
+    """Three matrices: speeds 0 or 1, each poor at one of them, 2 good at all but never the largest."""
+    a = np.array([[[1, 0, 0.4]], [[0, 1, 0.4]], [[1, 1, 0.4]]], dtype=float)
+    found = chosen(a, np.array([True, True, False]), (), np.zeros((1, 3), dtype=bool))
+    assert found.dependent == (2,)

@@ -27,6 +27,8 @@ _SHARE = 0.25
 """Share of the configurations at which dependent speeds may be poorly determined: every choice is somewhere."""
 _BETTER = 4.0
 """By how much another choice must be better than that at the first configuration."""
+_ROUNDS, _EXCHANGES = 6, 8
+"""How many speeds are exchanged one after the other, and how many exchanges are looked at for each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +68,9 @@ def compared(system: System, rows: ConstraintRows, near: Mapping[Symbol, float] 
             "Expected constraints that are finite where their configuration constraints hold, got infinity or NaN: coordinates or "
             "parameters' defaults are singular there."
         )
-    every = sorted(set(first.ranks.tolist()), reverse=True)
+    # where motions begin, rank may drop: that says nothing, but where it is higher than elsewhere
+    usual = first.ranks[~first.at.special]
+    every = sorted({*usual.tolist(), max(first.ranks.tolist())}, reverse=True)
     if len(every) == 1 or near or first.at.missed:
         return first.of_rank(every[0])
     around = [at(first.of_rank(r).at.at(0)) for r in every]
@@ -88,32 +92,66 @@ def ranks(a: Array) -> Array:
     return np.asarray((values > DERIVE_RANK * values[:, :1]).sum(axis=1))
 
 
-def chosen(a: Array, preferred: Sequence[int], easy: Mask) -> Partition:
-    """The partition at the first of several matrices (k × m × n) of one rank; another's where that is much better at all of them.
+def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Partition:
+    """The partition at the first of several matrices (k × m × n) of one rank; another one where that is much better at all of them.
 
-    What is `preferred` comes before quality, see `choose`.
+    Others are those at each of the matrices, and the best of these with one speed after the other exchanged while that helps. What is
+    `preferred` comes before quality, see `choose`; at `special` ones (k) dependent speeds must be good, at the others most times.
     """
+
+    def merit(partition: Partition) -> tuple[int, int, float]:
+        """Minus how many speeds asked for are not given, minus at how many configurations speeds do not follow; the quality else."""
+        found = qualities(a, partition)
+        usual = float(np.quantile(found, _SHARE))
+        poor = int((found < _SINGULAR).sum())
+        absent = len(set(preferred) - set(partition.dependent)) if poor < len(a) else len(preferred) + 1
+        return -absent, -poor, min(usual, found[special].min(initial=1.0))
+
     first = choose(a[0], preferred, easy=easy)
-    best = _merit(a, first, preferred)
+    best = merit(first)
     if best[:2] == (0, 0) and best[2] >= POOR:
         return first
     found, least = first, (best[0], best[1], _BETTER * best[2])
     for numbers in a[1:]:
         other = choose(numbers, preferred, easy=easy)
-        merit = _merit(a, other, preferred)
-        if merit > least:
-            found, least = other, merit
-    return found
+        if (own := merit(other)) > least:
+            found, least = other, own
+    for _ in range(_ROUNDS):
+        others = [(merit(p), p) for p in exchanged(a, found)]
+        own, other = max(others, key=lambda pair: pair[0], default=(least, found))
+        if not own > least:
+            break
+        found, least = other, own
+    if found.dependent == first.dependent:
+        return first
+    # in the order in which they are eliminated where they follow best
+    again = choose(a[int(np.argmax(qualities(a, found)))], found.dependent, easy=easy)
+    return again if set(again.dependent) == set(found.dependent) else found
 
 
-def _merit(a: Array, partition: Partition, preferred: Sequence[int]) -> tuple[int, int, float]:
-    """Minus how many speeds asked for are not given, minus at how many configurations speeds do not follow; the quality else."""
-    found = qualities(a, partition)
-    return (
-        -len(set(preferred) - set(partition.dependent)),
-        -int((found < _SINGULAR).sum()),
-        float(np.quantile(found, _SHARE)),
-    )
+def exchanged(a: Array, partition: Partition) -> list[Partition]:
+    """A few with one dependent speed exchanged for another, for which the least determinant of several matrices is largest.
+
+    Exchanging u_i for u_j multiplies det A_D by the entry (i, j) of A_D⁻¹ A.
+    """
+    rows = balanced(a)[:, list(partition.rows)]
+    free = partition.independent(a.shape[2])
+    if not partition.dependent or not free:
+        return []
+    left, values, right = np.linalg.svd(rows[:, :, list(partition.dependent)])
+    values = np.maximum(values, _SINGULAR**2)
+    ratios = np.swapaxes(right, 1, 2) @ ((np.swapaxes(left, 1, 2) @ rows[:, :, list(free)]) / values[:, :, None])
+    with np.errstate(divide="ignore"):
+        least = (np.log(np.abs(ratios)) + np.log(values).sum(axis=1)[:, None, None]).min(axis=0)
+    places = np.unravel_index(np.argsort(-least, axis=None)[:_EXCHANGES], least.shape)
+    return [
+        Partition(partition.rows, _replaced(partition.dependent, i, free[j]), partition.redundant)
+        for i, j in zip(*places, strict=True)
+    ]
+
+
+def _replaced(places: tuple[int, ...], at: int, by: int) -> tuple[int, ...]:
+    return (*places[:at], by, *places[at + 1 :])
 
 
 def qualities(a: Array, partition: Partition) -> Array:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Several configurations that satisfy the constraints: what is decided once for all of a motion is decided by them.
 
-They are closed from many starts at once, so that they lie on every branch that was found, and several on each.
+They are closed from many starts at once, so that they lie on every branch that was found, and several on each. One more start is
+where all coordinates are zero: random ones never lie upright or straight, where motions begin.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,11 +45,12 @@ class Configurations:
 
     `missed` are constraints that resist, with what is left of them, the worst first, where no configuration was found: the values are
     random ones then. `drawn` names what constraints depend on and is no default: parameters without one, and inputs. `starts` is how
-    many were tried at each of `times`, if constraints depend on the time.
+    many were tried at each of `times`, if constraints depend on the time. `special` are those closed from zero, and their like.
     """
 
     values: Mapping[Symbol, Any]
     count: int
+    special: Mask
     missed: tuple[tuple[str, float], ...] = ()
     drawn: tuple[str, ...] = ()
     starts: int = 0
@@ -61,13 +63,18 @@ class Configurations:
     def only(self, kept: Indices) -> "Configurations":
         """Some of them."""
         values = {s: v if np.ndim(v) == 0 else v[kept] for s, v in self.values.items()}
-        return replace(self, values=values, count=len(kept))
+        return replace(self, values=values, count=len(kept), special=self.special[kept])
 
     def and_those_of(self, other: "Configurations") -> "Configurations":
         """These, then those of another search."""
-        sides = ((self.values, self.count), (other.values, other.count))
-        values = {s: np.concatenate([np.broadcast_to(v[s], k) for v, k in sides]) for s in self.values}
-        return replace(self, values=values, count=self.count + other.count)
+        values = {s: self._joined(v, other.values[s], other.count) for s, v in self.values.items()}
+        special = np.concatenate([self.special, other.special])
+        return replace(self, values=values, count=self.count + other.count, special=special)
+
+    def _joined(self, own: Any, others: Any, count: int) -> Any:
+        if np.ndim(own) == np.ndim(others) == 0 and own == others:
+            return own
+        return np.concatenate([np.broadcast_to(own, self.count), np.broadcast_to(others, count)])
 
     def matrices(self, matrix: Matrix) -> Array:
         """A matrix in numbers at each (count × m × n)."""
@@ -85,9 +92,10 @@ def configurations(
     what else constraints depend on, all are closed from there; a ModelError where that cannot be done.
     """
     conditions = closure(system)
-    held = free_symbols(conditions.f)
-    values = values_of((*free_symbols([*roots, *branch_scalars(branches(system))]), *held, *system.coordinates), seed)
-    search = _Search(system, conditions, held, values, np.random.default_rng(seed))
+    held, read = free_symbols(conditions.f), free_symbols(roots)
+    values = values_of((*read, *free_symbols(branch_scalars(branches(system))), *held, *system.coordinates), seed)
+    turning = [q for q in system.coordinates if q in set(read) - set(held)]
+    search = _Search(system, conditions, held, turning, values, np.random.default_rng(seed))
     if near:
         return search.around(near)
     if not conditions.f:
@@ -100,7 +108,7 @@ def configurations(
         for moment in moments:
             found = search.tried(count, moment)
             if not found.missed:
-                return found
+                return search.beside(found) if found.special.all() else found
             first = first or found
     assert first is not None
     return replace(first, starts=sum(_TRIES), times=tuple(m[time] for m in moments if m))
@@ -119,36 +127,66 @@ def place(system: System, near: Mapping[Any, Any] | Sequence[float] | None) -> d
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """The configuration constraints of a system, the symbols in them, and the values of the first start."""
+    """The configuration constraints of a system, the symbols in them, and the values of the first start.
+
+    `turning` are coordinates that change what is asked for but none of these constraints.
+    """
 
     system: System
     conditions: Closure
     held: tuple[Symbol, ...]
+    turning: Sequence[Symbol]
     values: dict[Symbol, float]
     rng: np.random.Generator
 
     def tried(self, count: int, moment: Mapping[Symbol, float]) -> Configurations:
-        """Configurations from so many starts, the first of them at `values`; at random ones where none closes."""
+        """Configurations from so many starts, the first of them at `values`, and from zero; at random ones where none closes."""
         drawn = self._drawn()
         values: dict[Symbol, Any] = {**self.values, **moment}
         x = np.tile([values[q] for q in self.system.coordinates], (count, 1))
         x[1:] = self.rng.uniform(-np.pi, np.pi, (count - 1, x.shape[1]))
         for s in drawn:
-            values[s] = np.append(values[s], self.rng.uniform(LOW, HIGH, count - 1))
+            values[s] = np.append(values[s], [*self.rng.uniform(LOW, HIGH, count - 1), values[s]])
+        zero = np.arange(count + 1) == count
+        starts = np.vstack([x, self._zero()])
         if not self.conditions.f:
-            return self._found(values, x)
+            return self._with_turned(self._found(values, starts, special=zero))
         function = self._function(values)
         size = sizes(function, x)
-        x[1:] *= np.where(size.turns, 1.0, size.x / 2)
+        starts[1:count] *= np.where(size.turns, 1.0, size.x / 2)
         found = close_most(
-            function, x, size, lambda x, starts: self._turned(values, x, starts).max(axis=1, initial=0) == 0
+            function, starts, size, lambda x, starts: self._turned(values, x, starts).max(axis=1, initial=0) == 0
         )
         turned = self._turned(values, found.x)
         closed = np.flatnonzero(self._closed(found) & ~turned.any(axis=1))
         names = tuple(s.name for s in drawn)
         if len(closed):
-            return self._found(values, found.x, closed, drawn=names, starts=count)
-        return self._found(values, x, missed=self._missed(found, turned), drawn=names, starts=count)
+            every = self._found(values, found.x, special=zero, drawn=names, starts=count)
+            return self._with_turned(every.only(closed))
+        missed = self._missed(found, turned)
+        return self._found(values, starts, special=zero, missed=missed, drawn=names, starts=count).only(
+            np.arange(count)
+        )
+
+    def _with_turned(self, found: Configurations) -> Configurations:
+        """These, and that from zero, where it closed, with one coordinate after the other turned that no such constraint holds."""
+        zero, count = np.flatnonzero(found.special), len(self.turning)
+        if not len(zero) or not count:
+            return found
+        others = found.only(np.repeat(zero, count))
+        turned = {q: others.values[q] + np.pi / 2 * row for q, row in zip(self.turning, np.eye(count), strict=True)}
+        return found.and_those_of(replace(others, values={**others.values, **turned}))
+
+    def _zero(self) -> Array:
+        """Where all coordinates are zero, frames of Euler parameters not turned."""
+        scalar = {s.coordinates[0] for s in self.system.euler_parameters}
+        return np.array([float(q in scalar) for q in self.system.coordinates])
+
+    def beside(self, zero: Configurations) -> Configurations:
+        """Those around the one that was closed from zero, where none was from elsewhere."""
+        known = {*self.held, *self.system.coordinates}
+        found = self.around({s: v for s, v in zero.at(0).items() if s in known})
+        return self._with_turned(replace(found, special=np.arange(found.count) == 0))
 
     def around(self, near: Mapping[Symbol, float]) -> Configurations:
         """The configuration that the place given is nearest to first, then others beside it."""
@@ -171,13 +209,13 @@ class _Search:
             raise ModelError(self._not_near(found, turned, near))
         apart = (np.abs(found.x - found.x[first]) / size.x).max(axis=1)
         others = np.flatnonzero(np.isfinite(away) & (apart <= _NEAR) & (apart > _SAME))
-        return self._found(values, found.x, np.array([first, *others]))
+        return self._found(values, found.x).only(np.array([first, *others]))
 
     def _found(
-        self, values: Mapping[Symbol, Any], x: Array, kept: Indices | None = None, **more: Any
+        self, values: Mapping[Symbol, Any], x: Array, special: Mask | None = None, **more: Any
     ) -> Configurations:
-        found = Configurations({**values, **dict(zip(self.system.coordinates, x.T, strict=True))}, len(x), **more)
-        return found if kept is None else found.only(kept)
+        own: dict[Symbol, Any] = {**values, **dict(zip(self.system.coordinates, x.T, strict=True))}
+        return Configurations(own, len(x), special=np.zeros(len(x), dtype=bool) if special is None else special, **more)
 
     def _function(self, values: Mapping[Symbol, Any]) -> Residuals:
         """f and ∂f/∂q in numbers, of starts by number: what is no coordinate has the values of that start."""

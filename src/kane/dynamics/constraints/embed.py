@@ -87,7 +87,7 @@ def first_partition(system: System, rows: ConstraintRows, compared: Compared) ->
     """
     place = {u: i for i, u in enumerate(system.speeds)}
     easy = np.array([constant_value(x) is not None for x in rows.a.entries]).reshape(rows.a.shape)
-    partition = chosen(compared.a, [place[u] for u in system.dependent_speeds], easy)
+    partition = chosen(compared.a, compared.at.special, [place[u] for u in system.dependent_speeds], easy)
     strangers = [str(u) for u in system.dependent_speeds if place[u] not in partition.dependent]
     if strangers:
         names = ", ".join(u.name for u, i in place.items() if i in partition.dependent)
