@@ -96,13 +96,16 @@ class Course:
         dense = solver.dense_output()
         kept, numbers = stepper.keep(solver.t, solver.y)
         turned, narrow = stepper.turned(numbers), _NARROW * max(abs(solver.t), span[1] - span[0])
-        if (turned or stepper.jumped(numbers)) and solver.t - before > narrow:
+        missed = stepper.missed(solver.t, kept, numbers, (self.method.rtol, self.method.atol))
+        if (turned or missed or stepper.jumped(numbers)) and solver.t - before > narrow:
             # the place is closed in on by halves, until a state lies so near to it that `settle` sees it
             self._restart(before, last, (solver.t - before) / 2)
             self._jump = solver.t
             return None
         if turned:
             return self._stopped(f"another branch of the closures lies beyond t = {before:.6g}: {turned}")
+        if missed:
+            return self._stopped(not_held(stepper, before, last, span, missed))
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
         after = stepper.now.watch(solver.t, kept)
         end, at = self._met(dense, (self.watched, after)), solver.t
@@ -219,6 +222,14 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
     return _locked(stepper, t, y, t + _AHEAD * (span[1] - span[0])) or (
         f"the right-hand side is singular or not finite near t = {t:.6g} ({failure or 'no progress'})"
         f"{nearly_singular(stepper.eom, stepper.now.values(t, y))}"
+    )
+
+
+def not_held(stepper: Stepper, t: float, y: Array, span: tuple[float, float], missed: str) -> str:
+    """Why constraints hold up to y at t and not beyond, where one of them is `missed`."""
+    return _locked(stepper, t, y, t + _AHEAD * (span[1] - span[0])) or (
+        f"the constraints cannot be kept beyond t = {t:.6g}: {missed} there, more than the tolerances leave open. They contradict "
+        "each other from there on, or those that were redundant before hold something else: leave one out, or correct it"
     )
 
 

@@ -18,6 +18,7 @@ from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
+from kane.motion.residuals import Tolerances, missed
 from kane.motion.routines import routines
 from kane.motion.solution import Segment
 from kane.motion.weak import mixes
@@ -87,6 +88,13 @@ class Stepper:
     def turned(self, numbers: Numbers | None) -> str:
         """Which closures were moved onto a branch that they do not mean, in words; "" where none was."""
         return "" if numbers is None or self.manifold is None else self.manifold.turned(numbers)
+
+    def missed(self, t: float, y: Array, numbers: Numbers | None, tolerances: Tolerances) -> str:
+        """Which constraint is missed at y, which was moved onto them, in words; "" where all hold within the tolerances."""
+        if numbers is None or not numbers.finite:
+            return ""
+        x = y[: self.now.width]
+        return missed(self.eom, numbers, x, self.reach, tolerances, lambda: self.now.values(t, y))
 
     def sample(self, t: float, y: Array) -> tuple[Array, Equations]:
         """y moved onto the constraints, and equations whose dependent speeds are determined there.

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether a state is on its constraints: no projection closes those that contradict each other, or that lost rank and hold again.
+
+A residual counts where it is more than the tolerances leave open: those of coordinates and speeds, times the largest
+slopes that the constraint has had, and their relative one of the terms that it is made of.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.expr.build import mul
+from kane.expr.evaluate import evaluate
+from kane.expr.node import Expr
+from kane.expr.size import Sizes, largest, size
+from kane.motion.projection import Numbers
+from kane.numeric.arrays import Array
+
+_SLACK = 10.0
+"""Tolerances that a residual may measure: one step leaves about one."""
+_DIGITS = 1e-10
+"""Share of its terms that a residual may have however tight the tolerances are."""
+_TINY = np.finfo(float).tiny
+
+Tolerances = tuple[float, float]
+"""Relative and absolute."""
+
+
+def missed(
+    eom: Equations,
+    numbers: Numbers,
+    x: Array,
+    reach: Array,
+    tolerances: Tolerances,
+    values: Callable[[], Mapping[Expr, Any]],
+) -> str:
+    """The constraint that is missed most at x = (q, u), and by how much, in words; "" where all hold.
+
+    `reach` (m × n) holds the sizes that entries of A have had, `values` gives a number for every symbol.
+    """
+    residual, slopes = _residuals(numbers, x, reach, tolerances)
+    over = np.abs(residual) > slopes
+    if not over.any():
+        return ""
+    terms = np.array(evaluate(_terms(eom, len(residual)), values()), dtype=float)
+    limit = slopes + max(_SLACK * tolerances[0], _DIGITS) * terms
+    off = np.abs(residual) / np.maximum(limit, _TINY)
+    worst = int(np.argmax(np.where(np.isfinite(off), off, 0.0)))
+    if not off[worst] > 1:
+        return ""
+    return f"{eom.derived.constraints.constraints[worst].name!r} is missed by {abs(residual[worst]):.3g}"
+
+
+def _residuals(numbers: Numbers, x: Array, reach: Array, tolerances: Tolerances) -> tuple[Array, Array]:
+    """f of configuration constraints, A u + b of motion constraints, and what the tolerances of q and u make of them.
+
+    Rates of configuration constraints are left out: near a position at which rank drops rounding makes much of them, and f tells soon.
+    """
+    rtol, atol = tolerances
+    open_ = _SLACK * (atol + rtol * np.abs(x))
+    c, n = len(numbers.f), len(numbers.m)
+    nq = len(x) - n
+    # the change in each speed's direction that leaves every coordinate within its tolerance
+    along = (open_[:nq, None] / (np.abs(numbers.w[:, :n]) + _TINY)).min(axis=0, initial=np.inf)
+    slopes = reach[:c] @ np.minimum(along, 1 / _TINY**0.5)
+    if len(numbers.speeds):
+        return numbers.f, slopes
+    rates = numbers.a[c:] @ x[nq:] + numbers.b[c:]
+    return np.concatenate([numbers.f, rates]), np.concatenate([slopes, reach[c:] @ open_[nq:]])
+
+
+def _terms(eom: Equations, count: int) -> list[Expr]:
+    """The sizes of the terms of f, and of those of A u + b of motion constraints, sines and cosines taken as 1."""
+    rows, memo = eom.derived.constraints, Sizes()
+    sizes = [size(k.expr, memo) for k in eom.system.holonomic]
+    for a, b in list(zip(rows.a, rows.b, strict=True))[len(sizes) :]:
+        sizes.append(largest([*(mul(size(x, memo), u) for x, u in zip(a, eom.speeds, strict=True)), size(b, memo)]))
+    return sizes[:count]
