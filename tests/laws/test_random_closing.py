@@ -10,7 +10,8 @@ from hypothesis import given
 
 import kane as kn
 from kane.dynamics.constraints.closure import closure
-from tests.laws.test_random_loops import KINDS, examples
+from tests.examples import examples
+from tests.laws.test_random_loops import KINDS
 from tests.oracles.mechanism import Mechanism
 from tests.oracles.mechanism_draw import mechanisms
 from tests.oracles.mechanism_kane import Asked, to_kane
@@ -30,7 +31,7 @@ def dependent(system: kn.System, q: dict[kn.Coordinate, float]) -> set[kn.Coordi
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 @pytest.mark.parametrize("joined", [False, True])
 def test_a_loop_that_closes_is_closed(planar: bool, loops: int, joined: bool) -> None:
-    @examples(0.1, 2)
+    @examples(0.04, 2)
     @given(mechanisms(planar, loops))
     def check(m: Mechanism) -> None:
         model = to_kane(m, Asked(joined=joined))

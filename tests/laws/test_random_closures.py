@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, assume, given, settings
+from hypothesis import Phase, assume, given
 from hypothesis import strategies as st
 
 import kane as kn
 from kane.expr.symbols import time
 from kane.numeric.rank import balanced
+from tests.examples import examples
 from tests.oracles.compare import error, tolerance
 from tests.oracles.loops.equations import Solution, solve
 from tests.oracles.mechanism import Closure, Loops, Mechanism, admissible_rates, to_oracle
@@ -151,11 +152,7 @@ KINDS = [
 
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_loops_by_every_closure(planar: bool, loops: int, tmp_path_factory: pytest.TempPathFactory) -> None:
-    @settings(
-        max_examples=max(3, settings().max_examples // 4),
-        phases=[Phase.explicit, Phase.reuse, Phase.generate],  # numbers from a seed do not shrink
-        suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
-    )
+    @examples(0.25, 3, phases=[Phase.explicit, Phase.reuse, Phase.generate])  # numbers from a seed do not shrink
     @given(
         mechanisms(planar, loops, max_parts=4, kinds=CLOSED[planar]),
         st.integers(0, 2**16), st.sampled_from(SPEEDS), st.booleans(), st.booleans(),

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
 from kane.dynamics.constraints.partition import choose
 from kane.equations.derive import repartition
 from kane.numeric.rank import balanced
+from tests.examples import examples
 from tests.oracles.compare import error, tolerance
 from tests.oracles.loops.equations import Solution, solve
 from tests.oracles.mechanism import Loops, Mechanism, admissible_rates, to_oracle
@@ -32,14 +33,6 @@ KINDS = [
     for n in (1, 2, 3)
 ]
 SEEDS = st.integers(0, 2**16)
-
-
-def examples(share: float, least: int = 1) -> settings:
-    """A share of the profile's examples for each of the kinds; building a mechanism takes its time."""
-    return settings(
-        max_examples=max(least, round(share * settings().max_examples)),
-        suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
-    )
 
 
 class State:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from tests.examples import examples
 from tests.oracles import kane_tree, newton_euler
 from tests.oracles.compare import error, tolerance
 from tests.oracles.tree import Array, Tree, random_states, random_tree, trees_in_motion
@@ -46,6 +47,7 @@ def check_laws(motion: Motion) -> None:
         assert error(alpha[:, k], oracle.alpha.ravel()) <= limit
 
 
+@examples(0.5)  # tests/peers has as many as the profile says
 @given(trees_in_motion())
 def test_laws_on_trees_of_round_numbers(motion: Motion) -> None:
     check_laws(motion)

@@ -17,6 +17,7 @@ from kane.expr.node import intern_node
 from kane.expr.ops import OPS
 from kane.program.build import Task, build_program
 from kane.program.native.machine import Settings
+from tests.examples import examples
 from tests.program.emitted import from_c, from_numpy
 from tests.program.programs import ports
 
@@ -60,13 +61,14 @@ def reference(roots, rows):
 
 
 def machine(program, name, rows, contract, one_by_one):
-    handle = Handle(program, name, Settings(contract=contract, cache=False), None, "ignore")
+    handle = Handle(program, name, Settings(contract=contract), None, "ignore")  # from the cache the second time
     split = rows[:, 0], rows[:, 1:5], rows[:, 5:]
     if one_by_one:
         return np.array([handle(t, x.copy(), p.copy()) for t, x, p in zip(*split, strict=True)])
     return handle(*split)
 
 
+@examples(0.4)
 @given(st.lists(programs(), min_size=2, max_size=2), st.lists(numbers, min_size=ROWS * 8, max_size=ROWS * 8))
 def test_programs_of_exact_operations_agree_bit_by_bit(tmp_path_factory, routines, values):
     rows = rows_of(values)
@@ -152,6 +154,7 @@ def held(roots, values, rows, name):
                 assert abs(value - expected) <= 8 * EPS * bound / 2 + 1e-320, (name, value, expected, bound)
 
 
+@examples(0.4)
 @given(st.lists(programs(), min_size=2, max_size=2), st.lists(numbers, min_size=ROWS * 8, max_size=ROWS * 8))
 def test_contraction_stays_within_the_running_error_bound(tmp_path_factory, routines, values):
     rows = rows_of(values)

@@ -21,6 +21,7 @@ from kane.program.emit.c import emit_c, emit_header
 from kane.program.emit.names import is_free_in_c
 from kane.program.program import Program
 from kane.program.reference import values as reference_values
+from tests.examples import examples
 from tests.expr import expressions
 from tests.program.emitted import OPTIMIZED, STRICT, call, library, run
 from tests.program.programs import (
@@ -53,6 +54,7 @@ def build(tmp_path_factory):
 # ----------------------------------------------------------------------------------------- the same numbers as NumPy
 
 
+@examples(0.4)
 @given(st.data())
 def test_each_operation_gives_what_numpy_gives(build, data):
     program = data.draw(programs())
@@ -74,6 +76,7 @@ def test_each_operation_at_all_pairs_of_special_numbers(build):
     assert_each_operation_right(program, np.transpose([call(library, program, "all", at) for at in grid()]))
 
 
+@examples(0.4)
 @given(expressions.programs(tuple(n for n in EXACT if n not in ("less", "neg"))), st.sampled_from(("c99", "gnu11")))
 def test_results_without_contraction_are_those_of_the_reference_evaluator_bit_by_bit(build, example, standard):
     roots = exact_results(example)
@@ -174,6 +177,7 @@ def utf8(text: str) -> bytes:
     return text.encode("utf-8", "replace").partition(b"\0")[0]
 
 
+@examples(0.4)
 @given(st.lists(NASTY, min_size=4, max_size=4), NASTY, st.booleans())
 def test_no_text_leaves_its_literal_or_comment(build, texts, name, split):
     name = re.sub(r"\s", "", name) or "q"
