@@ -97,7 +97,8 @@ class Course:
         kept, numbers = stepper.keep(solver.t, solver.y)
         turned, narrow = stepper.turned(numbers), _NARROW * max(abs(solver.t), span[1] - span[0])
         missed = stepper.missed(solver.t, kept, numbers, (self.method.rtol, self.method.atol))
-        if (turned or missed or stepper.jumped(numbers)) and solver.t - before > narrow:
+        jumped = stepper.jumped(numbers) or stepper.crosses(dense, before, solver.t)
+        if (turned or missed or jumped) and solver.t - before > narrow:
             # the place is closed in on by halves, until a state lies so near to it that `settle` sees it
             self._restart(before, last, (solver.t - before) / 2)
             self._jump = solver.t

@@ -17,6 +17,7 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.passages import Along, crosses, looked_at
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.residuals import Tolerances, missed
 from kane.motion.routines import routines
@@ -141,6 +142,22 @@ class Stepper:
         if not self.side or numbers is None or not np.all(np.isfinite(numbers.a)):
             return False
         return self.side * self._side(numbers) < 0 and not self._loses_rank(numbers)
+
+    def crosses(self, dense: Callable[[Any], Array], start: float, end: float) -> bool:
+        """Whether a step leads across a state at which rank is lost, or at which the dependent speeds do not follow.
+
+        Such a state at one of its ends is what `settle` sees.
+        """
+        embedding, kept = self.eom.embedding, self.manifold
+        if embedding is None or kept is None:
+            return False
+
+        def along(t: Array) -> Along:
+            inputs = np.array([self.now.inputs(s) for s in t])
+            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, inputs).a
+            return looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
+
+        return crosses(along, start, end)
 
     def _chosen_from(self, numbers: Numbers) -> bool:
         """Whether there are dependent speeds, and numbers that say something of them."""
