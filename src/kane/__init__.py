@@ -69,6 +69,7 @@ from kane.expr.operators import (
 )
 from kane.expr.operators import rational as Rational
 from kane.expr.solve import solve_linear
+from kane.expr.substitute import substitute
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -87,7 +88,6 @@ from kane.expr.symbols import (
     speeds,
     time,
 )
-from kane.expr.visit import substitute
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import (
     Constraint,

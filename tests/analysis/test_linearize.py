@@ -475,5 +475,7 @@ def test_what_cannot_be_independent_or_left_out():
         lin(q=[0] * 5, u={"u1": 0, "u2": 0, "u3": 0}).second_order()
     with pytest.raises(kn.ValueMissingError, match="outputs in symbols of the system, got z"):
         kn.linearize(systems.cart(), q=[0, 0], u=[0, 0], outputs={"z": kn.coordinate("z")})
-    with pytest.raises(kn.ArgumentError, match="scalar expression as the output 'v'"):
+    with pytest.raises(kn.ValueMissingError, match=r"Expected one of q1, .*got 'x'"):
         kn.linearize(systems.cart(), q=[0, 0], u=[0, 0], outputs={"v": "x"})
+    with pytest.raises(kn.ArgumentError, match="an expression, vector or name as the output 'v'"):
+        kn.linearize(systems.cart(), q=[0, 0], u=[0, 0], outputs={"v": {"x"}})

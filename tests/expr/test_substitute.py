@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Replacement of leaves and nodes."""
 
+import pytest
 from hypothesis import given
 
+import kane as kn
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
 from kane.expr.symbols import coordinates
 from kane.expr.visit import substitute
@@ -60,3 +62,16 @@ def test_a_deep_graph() -> None:
     for _ in range(10_000):
         e = (e + y).sin()
     assert y not in set(postorder([substitute(e, {y: z})]))
+
+
+def test_numbers_names_and_whatever_is_made_of_expressions() -> None:
+    frame = kn.Frame("N")
+    assert kn.substitute(x * y + 1, {x: 0}) is ONE
+    assert kn.substitute(x * y, {"x": 2, y: z}) is 2 * z
+    assert kn.substitute([x, (y, x)], {"x": 3}) == [as_expr(3), (y, as_expr(3))]
+    assert kn.substitute(kn.Matrix([[x, y]]), {x: y}).entries[0] is y
+    assert kn.substitute(x * frame.x + y * frame.y, {"y": 0}).dot(frame.y) is ZERO
+    with pytest.raises(kn.ValueMissingError, match=r"names of symbols to replace .x, y., got 'z'"):
+        kn.substitute(x + y, {"z": 1})
+    with pytest.raises(kn.ExpressionError, match="to substitute in, got 'x'"):
+        kn.substitute("x", {x: 1})

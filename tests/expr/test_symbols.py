@@ -5,6 +5,7 @@ import pickle
 
 import pytest
 
+import kane as kn
 from kane.errors import ExpressionError
 from kane.expr.node import digest
 from kane.expr.symbols import (
@@ -131,3 +132,12 @@ def test_symbols_pickle_with_their_place() -> None:
 def test_time_is_one_leaf() -> None:
     assert time.name == "t"
     assert time.unit == "s"
+
+
+@pytest.mark.parametrize("plural", [kn.coordinates, kn.speeds, kn.parameters])
+def test_names_in_one_text_or_in_a_list(plural):
+    assert plural(["a", "b"]) == plural("a b") == plural(("a, b",))
+    assert plural(["q1:3", "x"]) == plural("q1:3, x")
+    for wrong in ([], [1], 3, None, [""], ["a", None]):
+        with pytest.raises(kn.ExpressionError, match='Expected names such as "q1:6"'):
+            plural(wrong)

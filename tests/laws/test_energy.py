@@ -70,7 +70,7 @@ def test_simulated_free_body_keeps_its_momentum_and_energy(speeds: str) -> None:
     case = case_of("free body")
     eom, start = equations(case, speeds), random_states(case, 1, seed=4)
     sol = simulated(eom, start, 2.0)
-    for conserved in (sol[eom.linear_momentum()], sol[eom.angular_momentum(eom.points[0])], sol.energy()):
+    for conserved in (sol[eom.linear_momentum()], sol[eom.angular_momentum(eom.points[0])], sol.energy):
         np.testing.assert_allclose(conserved, np.broadcast_to(conserved[0], conserved.shape), rtol=1e-8, atol=1e-8)
     lengths = np.linalg.norm(sol.q[:, :4], axis=1)
     np.testing.assert_allclose(lengths, 1.0, atol=1e-8)
@@ -113,7 +113,7 @@ def test_gyroscope_without_friction_keeps_its_energy_and_spin_momentum(speeds: s
     eom, start = equations(case, speeds), random_states(case, 1, seed=2)
     sol = simulated(eom, start, 0.5, parameters={"c": 0.0})
     rotor = eom.system.rigid_bodies[2].frame
-    for conserved in (sol.energy(), sol[rotor.angular_velocity(eom.system.inertial).dot(rotor.y)]):
+    for conserved in (sol.energy, sol[rotor.angular_velocity(eom.system.inertial).dot(rotor.y)]):
         np.testing.assert_allclose(conserved, conserved[0], rtol=1e-8)
 
 

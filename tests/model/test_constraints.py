@@ -133,7 +133,7 @@ class TestSystem:
     at = O.at("at", x * N.x + y * N.y)
 
     def system(self, **more):
-        return kn.System(N, bodies=[kn.Particle("p", self.at, 1)], speeds="rates", **more)
+        return kn.System(N, bodies=[kn.Particle("p", self.at, 1)], **({"speeds": "rates"} | more))
 
     def test_names_differ(self):
         with pytest.raises(
@@ -179,7 +179,10 @@ class TestSystem:
     def test_a_coordinate_of_another_system(self):
         stray = kn.coordinate("stray")
         with pytest.raises(kn.ModelError, match="symbols of the system, got stray"):
-            self.system(holonomic=kn.configuration_constraint("c", self.x - stray))
+            self.system(
+                holonomic=kn.configuration_constraint("c", self.x - stray),
+                speeds=dict(zip(kn.speeds("u v"), (self.x.dt, self.y.dt), strict=True)),
+            )
 
     def test_kinds_and_names_are_read_off(self):
         rod, edge = kn.distance(self.at, O, 1), kn.motion_constraint("edge", self.x.dt)

@@ -93,3 +93,28 @@ def test_masses():
     ):
         with pytest.raises(kn.ModelError, match=f"mass ≥ 0 for b, got .*({said})|{said}"):
             check_mass("b", mass)
+
+
+@given(st.lists(st.sampled_from("xyz"), min_size=1, max_size=4), st.booleans())
+def test_one_moment_alone_is_that_of_a_body_in_a_plane(turns, about_first):
+    """Without a word where it turns about that axis alone, through any number of frames; one warning for all that turn otherwise."""
+    root = kn.Frame("R")
+    origin = kn.Point("R0", fixed_in=root)
+    frame, bodies = root, []
+    angles = kn.coordinates(f"a1:{len(turns) + 1}")
+    for k, (angle, axis) in enumerate(zip(angles, turns, strict=True)):
+        frame = frame.rotate(f"F{k}", angle, getattr(frame, turns[0] if about_first else axis))
+        moments = [0.2 if x == turns[0] else 0 for x in "xyz"]
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            body = kn.RigidBody(f"b{k}", frame=frame, mass_center=origin, mass=1, inertia=kn.inertia(frame, *moments))
+        bodies.append(body)
+    planar = about_first or len(set(turns)) == 1
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        kn.System(
+            root,
+            bodies=bodies,
+            speeds={u: a.dt for u, a in zip(kn.speeds(f"w1:{len(turns) + 1}"), angles, strict=True)},
+        )
+    assert [str(w.message)[:40] for w in said] == ["Expected moments of inertia about all ax"] * (not planar)

@@ -209,3 +209,34 @@ def test_coordinates_of_positions_come_first_and_numbered_ones_stay_together():
     body = kn.RigidBody("b", frame=B, mass_center=P, mass=1, inertia=kn.inertia(B, 1, 2, 3))
     system = kn.System(N, bodies=[body], speeds="rates")
     assert [q.name for q in system.coordinates] == ["r", "theta", "q2", "q10"]
+
+
+class TestCounters:
+    """Coordinates that no frame or point depends on."""
+
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, angle = kn.coordinates("x angle")
+    u, w = kn.speeds("u w")
+    R = kn.parameter("R", 0.3)
+    P = O.at("P", x * N.x)
+
+    def system(self, **more):
+        pull = kn.Force(self.P, -self.x * self.N.x)
+        return kn.System(self.N, bodies=[kn.Particle("p", self.P, 2)], loads=[pull], **more)
+
+    @pytest.mark.parametrize("kind", ["motion", "configuration"])
+    def test_a_wheel_without_mass_that_rolls_along(self, kind):
+        if kind == "motion":
+            speeds = {self.u: self.x.dt, self.w: self.angle.dt}
+            system = self.system(speeds=speeds, nonholonomic=[self.x.dt - self.R * self.angle.dt])
+        else:
+            system = self.system(speeds="rates", holonomic=[self.x - self.R * self.angle])
+        eom = kn.derive(system)
+        sol = kn.simulate(eom, (0, 2), q={"x": 0.6, "angle": 2.0}, u=[0, 0], samples=5)
+        assert sol["x"] == pytest.approx(0.6 * np.cos(sol.t / 2**0.5), rel=1e-6)
+        assert sol["angle"] == pytest.approx(sol["x"] / 0.3, rel=1e-6)
+
+    def test_one_without_a_speed_is_a_stray(self):
+        with pytest.raises(kn.ModelError, match="symbols of the system, got angle"):
+            self.system(speeds={self.u: self.x.dt}, holonomic=[self.x - self.angle])

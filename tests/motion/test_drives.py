@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -165,3 +166,42 @@ def test_samples_are_no_function_of_time(samples: Any) -> None:
             kn.SimulationError, match=r"got samples\. Make them a smooth function of time: [rF]: kn\.signal\(t, y\)"
         ):
             input_functions(pendulum(r), inputs, (0, 1))
+
+
+class TestWhatComesForAnInput:
+    """What is no number or function of time alone is told what it is; so is what goes wrong in the user's function."""
+
+    @pytest.mark.parametrize(
+        ("value", "message"),
+        [
+            (2 * F, r"got the expression 2\*F.*write it into the model in the place of F"),
+            (
+                lambda t, x: t,
+                r"function of the time alone for the input F, f\(t\), got one of \(t, x\).*into the model",
+            ),
+            (lambda: 1.0, r"function of the time alone for the input F, f\(t\), got one of \(\)"),
+            (
+                lambda t: [t, t],
+                r"the function of time for the input F, got \[0.0, 0.0\] at t = 0. Return a plain number",
+            ),
+            (lambda t: "a", "got 'a' at t = 0"),
+            (lambda t: 1j, "got 1j at t = 0"),
+            (lambda t: None, "got None at t = 0"),
+            (lambda t: kn.sin(kn.time), r"got the expression sin\(t\) at t = 0. Take math.sin for kn.sin"),
+            (lambda t: math.log(t - 0.5), "got ValueError from it at t = 0"),
+            (lambda t: math.sqrt(0.5 - t), r"got ValueError from it at t = 0\.[5-9].*Mend the function"),
+            (lambda t: {}[t], "got KeyError from it at t = 0"),
+            (lambda t: 1 / 0 if t > 0.4 else 1, "got ZeroDivisionError from it"),
+            ("sin(t)", "got 'sin.t.'. Give a plain number"),
+        ],
+    )
+    @pytest.mark.parametrize("method", ["DOP853", "BDF"])
+    def test_it_is_said(self, value: Any, message: str, method: str) -> None:
+        with pytest.raises(kn.SimulationError, match=message):
+            kn.simulate(pendulum(0), (0, 1), q=[0.7], u=[0], inputs={F: value}, method=method)
+
+    @pytest.mark.parametrize(
+        "value", [np.array(0.2), np.float32(0.2), lambda t: np.array(0.2), lambda t: np.array([0.2]), math.sin]
+    )
+    def test_what_is_a_number_passes(self, value: Any) -> None:
+        assert kn.simulate(pendulum(0), (0, 0.1), q=[0.7], u=[0], inputs={F: value}, samples=2).status == "finished"

@@ -63,7 +63,7 @@ class TestClosedForms:
             np.stack([1 + 3 * t, 2 + 20 * t - g * t * t / 2, 0 * t], -1), abs=1e-8
         )
         assert sol[point.velocity(N)] == pytest.approx(np.stack([3 + 0 * t, 20 - g * t, 0 * t], -1), abs=1e-8)
-        assert sol.energy()[-1] == pytest.approx(sol.energy()[0])
+        assert sol.energy[-1] == pytest.approx(sol.energy[0])
 
     def test_free_symmetric_top(self):
         """A body of revolution without torque: its axis cones about H at the rate |H|/I."""

@@ -124,7 +124,7 @@ class TestEnergyCheck:
         work = np.concatenate([[0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(SOL.t))])
         assert SOL.work == pytest.approx(work, abs=1e-4)
         energy = 1.5 * (0.64 * rate**2 / 2 - 9.81 * 0.8 * np.cos(angle))
-        assert SOL.energy() == pytest.approx(energy)
+        assert SOL.energy == pytest.approx(energy)
         assert str(SOL.energy_check).startswith("energy minus work constant to ")
 
     def test_it_fails_on_the_wrong_work(self):

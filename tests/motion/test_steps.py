@@ -199,7 +199,7 @@ class TestRankDrops(Parallelogram):
         np.testing.assert_allclose(sol[eom.speeds[0].dt], first * np.cos(sol["q1"]), atol=1e-6)
         assert np.isnan(sol[force]).tolist() == [True, False, False, False, False]
         assert np.isnan(sol.reaction("close 1")[0]).all(axis=1).tolist() == [True, False, False, False, False]
-        assert np.isfinite(sol.energy()).all()
+        assert np.isfinite(sol.energy).all()
 
     def test_loads_that_hold_reactions_are_refused_there(self):
         """What the reaction is cannot be told, and so neither what friction makes of it."""

@@ -48,7 +48,7 @@ def test_everything(sol):
     assert all(np.array_equal(line.get_xdata(), sol.t) for a in figure.axes for line in a.lines)
     energies = lines(figure.axes[-1])
     assert list(energies) == ["K", "V", "E = K + V", "E − ∫P dt"]
-    assert np.array_equal(energies["E = K + V"], sol.energy())
+    assert np.array_equal(energies["E = K + V"], sol.energy)
     assert np.ptp(energies["E − ∫P dt"]) < 1e-7
 
 

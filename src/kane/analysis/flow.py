@@ -14,6 +14,7 @@ from kane.analysis.local import Slopes, Values, slopes_at, solver, unknowns, val
 from kane.analysis.state import State
 from kane.analysis.tangents import Tangents, in_numbers, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import POOR, quality
+from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.unsolved import partials
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -117,15 +118,20 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
     """The outputs with every rate written in speeds; a sequence is named by its expressions."""
     if outputs is None:
         return Outputs((), ())
-    pairs = outputs.items() if isinstance(outputs, Mapping) else [(str(e), e) for e in outputs]
+    pairs = outputs.items() if isinstance(outputs, Mapping) else [(e, e) for e in _listed(outputs)]
     names, roots = [], []
-    for name, e in pairs:
+    for key, e in pairs:
+        name = str(key)
         try:
-            root = eom.in_speeds(e)
+            wanted = asked(eom.derived, e)
         except TypeError as error:
-            raise ArgumentError(f"Expected a scalar expression as the output {name!r}, got {e!r:.60}.") from error
-        names.append(str(name))
-        roots.append(substitute(root, dict.fromkeys(eom.auxiliary_speeds, ZERO)))
+            raise ArgumentError(
+                f"Expected an expression, vector or name as the output {name!r}, got {e!r:.60}."
+            ) from error
+        if wanted.shape not in ((), (3,)) or wanted.parts is not None:
+            raise ArgumentError(f"Expected an expression, vector or name as the output {name!r}, got {e!r:.60}.")
+        names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
+        roots += [substitute(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
     allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
     unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
     if unknown:
@@ -133,6 +139,12 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
             f"Expected outputs in symbols of the system, got {', '.join(unknown)}. A reaction must be listed in System(reactions=…)."
         )
     return Outputs(tuple(names), tuple(roots))
+
+
+def _listed(outputs: Any) -> Sequence[Any]:
+    if isinstance(outputs, str | Expr) or not isinstance(outputs, Sequence):
+        raise ArgumentError(f"Expected outputs as a list or a dict {{name: expression}}, got {outputs!r:.60}.")
+    return outputs
 
 
 class Answers(NamedTuple):

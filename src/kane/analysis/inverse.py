@@ -25,7 +25,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Symbol, rate
 from kane.numeric.arrays import Array
-from kane.numeric.named import named_values
+from kane.numeric.named import named_values, symbol_named
 from kane.numeric.rank import INVERSE_RANK, TAKES_PART, balance, singular
 from kane.program.bundle import Bundle
 from kane.program.native.machine import Settings
@@ -47,6 +47,7 @@ class Inverse:
         q: Any,
         u: Any,
         given: Mapping[Any, Any] | None = None,
+        inputs: Mapping[Any, Any] | None = None,
         parameters: Mapping[Any, float] | None = None,
         t: Any = 0.0,
     ) -> dict[Symbol, Any]:
@@ -56,6 +57,7 @@ class Inverse:
         ----------
         q, u : the state, by symbol or name or in order; it must satisfy the constraints, dependent speeds may be left out
         given : the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
+        inputs : the inputs among them, if they come by themselves (`**point.arguments`); those that are unknown are left out
 
         Raises
         ------
@@ -64,6 +66,8 @@ class Inverse:
         """
         eom = self.eom
         values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
+        own = named_values("inputs", eom.inputs, inputs)
+        values |= {s: v for s, v in own.items() if s in set(self.known)}
         values |= named_values("quantities that are given", self.known, given)
         missing = [s for s in (*eom.coordinates, *eom.independent_speeds, *self.known) if s not in values]
         if missing:
@@ -200,13 +204,9 @@ def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | Non
         if an unknown input does not enter linearly
     """
     possible: tuple[Symbol, ...] = (*map(rate, eom.speeds), *eom.inputs, *eom.reactions)
-    by_name = {s.name: s for s in possible}
     wanted: list[Symbol] = []
     for item in unknowns:
-        name = item.name if isinstance(item, Symbol) else item
-        symbol = by_name.get(name) if isinstance(name, str) else None
-        if symbol is None or (isinstance(item, Symbol) and item is not symbol):
-            raise ValueMissingError(f"Expected unknowns among {', '.join(by_name)}, got {item!r}.")
+        symbol = symbol_named(possible, item)
         if symbol in set(wanted):
             raise SimulationError(f"Expected different unknowns, got {symbol.name} twice.")
         wanted.append(symbol)

@@ -19,11 +19,12 @@ from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number, named_values
+from kane.numeric.named import finite_number, named_values, symbol_named
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_squares, of_unit_length
 
 _CLOSED, _ROUNDS = 1e-15, 4
+_GROUPS = ("q", "u", "parameters", "inputs")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,12 +46,25 @@ class OperatingPoint:
         at = {"t": self.t} if self.t else {}
         return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs, **at}
 
+    def replace(self, *, t: float | None = None, **groups: Mapping[Any, float]) -> "OperatingPoint":
+        """The point with some values changed, by symbol or name: `point.replace(inputs={"T": 2}, parameters={m: 1.5})`.
+
+        It need not be an operating point any more: what takes it checks it.
+        """
+        strange = groups.keys() - set(_GROUPS)
+        if strange:
+            raise ValueMissingError(f"Expected some of {', '.join(_GROUPS)}, t to replace, got {', '.join(strange)}.")
+        made: list[dict[Symbol, float]] = []
+        for kind in _GROUPS:
+            own: dict[Symbol, float] = getattr(self, kind)
+            told = named_values(kind, tuple(own), groups.get(kind))
+            made.append({s: finite_number("value", s.name, told.get(s, v)) for s, v in own.items()})
+        q, u, parameters, inputs = made
+        return OperatingPoint(q, u, parameters, inputs, self.t if t is None else finite_number("time", "the point", t))
+
     def __getitem__(self, what: Any) -> float:
-        name = what.name if isinstance(what, Symbol) else what
-        values = {s.name: v for s, v in {**self.q, **self.u, **self.parameters, **self.inputs}.items()}
-        if name not in values:
-            raise ValueMissingError(f"Expected a coordinate, speed, parameter or input of the point, got {what!r}.")
-        return values[name]
+        values = {**self.q, **self.u, **self.parameters, **self.inputs}
+        return values[symbol_named(values, what)]
 
     def __repr__(self) -> str:
         values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items(), *self.inputs.items()))

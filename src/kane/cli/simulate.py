@@ -111,7 +111,7 @@ def _show(sol: kn.Solution, what: dict[str, Any]) -> None:
 def _write(place: Path, sol: kn.Solution) -> None:
     eom = sol.equations
     symbols = [*eom.coordinates, *eom.speeds, *eom.reactions]
-    columns = [sol.t, *(sol[s] for s in symbols), sol.energy()]
+    columns = [sol.t, *(sol[s] for s in symbols), sol.energy]
     with place.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow(["t", *(s.name for s in symbols), "E"])

@@ -4,7 +4,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from kane.dynamics import terms
 from kane.dynamics.blocks import Blocks, blocks, mass_rows
@@ -16,7 +16,7 @@ from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, Expr
-from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol
+from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
@@ -59,7 +59,7 @@ class Derived:
     speeds = read[tuple[Speed, ...]](lambda d: d.kinematical.speeds, "u.")
     reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "The reactions brought into evidence.")
     all_speeds = read[tuple[Symbol, ...]](
-        lambda d: (*d.speeds, *d.auxiliary_speeds),
+        lambda d: Symbols((*d.speeds, *d.auxiliary_speeds)),
         "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star.",
     )
 
@@ -127,14 +127,19 @@ class Derived:
         )
 
     Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
-        lambda d: d._by_speed(d.active_terms), "What each load contributes to each generalized active force."
+        lambda d: d._by_speed(d.active_terms, dict(zip((*d.system.gravities, *d.system.loads), d.loads, strict=True))),
+        "What each load contributes to each generalized active force.",
     )
     Fr_star_contributions = read[Mapping[tuple[Expr, Body], Expr]](
-        lambda d: d._by_speed(d.inertia_terms), "What each body contributes to each generalized inertia force."
+        lambda d: d._by_speed(d.inertia_terms, {}), "What each body contributes to each generalized inertia force."
     )
 
-    def _by_speed(self, table: Mapping[K, tuple[terms.Term, ...]]) -> Mapping[tuple[Expr, K], Expr]:
-        return LazyMapping(product(self.all_speeds, table), lambda key: terms.generalized(table[key[1]], key[0]))
+    def _by_speed(
+        self, table: Mapping[K, tuple[terms.Term, ...]], stands_for: Mapping[Any, K]
+    ) -> Mapping[tuple[Expr, K], Expr]:
+        return LazyMapping(
+            product(self.all_speeds, table), lambda key: terms.generalized(table[key[1]], key[0]), stands_for
+        )
 
     @read
     def Fr(self) -> Exprs:
@@ -223,7 +228,7 @@ def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs
                 pairs[a, r] = ONE
             if isinstance(here, Cut) and isinstance(there, Cut) and here.at is there.at:
                 pairs[a, r] = here.along.dot(there.along)
-    return tuple(speeds), pairs
+    return Symbols(speeds), pairs
 
 
 def _motions(

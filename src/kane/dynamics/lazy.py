@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, Generic, TypeVar, get_args
 
+from kane.errors import ValueMissingError
+
 K = TypeVar("K")
 V = TypeVar("V")
 
@@ -31,20 +33,39 @@ class read(cached_property[V]):
 
 
 class LazyMapping(Mapping[K, V]):
-    """A read-only mapping that computes each value when it is first read."""
+    """A read-only mapping that computes each value when it is first read.
 
-    __slots__ = ("_compute", "_keys", "_values")
+    A key may be given by its name, or as what `stands_for` says; a pair by those of its parts.
+    """
 
-    def __init__(self, keys: Iterable[K], compute: Callable[[K], V]) -> None:
-        self._keys, self._compute = dict.fromkeys(keys), compute
+    __slots__ = ("_compute", "_keys", "_stands_for", "_values")
+
+    def __init__(
+        self, keys: Iterable[K], compute: Callable[[K], V], stands_for: Mapping[Any, Any] | None = None
+    ) -> None:
+        self._keys, self._compute, self._stands_for = dict.fromkeys(keys), compute, stands_for or {}
         self._values: dict[K, V] = {}
 
     def __getitem__(self, key: K) -> V:
+        if key not in self._keys:
+            key = self._meant(key)
         if key not in self._values:
-            if key not in self._keys:
-                raise KeyError(f"Expected one of {', '.join(map(_label, self._keys))}, got {_label(key)}.")
             self._values[key] = self._compute(key)
         return self._values[key]
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._keys
+
+    def _meant(self, key: Any) -> K:
+        """The one key of this name."""
+        own = (
+            tuple(self._stands_for.get(x, x) for x in key) if isinstance(key, tuple) else self._stands_for.get(key, key)
+        )
+        found = [k for k in self._keys if _named(k, own)]
+        if len(found) != 1:
+            many = " more than once, by that name. Give the key itself" if found else ""
+            raise ValueMissingError(f"Expected one of {', '.join(map(_label, self._keys))}, got {_label(key)}{many}.")
+        return found[0]
 
     def __iter__(self) -> Iterator[K]:
         return iter(self._keys)
@@ -78,6 +99,13 @@ class Lately(Generic[K, V]):
     def values(self) -> tuple[V, ...]:
         """What is kept, the oldest first."""
         return tuple(self._values.values())
+
+
+def _named(key: Any, told: Any) -> bool:
+    """Whether `told` is this key, or its name; of a pair part by part."""
+    if isinstance(key, tuple):
+        return isinstance(told, tuple) and len(told) == len(key) and all(map(_named, key, told))
+    return told is key or (isinstance(told, str) and getattr(key, "name", None) == told)
 
 
 def _label(key: object) -> str:

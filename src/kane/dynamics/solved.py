@@ -16,7 +16,7 @@ from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Speed, rate
+from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substitute
 from kane.model.constraints import Constraint
 
@@ -89,11 +89,13 @@ class Solved:
     # Constraints ---------------------------------------------------------------------------------------------------------
 
     dependent_speeds = read[tuple[Speed, ...]](
-        lambda s: tuple(s.derived.speeds[s.embedding.partition.dependent[k]] for k in s._places) if s.embedding else (),
+        lambda s: Symbols(
+            s.derived.speeds[s.embedding.partition.dependent[k]] for k in (s._places if s.embedding else ())
+        ),
         "u_D, the speeds that the constraints give: those that were named in that order, then the others in that of the speeds.",
     )
     independent_speeds = read[tuple[Speed, ...]](
-        lambda s: tuple(s.derived.speeds[i] for i in s.embedding.independent) if s.embedding else s.derived.speeds,
+        lambda s: Symbols(s.derived.speeds[i] for i in s.embedding.independent) if s.embedding else s.derived.speeds,
         "u_I, as many as there are degrees of freedom.",
     )
     A_n = read[Matrix](

@@ -108,11 +108,11 @@ class Equations:
         lambda e: seven_steps(e.solved), "The seven steps of the method, each with its results."
     )
 
-    def contributions(self, speed: Expr) -> Contributions:
+    def contributions(self, speed: Expr | str) -> Contributions:
         """The terms of F_r and F*_r for one speed: each force and body with the partial velocity it meets."""
         return contributions(self._shown, speed)
 
-    def mass_contributions(self, r: Expr, s: Expr) -> tuple[MassContribution, ...]:
+    def mass_contributions(self, r: Expr | str, s: Expr | str) -> tuple[MassContribution, ...]:
         """What each body adds to M_rs; bodies that add nothing are left out."""
         return mass_contributions(self._shown, r, s)
 
@@ -204,8 +204,9 @@ class Equations:
         inputs: Mapping[Any, Any] | None = None,
         t: Any = 0.0,
     ) -> Any:
-        """Numbers of expressions, of a Matrix, or of one expression, at a state.
+        """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a state.
 
+        Measure numbers are along the inertial frame, those of a vector the last axis, those of a dyadic or matrix the last two.
         Rates become W u + X, accelerations u̇ and reactions their solved values, dependent speeds that are not given A_n u_I + b_n.
         Values may be arrays (they broadcast); parameters not given take their defaults.
 

@@ -6,19 +6,19 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.left_out import guarded, notes
 from kane.dynamics.readings.pivots import divided_by, pivot_of
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
-from kane.errors import ArgumentError, ValueMissingError
+from kane.errors import ArgumentError, ExpressionError, ValueMissingError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import time
+from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.program.build import Task, build_program
-from kane.program.bundle import Bundle, Shaped, shaped
+from kane.program.bundle import Bundle, Shaped
 from kane.program.program import Note, Port, Program
-from kane.space.vector import Vector
 
 ROUTINES = ("rhs", "mass_matrix", "forcing", "reactions")
 """What every set of equations has; "outputs" comes with the user's own expressions."""
@@ -87,7 +87,7 @@ def _routine(solved: Solved, name: str) -> Task:
 def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
     """The outputs as functions of q, u, t, parameters and inputs, None where there are none.
 
-    A vector's measure numbers are along the inertial frame.
+    A vector's measure numbers are along the inertial frame. A list of symbols and names stands for outputs of these names.
 
     Raises
     ------
@@ -96,15 +96,14 @@ def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
     ValueMissingError
         if an output holds a symbol that is not the system's
     """
-    if not isinstance(outputs, Mapping):
-        raise ArgumentError(f"Expected outputs as a mapping from names to expressions, got {type(outputs).__name__}.")
+    outputs = _labelled(outputs)
     if not outputs:
         return None
     groups = {}
     for name, what in outputs.items():
         if not isinstance(name, str) or not name.strip():
             raise ArgumentError(f"Expected a name for every output, got {name!r}.")
-        plain = _shaped(solved, name, what)
+        plain = _shaped(solved.derived, name, what)
         roots = tuple(without_unknowns(solved, plain.roots))
         own: set[Expr] = {s for port in ports(solved.derived) for s in port.symbols}
         unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in own]
@@ -118,10 +117,25 @@ def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
     return Bundle("outputs", ports(solved.derived), lambda *parts: dict(zip(names, parts, strict=True)), groups)
 
 
-def _shaped(solved: Solved, name: str, what: Any) -> Shaped:
+def _labelled(outputs: Any) -> Mapping[Any, Any]:
+    """Outputs by name; of a list each symbol or name is its own."""
+    if isinstance(outputs, Mapping):
+        return {key.name if isinstance(key, Symbol) else key: what for key, what in outputs.items()}
+    if isinstance(outputs, list | tuple) and all(isinstance(x, str | Symbol) for x in outputs):
+        return {x if isinstance(x, str) else x.name: x for x in outputs}
+    raise ArgumentError(
+        "Expected outputs as a mapping from names to expressions, or a list of symbols and names, got "
+        f"{type(outputs).__name__}: {outputs!r:.60}. Name each: {{'speed': v.magnitude()}}."
+    )
+
+
+def _shaped(derived: Derived, name: str, what: Any) -> Shaped:
     try:
-        return shaped(what.components(solved.derived.system.inertial) if isinstance(what, Vector) else what)
-    except TypeError as error:
+        wanted = asked(derived, what)
+    except ExpressionError as error:
         raise ArgumentError(
-            f"Expected an expression, Vector, Matrix or a sequence of expressions as output {name!r}, got {what!r:.60}."
+            f"Expected an expression, name, Vector, Dyadic, Matrix or a list of these as output {name!r}, got {what!r:.60}."
         ) from error
+    if wanted.shape is None:
+        raise ArgumentError(f"Expected parts of one shape in the output {name!r}, got {what!r:.60}. Name each of them.")
+    return Shaped(wanted.shape, wanted.roots)

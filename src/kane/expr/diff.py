@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, alike
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
@@ -55,14 +55,37 @@ def _through(node: Expr, derivatives: Mapping[Expr, Expr]) -> Expr:
     return total
 
 
-def diff(root: Expr, symbol: Symbol) -> Expr:
-    """∂root/∂symbol."""
-    return tangent(as_expr(root), {symbol: ONE})
+def diff(root: Expr, symbol: Symbol | str) -> Expr:
+    """∂root/∂symbol; the symbol may be given by name."""
+    return tangent(as_expr(root), dict.fromkeys(leaves([root], [symbol]), ONE))
 
 
-def gradient(root: Expr, symbols: Iterable[Expr]) -> tuple[Expr, ...]:
-    """All ∂root/∂symbol in one reverse sweep."""
+def leaves(roots: Iterable[Expr], symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
+    """The symbols, those given by name looked up in the expressions.
+
+    Raises
+    ------
+    ExpressionError
+        if something else stands among them, or a name is that of none, or of several, of the symbols in the expressions
+    """
     wanted = tuple(symbols)
+    if all(isinstance(s, Symbol) for s in wanted):
+        return wanted  # type: ignore[return-value]
+    own = [n for n in postorder(map(as_expr, roots)) if isinstance(n, Symbol)]
+    found = [[n for n in own if n.name == s] if isinstance(s, str) else [s] for s in wanted]
+    for s, at in zip(wanted, found, strict=True):
+        if len(at) != 1 or not isinstance(at[0], Symbol):
+            names = dict.fromkeys(n.name for n in own)
+            raise ExpressionError(
+                f"Expected a symbol, or the name of one in the expression ({', '.join(names) or 'none'}), got {s!r:.60}."
+                f"{alike(str(s), names)}"
+            )
+    return tuple(at[0] for at in found)
+
+
+def gradient(root: Expr, symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
+    """All ∂root/∂symbol in one reverse sweep."""
+    wanted = leaves([root], symbols)
     order = postorder((as_expr(root),))
     depends = set(wanted)
     for node in order:
@@ -79,8 +102,9 @@ def gradient(root: Expr, symbols: Iterable[Expr]) -> tuple[Expr, ...]:
     return tuple(adjoint.get(s, ZERO) for s in wanted)
 
 
-def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr]) -> Matrix:
+def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr | str]) -> Matrix:
     """Matrix of ∂roots[i]/∂symbols[j]: by columns where there are fewer symbols than roots, else by rows."""
+    symbols = leaves(roots, symbols)
     if len(roots) < len(symbols):
         return Matrix([gradient(r, symbols) for r in roots], (len(roots), len(symbols)))
     columns = []

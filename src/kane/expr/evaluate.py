@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ValueMissingError
+from kane.errors import ValueMissingError, alike
 from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
 from kane.expr.ops import OPS, PI, SYMBOL, Op
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Parameter, Symbol, declared
 
 Values = Mapping[Any, Any]
 
@@ -103,16 +103,47 @@ def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable
 
 
 def evaluate(exprs: Any, values: Values) -> Any:
-    """Values of one expression, or of a sequence or Matrix of them, at numbers or broadcastable arrays.
+    """Values of one expression, or of a sequence or Matrix of them, at numbers or broadcastable arrays, by symbol or name.
 
     Those of a sequence all have the broadcast shape. Parameters without a value take their default; any other symbol
-    without one is a `ValueMissingError`.
+    without one is a `ValueMissingError`, and so is a name, or another symbol of the name, of none of their symbols.
     """
     if isinstance(exprs, Matrix):
         return stacked(evaluate(exprs.entries, values), exprs.shape)
-    if isinstance(exprs, Expr | int | float):
+    if isinstance(exprs, Expr | int | float | np.generic) or (isinstance(exprs, np.ndarray) and exprs.ndim == 0):
         return evaluate([exprs], values)[0]
-    return of_one_shape(at(Walk(exprs), values))
+    walk = Walk(exprs)
+    return of_one_shape(at(walk, _by_symbol(walk.symbols, values)))
+
+
+def _by_symbol(symbols: Sequence[Symbol], values: Values) -> Values:
+    """The values by symbol; symbols that are not among `symbols` are let pass, their values are not needed."""
+    own = set(symbols)
+    strange = [key for key in values if key not in own]
+    if not strange:
+        return values
+    by_name: dict[str, list[Symbol]] = {}
+    for s in symbols:
+        by_name.setdefault(s.name, []).append(s)
+    found = {key: value for key, value in values.items() if not isinstance(key, str)}
+    for key in strange:
+        alone = by_name.get(key.name if isinstance(key, Symbol) else key, [])
+        if isinstance(key, str) and len(alone) == 1 and alone[0] not in found:
+            found[alone[0]] = values[key]
+        elif isinstance(key, str) or (alone and not all(s in found for s in alone)):
+            raise ValueMissingError(_not_told(key, alone, by_name))
+    return found
+
+
+def _not_told(key: str | Symbol, alone: Sequence[Symbol], names: Iterable[str]) -> str:
+    if isinstance(key, Symbol):
+        return (
+            f"Expected values of the symbols in the expressions, got one for another symbol of the name {key.name!r}: {declared(key)} "
+            f"in place of {declared(alone[0])}. Take the same symbol, or give the name alone."
+        )
+    if alone:
+        return f"Expected one symbol and one value for the name {key!r}, got more. Give its values by symbol alone."
+    return f"Expected values of the symbols in the expressions ({', '.join(names) or 'none'}), got one for {key!r}.{alike(key, names)}"
 
 
 def at(walk: Walk, values: Values) -> list[Any]:

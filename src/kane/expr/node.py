@@ -274,7 +274,10 @@ def _exact(value: Any) -> Number:
 
 def as_expr(value: Any) -> Expr:
     """`value` as an expression; numbers become constants, everything else is refused."""
-    return value if isinstance(value, Expr) else constant(value)
+    if isinstance(value, Expr):
+        return value
+    inside: Any = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    return inside if isinstance(inside, Expr) else constant(inside)
 
 
 def constant_value(node: Expr) -> Number | None:

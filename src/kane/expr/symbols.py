@@ -6,8 +6,8 @@ System refuses two symbols of one name that meet in it.
 """
 
 import hashlib
-from collections.abc import Hashable
-from typing import Any, Self, cast
+from collections.abc import Hashable, Iterable
+from typing import Any, Self, SupportsIndex, TypeVar, cast
 
 from kane.errors import ExpressionError
 from kane.expr.node import Expr, Number, _table, as_expr, constant_value, enter, leaf
@@ -128,6 +128,37 @@ class QuasiRate(Symbol):
     __slots__ = ()
 
 
+S = TypeVar("S", bound=Symbol)
+
+
+class Symbols(tuple[S, ...]):
+    """Symbols in order, of which one is found by itself or by its name: `u1 in eom.dependent_speeds`, `"u1" in …`."""
+
+    __slots__ = ()
+
+    def __contains__(self, key: object) -> bool:
+        return any(s.name == key if isinstance(key, str) else s is key for s in self)
+
+    def index(self, key: object, start: SupportsIndex = 0, stop: SupportsIndex | None = None) -> int:
+        """The place of a symbol, by itself or by its name."""
+        for k in range(len(self))[slice(start, stop)]:
+            if self[k] is key or (isinstance(key, str) and self[k].name == key):
+                return k
+        raise ValueError(f"Expected one of {', '.join(s.name for s in self) or 'none'}, got {key}.")
+
+    def count(self, key: object) -> int:
+        """1 where the symbol, or one of that name, is among them, else 0."""
+        return int(key in self)
+
+
+def declared(symbol: Symbol) -> str:
+    """The call that declares a symbol, as the user wrote it."""
+    words = [repr(x) for x in symbol.declaration()[:2] if x is not None]
+    words += [f"{what}={x!r}" for what, x in (("unit", symbol.unit), ("description", symbol.description)) if x]
+    kind = "auxiliary_speed" if isinstance(symbol, AuxiliarySpeed) else type(symbol).__name__.lower()
+    return f"kn.{kind}({', '.join(words)})"
+
+
 time = Time.declare("t", None, "s", "time")
 
 
@@ -153,12 +184,18 @@ def input_of(symbol: Expr) -> Input | None:
     return origin if isinstance(origin, Input) else None
 
 
-def names(text: str) -> tuple[str, ...]:
-    """Names from "q1:6" (q1 to q5), "x, y" or "x y".
+def names(text: str | Iterable[str]) -> tuple[str, ...]:
+    """Names from "q1:6" (q1 to q5), "x, y" or "x y", or from a list of such.
 
     >>> names("q1:4")
     ('q1', 'q2', 'q3')
     """
+    if not isinstance(text, str):
+        given: Any = text
+        parts = list(given) if isinstance(given, Iterable) else [given]
+        if not parts or not all(isinstance(part, str) for part in parts):
+            raise ExpressionError(f'Expected names such as "q1:6", "x, y" or ["x", "y"], got {text!r:.60}.')
+        return tuple(name for part in parts for name in names(part))
     words: list[str] = []
     for word in text.replace(",", " ").split():
         head, colon, stop = word.partition(":")
@@ -175,7 +212,7 @@ def names(text: str) -> tuple[str, ...]:
     return tuple(words)
 
 
-def coordinates(text: str, unit: str = "", description: str = "") -> tuple[Coordinate, ...]:
+def coordinates(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Coordinate, ...]:
     """Coordinates by their names; always a tuple: `q1, q2 = coordinates("q1:3")`."""
     return tuple(Coordinate.declare(n, None, unit, description) for n in names(text))
 
@@ -185,7 +222,7 @@ def coordinate(name: str, unit: str = "", description: str = "") -> Coordinate:
     return Coordinate.declare(name, None, unit, description)
 
 
-def speeds(text: str, unit: str = "", description: str = "") -> tuple[Speed, ...]:
+def speeds(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Speed, ...]:
     """Generalized speeds by their names; always a tuple."""
     return tuple(Speed.declare(n, None, unit, description) for n in names(text))
 
@@ -195,7 +232,9 @@ def speed(name: str, unit: str = "", description: str = "") -> Speed:
     return Speed.declare(name, None, unit, description)
 
 
-def parameters(text: str, default: float | None = None, unit: str = "", description: str = "") -> tuple[Parameter, ...]:
+def parameters(
+    text: str | Iterable[str], default: float | None = None, unit: str = "", description: str = ""
+) -> tuple[Parameter, ...]:
     """Parameters by their names, all with the same default, unit and description; always a tuple."""
     return tuple(Parameter.declare(n, default, unit, description) for n in names(text))
 

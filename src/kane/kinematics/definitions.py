@@ -12,7 +12,7 @@ from kane.expr.irreducible import structural_rank
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert
-from kane.expr.symbols import QuasiRate, Rate, Speed, input_of, rate
+from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substitute
 from kane.kinematics.speeds import Speeds, is_rate
 from kane.model.system import System
@@ -63,7 +63,7 @@ def generalized_speeds(system: System) -> Speeds:
         by_row[frozenset(row.items())] = {i: ONE}
         by_row[frozenset((b, neg(c)) for b, c in row.items())] = {i: neg(ONE)}
     return Speeds(
-        system, speeds, tuple(rates), tuple(rows), tuple(z), w, x, tuple(pivots), euler_rates, _groups(rates, rows), by_row,
+        system, Symbols(speeds), tuple(rates), tuple(rows), tuple(z), w, x, tuple(pivots), euler_rates, _groups(rates, rows), by_row,
         not trivial,
     )  # fmt: skip
 

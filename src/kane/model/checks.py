@@ -6,7 +6,7 @@ from typing import Any
 
 from kane.errors import ModelError, ReactionError
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, declared, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
@@ -81,16 +81,9 @@ def check_names(symbols: Iterable[Symbol]) -> None:
         other = first.setdefault(s.name, s)
         if other is not s:
             raise ModelError(
-                f"Expected one symbol of the name {s.name!r}, got two with different declarations: {_declared(other)} and "
-                f"{_declared(s)}. Declare it once and use it in both places, or rename one."
+                f"Expected one symbol of the name {s.name!r}, got two with different declarations: {declared(other)} and "
+                f"{declared(s)}. Declare it once and use it in both places, or rename one."
             )
-
-
-def _declared(s: Symbol) -> str:
-    """The call that declares a symbol, as the user wrote it."""
-    words = [repr(x) for x in s.declaration()[:4] if x not in (None, "")]
-    kind = "auxiliary_speed" if isinstance(s, AuxiliarySpeed) else type(s).__name__.lower()
-    return f"kn.{kind}({', '.join(words)})"
 
 
 def check_geometry(symbols: Iterable[Symbol]) -> None:

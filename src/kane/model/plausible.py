@@ -7,6 +7,7 @@ A central inertia is symmetric, its principal moments are not negative, and none
 
 import math
 import warnings
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.numeric.sample import sample
 from kane.space.rotation import Basis
-from kane.space.vector import Dyadic
+from kane.space.vector import Dyadic, angular_velocity
 from kane.write.text import excerpt
 
 SLACK = 1e-9
@@ -65,7 +66,7 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
             f"Expected central principal moments of inertia ≥ 0 for {name}, got {said}. Check the signs; an inertia about another "
             "point than the mass centre is larger by m r², not smaller."
         )
-    if high > (low + middle) * (1 + SLACK):
+    if high > (low + middle) * (1 + SLACK) and middle > SLACK * high:
         warnings.warn(
             f"Expected principal moments of inertia for {name} of which none is larger than the sum of the other two, got "
             f"{said}: no body has them. Check them and the signs of the products Ixy, Iyz, Izx (−∫ x y dm, …). In a plane, where Izz "
@@ -73,6 +74,34 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
             KaneWarning,
             stacklevel=3,
         )
+
+
+def check_turning(inertial: Basis, parts: Iterable[tuple[str, Basis, Dyadic]]) -> None:
+    """Warn of bodies with a moment of inertia about one axis alone that turn about another one too: no body has such."""
+    turning = [name for name, frame, inertia in parts if _turns_off_its_axis(inertial, frame, inertia)]
+    if turning:
+        warnings.warn(
+            f"Expected moments of inertia about all axes for {', '.join(turning)}, got one about a single axis, of what turns about "
+            "others too: no body has it. Give all three principal moments.",
+            KaneWarning,
+            stacklevel=4,
+        )
+
+
+def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
+    frames = inertia.frames()
+    n = _numbers(inertia, frames[0], one=len(frames) == 1) if frames else None
+    if n is None:
+        return False
+    (_, middle, high), axes = np.linalg.eigh(n)
+    if not (high > 0 and middle <= SLACK * high):
+        return False
+    spin = [x for _, triple in angular_velocity(frame, inertial).express(frames[0]).parts for x in triple]
+    for seed in (_SEED, _SEED + 1, _SEED + 2):
+        w = np.array(sample(spin, seed))
+        if len(w) and np.isfinite(w).all() and np.abs(np.cross(w, axes[:, 2])).max() > SLACK * np.abs(w).max():
+            return True
+    return False
 
 
 def _numbers(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | None:

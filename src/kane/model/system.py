@@ -13,7 +13,7 @@ from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, Symbols
 from kane.model import checks
 from kane.model.bodies import Body, Part, RigidBody, parts_of
 from kane.model.checks import listed
@@ -21,11 +21,14 @@ from kane.model.constraints import Constraint, as_constraints
 from kane.model.declarations import Declarations, Event
 from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
+from kane.model.plausible import check_turning
 from kane.model.survey import contents, geometry, places
 from kane.model.units import check_units
 from kane.model.variables import (
+    by_name,
     euler_sets,
     inputs_with_rates,
+    moved,
     ordered_coordinates,
     speed_definitions,
 )
@@ -65,11 +68,11 @@ class System(Declarations):
         reactions: Sequence[Reaction] = (),
         auxiliary_speeds: Sequence[AuxiliarySpeed] = (),
         events: Sequence[Event] = (),
-        coordinates: Sequence[Coordinate] | None = None,
+        coordinates: Sequence[Coordinate | str] | None = None,
         holonomic: Any = (),
         nonholonomic: Any = (),
-        dependent_coordinates: Sequence[Coordinate] = (),
-        dependent_speeds: Sequence[Speed] = (),
+        dependent_coordinates: Sequence[Coordinate | str] = (),
+        dependent_speeds: Sequence[Speed | str] = (),
         joints: Sequence[Joint] = (),
     ) -> None:
         checks.check_inertial(inertial)
@@ -86,8 +89,9 @@ class System(Declarations):
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
-        ordered = ordered_coordinates(free_symbols(shape), coordinates)
-        definitions = speed_definitions(with_joints(speeds, joints), ordered, euler)
+        told = with_joints(speeds, joints)
+        ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates)
+        definitions = speed_definitions(told, ordered, euler)
         matter = list(contents(bodies, own, gravities))
         watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints)]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
@@ -96,17 +100,19 @@ class System(Declarations):
         checks.check_strays(free_symbols(watched), ordered, definitions, euler)
         checks.check_names((*symbols, *definitions, *reactions, *auxiliary))
         checks.check_reactions(symbols, reactions, auxiliary)
-        dependent_q, dependent_u = tuple(dependent_coordinates), tuple(dependent_speeds)
+        dependent_q = by_name(dependent_coordinates, ordered)
+        dependent_u = by_name(dependent_speeds, definitions)
         holding = sum(c.kind == "configuration" for c in constraints)
         checks.check_dependent("coordinates", dependent_q, ordered, holding, "dependent_coordinates")
         checks.check_dependent("speeds", dependent_u, definitions, len(constraints), "dependent_speeds")
-        parameters = tuple(s for s in symbols if isinstance(s, Parameter))
-        inputs = inputs_with_rates(symbols, shape + list(definitions.values()), constraints)
+        parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
+        inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
         Declarations.__init__(
-            self, inertial, bodies, definitions, own, gravities, reactions, auxiliary, tuple(events), ordered, constraints,
-            dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
+            self, inertial, bodies, definitions, own, gravities, Symbols(reactions), Symbols(auxiliary), tuple(events), ordered,
+            constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
         )  # fmt: skip
         check_units(self, symbols)
+        check_turning(inertial, [(x.name, x.frame, x.inertia) for x in parts_of(bodies) if x.frame and x.inertia])
 
     @property
     def rigid_bodies(self) -> tuple[RigidBody, ...]:

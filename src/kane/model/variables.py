@@ -9,7 +9,7 @@ from kane.errors import ModelError, NotAffineError, SpeedsError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, input_of, rate
+from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, Symbols, input_of, names, rate
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -38,17 +38,19 @@ def euler_sets(frames: tuple[Frame, ...]) -> tuple[EulerParameters, ...]:
     return sets
 
 
-def ordered_coordinates(symbols: tuple[Symbol, ...], order: Sequence[Coordinate] | None) -> tuple[Coordinate, ...]:
+def ordered_coordinates(
+    symbols: tuple[Symbol, ...], order: Sequence[Coordinate | str] | None
+) -> tuple[Coordinate, ...]:
     """The coordinates in the order given, else as they first appear, those of positions first; q1, q2, … stay together."""
     seen = dict.fromkeys(s for s in symbols if isinstance(s, Coordinate))
     if order is None:
         groups: dict[str, list[Coordinate]] = {}
         for q in seen:
             groups.setdefault(q.name.rstrip("0123456789"), []).append(q)
-        return tuple(
+        return Symbols(
             q for stem, group in groups.items() for q in sorted(group, key=lambda q: int(q.name[len(stem) :] or -1))
         )
-    listed = _coordinates(order)
+    listed = _coordinates(by_name(order, seen))
     unused = [q for q in listed if q not in seen]
     if unused:
         raise ModelError(
@@ -62,11 +64,28 @@ def ordered_coordinates(symbols: tuple[Symbol, ...], order: Sequence[Coordinate]
     return listed
 
 
+def moved(speeds: Mapping[Speed, Any] | str, constraints: Iterable[Constraint]) -> list[Expr]:
+    """The coordinates of constraints that have a speed: one that no place depends on, a counter, may be in them alone."""
+    held = [*free_symbols(c.expr for c in constraints)]
+    held += [s.place for s in held if isinstance(s, Rate) and isinstance(s.place, Coordinate)]
+    if not isinstance(speeds, Mapping):
+        return [s for s in held if isinstance(s, Coordinate)]
+    defined = {s.place for s in free_symbols(x for x in speeds.values() if isinstance(x, Expr)) if isinstance(s, Rate)}
+    return [s for s in held if s in defined]
+
+
+def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
+    """Symbols by themselves, by name, or several names in one text; what is no name of `own` is kept as it came."""
+    known = {s.name: s for s in own}
+    items = names(items) if isinstance(items, str) else [items] if isinstance(items, Symbol) else items
+    return Symbols(known.get(x, x) if isinstance(x, str) else x for x in items)
+
+
 def _coordinates(order: Any) -> tuple[Any, ...]:
     """Coordinates as a tuple; a single one, or something else, is refused."""
     if isinstance(order, Expr) or not isinstance(order, Iterable) or not all(isinstance(q, Coordinate) for q in order):
         raise ModelError(f"Expected coordinates= to be a list of coordinates, such as (q1, q2), got {order!r:.60}.")
-    return tuple(order)
+    return Symbols(order)
 
 
 def _names(symbols: Iterable[Any]) -> str:

@@ -4,6 +4,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature as signature_of
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -113,6 +114,7 @@ def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
 
 def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
     """The value as a function, and its derivatives up to `order`."""
+    value = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(_several, value))):
         raise SimulationError(
             f"Expected a number, a function of time or functions (f, f', …) for the input {r.name}, got samples. Make them a smooth "
@@ -132,7 +134,7 @@ def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
             f"Expected the input {r.name} with its derivatives, as it prescribes a motion whose velocity and acceleration need them, "
             f"got a bare function. Pass {r.name}: (f, f', f''), or kn.signal(t, y) for a spline through points."
         )
-    return [value, *(value.derivative(k) for k in range(1, order + 1))]
+    return [_function(r.name, value), *(value.derivative(k) for k in range(1, order + 1))]
 
 
 def _several(value: Any) -> bool:
@@ -140,7 +142,53 @@ def _several(value: Any) -> bool:
 
 
 def _function(name: str, value: Any) -> Function:
-    return value if callable(value) else partial(_constant, finite_number("value or function of time", name, value))
+    if isinstance(value, Signal | Asked):
+        return value
+    if callable(value):
+        _check_signature(name, value)
+        return Asked(name, value)
+    return partial(_constant, finite_number("value or function of time", name, value))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """The user's own function of time for the input `name`: what goes wrong in it is said as such."""
+
+    name: str
+    function: Function
+
+    def __call__(self, t: Any) -> float:
+        """The number at time t."""
+        try:
+            value = self.function(t)
+        except Exception as error:
+            raise SimulationError(
+                f"Expected a number from the function of time for the input {self.name}, got {type(error).__name__} from it at "
+                f"t = {float(t):.6g}: {error}. Mend the function; it is asked at all times of the span."
+            ) from error
+        try:
+            return float(value) if np.ndim(value) == 0 else float(np.asarray(value).reshape(()))
+        except (TypeError, ValueError) as error:
+            what = f"the expression {value!s:.60}" if isinstance(value, Expr) else f"{value!r:.60}"
+            cure = "Take math.sin for kn.sin in it." if isinstance(value, Expr) else "Return a plain number."
+            raise SimulationError(
+                f"Expected a number from the function of time for the input {self.name}, got {what} at t = {float(t):.6g}. {cure}"
+            ) from error
+
+
+def _check_signature(name: str, function: Function) -> None:
+    """A function of the time alone."""
+    try:
+        takes = signature_of(function)
+    except (TypeError, ValueError):  # what is built in does not tell
+        return
+    try:
+        takes.bind(0.0)
+    except TypeError as error:
+        raise SimulationError(
+            f"Expected a function of the time alone for the input {name}, f(t), got one of {takes}. What depends on the state belongs "
+            f"into the model: write it in coordinates and speeds in the place of {name}."
+        ) from error
 
 
 def _constant(value: float, t: Any) -> float:

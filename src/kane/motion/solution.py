@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 
 from kane import show
+from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
 from kane.equations.equations import Equations
-from kane.errors import ValueMissingError, alike
 from kane.expr.evaluate import free_symbols
-from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Reaction, Symbol
+from kane.expr.node import Expr
+from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
-from kane.space.vector import Vector
 
 _FEW = 25
 """At as many samples, at most, it is asked what tolerances mean for the energy."""
@@ -59,7 +58,7 @@ class Solution:
     """A motion: `t` (n), `states` (n × (coordinates + speeds)), and `work` (n), the integral of the power.
 
     `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
-    name. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
+    name, a list of these. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
     `events` all that were met and their times. `segments` are the equations it was stepped with, `samples` for each time those whose
     dependent speeds are determined there: accelerations and reactions are read off these. Where the constraints lose rank, reactions
     have no value (NaN).
@@ -96,25 +95,8 @@ class Solution:
         return len(self.t)
 
     def __getitem__(self, what: Any) -> Any:
-        if isinstance(what, Vector):
-            components = self._values(what.components(self.equations.system.inertial))
-            return np.stack(components, axis=-1)
-        if isinstance(what, str):
-            return self[self._by_name(what)]
-        if isinstance(what, Expr | int | float):
-            return self._values([as_expr(what)])[0]
-        if isinstance(what, list | tuple):
-            return [self[x] for x in what]
-        raise TypeError(f"Expected an expression, vector, name or a sequence of them, got {type(what).__name__}.")
-
-    def _by_name(self, name: str) -> Symbol:
-        eom = self.equations
-        symbols: dict[str, Symbol] = {
-            s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)
-        }
-        if name not in symbols:
-            raise ValueMissingError(f"Expected one of {', '.join(symbols)}, got {name!r}.{alike(name, symbols)}")
-        return symbols[name]
+        wanted = asked(self.equations.derived, what)
+        return wanted.filled(self._values(list(wanted.roots)))
 
     def reaction(self, place: Place, frame: Frame | None = None) -> tuple[Array | None, Array]:
         """Force and torque (each n × 3, along `frame`, by default the inertial one) at a place, by name or as `eom.reaction` takes it.
@@ -173,6 +155,7 @@ class Solution:
         roots = [c.expr if c.kind == "configuration" else rate for c, rate in pairs]
         return dict(zip(constraints, self._values(roots) if roots else [], strict=True))
 
+    @cached_property
     def energy(self) -> Array:
         """E = K + V along the motion."""
         return self._values([self.equations.energy])[0]

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from kane.dynamics.readings.asked import asked
 from kane.errors import ArgumentError, UnitError
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
@@ -123,8 +124,7 @@ def _labelled(quantities: Iterable[Any]) -> Iterator[tuple[str, Any]]:
 def _traces(solution: Solution, what: Any, label: str) -> list[Trace]:
     eom = solution.equations
     if isinstance(what, str):
-        named = {s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.reactions, *eom.parameters, *eom.inputs)}
-        what = named.get(what, what)
+        (what,) = asked(eom.derived, what).roots
     values = solution[what]  # before anything else: it says what is wrong with `what`
     if isinstance(what, Vector):
         inertial = eom.system.inertial

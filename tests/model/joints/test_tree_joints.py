@@ -315,3 +315,15 @@ class TestUnits:
         bodies, loads = [kn.Particle("p", rail.point, 2)], [kn.linear_spring(rail.point, O, k, l)]
         with pytest.raises(kn.UnitError, match=r"give q_rail as a symbol in another unit\."):
             kn.System(N, bodies=bodies, joints=[rail], loads=loads)
+
+
+@pytest.mark.parametrize("several", ["a b th", "a, b, th", ["a", "b", "th"], ["a b", "th"]])
+def test_names_in_one_text(several):
+    if several == ["a b", "th"]:
+        with pytest.raises(kn.ModelError, match="Expected 3 coordinates, by name or symbol"):
+            kn.planar("plate", O, N, normal=N.z, coordinates=several)
+        return
+    joint = kn.planar("plate", O, N, normal=N.z, coordinates=several, speeds="u1:4")
+    assert [q.name for q in joint.coordinates] == ["a", "b", "th"]
+    assert [u.name for u in joint.speeds] == ["u1", "u2", "u3"]
+    assert {q.unit for q in joint.coordinates} == {"m", "rad"}

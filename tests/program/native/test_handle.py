@@ -386,9 +386,14 @@ class TestCompiled:
     @pytest.mark.parametrize(
         ("outputs", "error", "message"),
         [
-            ({"E": "K"}, kn.ArgumentError, "or a sequence of expressions as output 'E', got 'K'"),
+            ({"E": "K"}, kn.ValueMissingError, "got 'K'"),
+            ({"E": {1}}, kn.ArgumentError, "a list of these as output 'E', got {1}"),
             ({1: EOM.energy}, kn.ArgumentError, "Expected a name for every output, got 1"),
-            ([EOM.energy], kn.ArgumentError, "Expected outputs as a mapping from names to expressions, got list"),
+            (
+                [EOM.energy],
+                kn.ArgumentError,
+                "Expected outputs as a mapping from names to expressions, or a list of symbols and names, got list",
+            ),
             (
                 {"c": kn.parameter("c")},
                 kn.ValueMissingError,

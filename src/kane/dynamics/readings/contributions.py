@@ -68,19 +68,18 @@ class MassContribution:
     rotation: Expr
 
 
-def contributions(derived: Derived, speed: Expr) -> Contributions:
+def contributions(derived: Derived, speed: Expr | str) -> Contributions:
     """See Equations.contributions."""
-    _check(derived, speed)
+    speed = _own(derived, speed)
     active, idle_loads = _contributing(derived, derived.active_terms, speed)
     pairs = [_of_pair(derived, speed, r) for r in derived.reactions if (speed, r) in derived.pairs]
     inertia, idle_bodies = _contributing(derived, derived.inertia_terms, speed)
     return Contributions(speed, (*active, *(p for p in pairs if p.term is not ZERO)), inertia, idle_loads, idle_bodies)
 
 
-def mass_contributions(derived: Derived, r: Expr, s: Expr) -> tuple[MassContribution, ...]:
+def mass_contributions(derived: Derived, r: Expr | str, s: Expr | str) -> tuple[MassContribution, ...]:
     """See Equations.mass_contributions."""
-    _check(derived, r)
-    _check(derived, s)
+    r, s = _own(derived, r), _own(derived, s)
     shares = dict.fromkeys(derived.system.bodies, (ZERO, ZERO))
     for body, part, center, rotation in derived.bodies:
         translated, rotated = shares[body]
@@ -93,10 +92,12 @@ def mass_contributions(derived: Derived, r: Expr, s: Expr) -> tuple[MassContribu
     return tuple(MassContribution(b, *share) for b, share in shares.items() if not _vanish(share, derived))
 
 
-def _check(derived: Derived, speed: Expr) -> None:
-    if speed not in set(derived.all_speeds):
+def _own(derived: Derived, speed: Expr | str) -> Expr:
+    """The speed of the system that a symbol or name means."""
+    if speed not in derived.all_speeds:
         names = ", ".join(map(str, derived.all_speeds))
         raise SpeedsError(f"Expected one of the speeds of the system ({names}), got {speed!r:.60}.")
+    return derived.all_speeds[derived.all_speeds.index(speed)]
 
 
 def _of_pair(derived: Derived, speed: Expr, reaction: Reaction) -> Contribution:

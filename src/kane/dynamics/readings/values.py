@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.held import check_held, reading
 from kane.dynamics.readings.left_out import check_left_out, concerned
 from kane.dynamics.readings.pivots import check_pivots
@@ -12,9 +13,9 @@ from kane.dynamics.solved import Reading, Solved
 from kane.errors import ExpressionError, ValueMissingError
 from kane.expr.affine import Affine
 from kane.expr.diff import tangent
-from kane.expr.evaluate import Walk, at, evaluate, free_symbols, of_one_shape, stacked
-from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.evaluate import Walk, at, evaluate, free_symbols, of_one_shape
+from kane.expr.matrix import dot
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -127,9 +128,8 @@ def evaluate_along(
     held: bool = True,
 ) -> Any:
     """See Equations.evaluate; with `held` False speeds that miss the constraints pass."""
-    system, single = solved.derived.system, isinstance(exprs, Expr | int | float)
-    entries = exprs.entries if isinstance(exprs, Matrix) else [exprs] if single else exprs
-    roots = tuple(as_expr(e) for e in entries)
+    system, wanted = solved.derived.system, asked(solved.derived, exprs)
+    roots = wanted.roots
     values: dict[Expr, Any] = {time: t}
     values.update(named_values("coordinates", system.coordinates, q))
     values.update(named_values("speeds", solved.derived.speeds, u))
@@ -137,16 +137,14 @@ def evaluate_along(
     values.update(named_values("inputs", system.inputs, inputs))
     known = frozenset(values) if solved.dependent_speeds else frozenset()
     read = solved.readings.get((roots, known), lambda: _reading(solved, roots, known))
-    found, asked = at(read.walk, values), read.walk.roots[: read.asked]
+    found, plain = at(read.walk, values), read.walk.roots[: read.asked]
     if held and read.names:
         check_held(solved, read.names, found[read.asked :])
     numbers = of_one_shape(found[: read.asked])
     if solved.dependent_speeds:
-        check_pivots(solved, asked, values, numbers)
+        check_pivots(solved, plain, values, numbers)
         numbers = check_left_out(solved, read.concerned, values, numbers)
-    if isinstance(exprs, Matrix):
-        return stacked(numbers, exprs.shape)
-    return numbers[0] if single else numbers
+    return wanted.filled(numbers)
 
 
 def _reading(solved: Solved, roots: Sequence[Expr], known: frozenset[Expr]) -> Reading:

@@ -14,6 +14,7 @@ from kane.errors import ModelError, UnitError
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
+from kane.expr.symbols import names as _names
 from kane.model.directions import check_unit
 from kane.numeric.sample import sample
 from kane.space.frame import Frame
@@ -179,7 +180,7 @@ def _rate_unit(definition: Expr) -> str:
 
 def _chosen(symbols: Sequence[Symbol], names: Any) -> tuple[Symbol, ...]:
     """Of these symbols, those that came as no symbol."""
-    own = {names} if isinstance(names, str | Symbol) else set(names or ())
+    own = {names} if isinstance(names, Symbol) else set() if isinstance(names, str) else set(names or ())
     return tuple(s for s in symbols if s not in own)
 
 
@@ -190,7 +191,7 @@ def _symbols(
     if names is None:
         wanted: list[Any] = [f"{stem}_{'_'.join(name.split())}" for stem in stems[:count]]
     else:
-        wanted = [names] if isinstance(names, str | kind) else list(names)
+        wanted = [names] if isinstance(names, kind) else list(_names(names) if isinstance(names, str) else names)
     if len(wanted) != count or len(set(wanted)) < count or not all(isinstance(x, str | kind) for x in wanted):
         raise ModelError(
             f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {names!r:.80}. Left out, they are named after "
