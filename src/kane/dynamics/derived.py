@@ -14,6 +14,7 @@ from kane.dynamics.constraints.choice import Compared, compared
 from kane.dynamics.constraints.closure import Closure, closure
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
+from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol, Symbols
@@ -40,7 +41,7 @@ OfPoints = Mapping[Point, Vector]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Derived:
+class Derived(Immutable):
     """What no route to u̇, and no choice of dependent speeds, changes: motions, terms of the generalized forces, constraint rows.
 
     `pairs` holds n_a·n_b for the auxiliary speed a and the reaction b of one cut; `near` says where the motion

@@ -14,6 +14,7 @@ from kane.dynamics.lazy import Lately, read
 from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk
+from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed, Symbols, rate
@@ -52,7 +53,7 @@ class Reading(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class Solved(Immutable):
     """u̇ and R by one route with one choice of dependent speeds, and what was divided by on the way.
 
     `pivots` are those of the mass matrix. `reaction_matrix` is what the reactions are solved from, `bare_reaction_matrix` the same

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`derive`: from a declared system to its equations of motion."""
 
+import copyreg
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -51,6 +52,21 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
 def repartition(eom: Equations, partition: Partition) -> Equations:
     """The same equations with other dependent speeds."""
     return _equations(solved(eom.derived, partition, eom.solved.route))
+
+
+def _reduced(eom: Equations) -> tuple[Any, ...]:
+    """Pickled are the system, and which speeds are dependent: what follows from them is derived again."""
+    partition = None if eom.embedding is None else eom.embedding.partition
+    return _restored, (eom.system, eom.derived.near, partition)
+
+
+def _restored(system: System, near: Mapping[Any, Any] | None, partition: Partition | None) -> Equations:
+    eom = derive(system, near=near)
+    again = partition is None or (eom.embedding is not None and eom.embedding.partition == partition)
+    return eom if again or partition is None else repartition(eom, partition)
+
+
+copyreg.pickle(Equations, _reduced)
 
 
 def _equations(solution: Solved) -> Equations:

@@ -24,6 +24,7 @@ from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, compiled
 from kane.equations.numeric import Numeric
 from kane.errors import ArgumentError
+from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
 from kane.kinematics.constraints import ConstraintRows
@@ -44,7 +45,7 @@ Values = Mapping[Any, Any] | Sequence[Any] | npt.NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equations:
+class Equations(Immutable):
     """Equations of motion M u̇ = f + Aᵀ λ, A u + b = 0 of a system, with everything that led to them.
 
     `mass_matrix` (n × n) and `forcing` (n) hold the equations as derived; `forcing` may contain reactions. `accelerations` (u̇)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Bodies: what has mass, as parts that each have a mass centre and, where they are extended, a frame and an inertia."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from kane.errors import ModelError
+from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
@@ -52,7 +53,7 @@ def _check_center(name: str, point: Any) -> None:
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
-class Particle:
+class Particle(Immutable):
     """A particle: a mass at a point."""
 
     name: str
@@ -71,6 +72,9 @@ class Particle:
         """The particle's own place."""
         return self.point
 
+    def __reduce__(self) -> tuple[Callable[..., "Particle"], tuple[Any, ...]]:
+        return Particle, (self.name, self.point, self.mass)
+
     def parts(self) -> tuple[Part, ...]:
         """The particle itself."""
         return (Part(self.name, self.mass, self.point),)
@@ -80,7 +84,7 @@ class Particle:
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
-class RigidBody:
+class RigidBody(Immutable):
     """A rigid body: frame, mass centre, mass and central inertia dyadic."""
 
     name: str
@@ -106,9 +110,17 @@ class RigidBody:
         for slot, value in values:
             object.__setattr__(self, slot, value)
 
+    def __reduce__(self) -> tuple[Callable[..., "RigidBody"], tuple[Any, ...]]:
+        return _restored, (self.name, self.frame, self.mass_center, self.mass, self.inertia)
+
     def parts(self) -> tuple[Part, ...]:
         """The body itself."""
         return (Part(self.name, self.mass, self.mass_center, self.frame, self.inertia),)
 
     def __repr__(self) -> str:
         return f"RigidBody({self.name!r}, frame {self.frame.name}, mass centre {self.mass_center.name})"
+
+
+def _restored(name: str, frame: Frame, mass_center: Point, mass: Expr, inertia: Dyadic) -> RigidBody:
+    """A body that was pickled."""
+    return RigidBody(name, frame=frame, mass_center=mass_center, mass=mass, inertia=inertia)

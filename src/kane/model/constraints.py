@@ -18,6 +18,7 @@ from kane.errors import ModelError
 from kane.expr.build import neg
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, input_of
 from kane.model.directions import check_unit, home_of
@@ -30,7 +31,7 @@ Kind = Literal["configuration", "motion"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Branch:
+class Branch(Immutable):
     """Of the orientations at which all `rows` vanish, the one that the closure `name` means.
 
     `cosine` is that of the angle by which `what` is turned away from it: 1 there, at the others at most 0.
@@ -43,7 +44,7 @@ class Branch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Constraint:
+class Constraint(Immutable):
     """f = 0, with what a multiplier of one exerts.
 
     `unit` is that of the multiplier; `own` is what ḟ has beyond its power; `branch` tells the orientation that is meant from others

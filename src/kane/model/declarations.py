@@ -4,6 +4,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
 from kane.model.bodies import Body
@@ -16,7 +17,7 @@ from kane.space.point import Point
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Event:
+class Event(Immutable):
     """`quantity` falls below (direction −1), rises above (+1) or crosses (0) `threshold`.
 
     A terminal event ends the simulation there; the solution returns what there is and names it.
@@ -31,7 +32,7 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Declarations:
+class Declarations(Immutable):
     """Everything that was declared, or reached from what was, parents first; `System` makes and checks it."""
 
     inertial: Frame

@@ -10,6 +10,7 @@ from typing import Any
 
 from kane.errors import ModelError
 from kane.expr.evaluate import is_constant_in_time
+from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.model.bodies import Body
 from kane.space.frame import Frame
@@ -18,7 +19,7 @@ from kane.space.vector import Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Load:
+class Load(Immutable):
     """Forces on points and torques on frames that belong together."""
 
     name: str
@@ -31,7 +32,7 @@ class Load:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Gravity:
+class Gravity(Immutable):
     """Uniform gravity: the acceleration of free fall, acting on every body of the system."""
 
     acceleration: Vector

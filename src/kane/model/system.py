@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from inspect import signature
 from typing import Any, Literal
@@ -137,6 +137,10 @@ class System(Declarations):
             raise ModelError(f"Expected some of {', '.join(values)} to replace, got {', '.join(sorted(unknown))}.")
         return System(self.inertial, **(values | changes))
 
+    def __reduce__(self) -> tuple[Callable[..., System], tuple[Any, ...]]:
+        arguments = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": (*self.gravities, *self.loads)}
+        return _restored, (self.frames, self.points, self.inertial, arguments)
+
     def redefined(self, speeds: Mapping[Speed, Expr]) -> System:
         """The same system by other generalized speeds, made of its own and not checked; none is dependent."""
         values = {f.name: getattr(self, f.name) for f in fields(Declarations)}
@@ -170,6 +174,11 @@ class System(Declarations):
 
 
 _ARGUMENTS = tuple(name for name in signature(System).parameters if name != "inertial")
+
+
+def _restored(frames: object, points: object, inertial: Frame, arguments: Mapping[str, Any]) -> System:
+    """A system that was pickled, after its frames and points, parents first."""
+    return System(inertial, **arguments)
 
 
 def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:

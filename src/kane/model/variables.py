@@ -8,6 +8,7 @@ from typing import Any, cast
 from kane.errors import ModelError, NotAffineError, SpeedsError
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
+from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, Symbols, input_of, names, rate
 from kane.model.constraints import Constraint
@@ -17,7 +18,7 @@ from kane.write.text import excerpt
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EulerParameters:
+class EulerParameters(Immutable):
     """One set of Euler parameters in use and its quasi-rates."""
 
     coordinates: tuple[Coordinate, ...]

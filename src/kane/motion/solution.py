@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The frozen result of a simulation."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from kane import show
+from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
+from kane.equations.derive import repartition
 from kane.equations.equations import Equations
+from kane.errors import SimulationError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
@@ -53,6 +56,25 @@ class Segment:
     equations: Equations
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Recorded:
+    """The values of an input at the samples of a motion: what a pickle keeps of its function."""
+
+    name: str
+    t: Array
+    values: Array
+
+    def __call__(self, t: Any) -> Any:
+        """The value at a sample's time."""
+        k = np.searchsorted(self.t, t)
+        if k < len(self.t) and self.t[k] == t:
+            return self.values[k]
+        raise SimulationError(
+            f"Expected a time among the samples for the input {self.name} of a pickled motion, got t = {t:.6g}: of its function "
+            "the values there were kept. Simulate again with the function."
+        )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A motion: `t` (n), `states` (n × (coordinates + speeds)), and `work` (n), the integral of the power.
@@ -80,6 +102,17 @@ class Solution:
     samples: tuple[Equations, ...] = ()
     rtol: float = 1.0
     atol: float = 0.0
+
+    def __reduce__(self) -> tuple[Callable[..., "Solution"], tuple[Any, ...]]:
+        """Equations are derived again where a pickle is read; of the inputs their values at the samples stay."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        kept = list(dict.fromkeys([self.equations, *(s.equations for s in self.segments), *self.samples]))
+        place = {eom: k for k, eom in enumerate(kept)}
+        own["inputs"] = {s: Recorded(str(s), self.t, np.array([f(t) for t in self.t])) for s, f in self.inputs.items()}
+        own["segments"] = [(s.start, place[s.equations]) for s in self.segments]
+        own["samples"] = [place[eom] for eom in self.samples]
+        partitions = [eom.embedding and eom.embedding.partition for eom in kept]
+        return _restored, (own.pop("equations"), partitions, own)
 
     @property
     def q(self) -> Array:
@@ -186,3 +219,12 @@ class Solution:
             f"Solution(t = {self.t[0]:g} … {self.t[-1]:g}, {len(self.t)} samples, {self.steps} steps; {self.status}: "
             f"{self.message})"
         )
+
+
+def _restored(first: Equations, partitions: Sequence[Partition | None], own: dict[str, Any]) -> Solution:
+    """A solution that was pickled; `first` are its equations, the others differ from them by their partitions."""
+    others = [repartition(first, p) for p in partitions[1:] if p is not None]
+    equations = [first, *others]
+    own["segments"] = tuple(Segment(start, equations[k]) for start, k in own["segments"])
+    own["samples"] = tuple(equations[k] for k in own["samples"])
+    return Solution(first, **own)

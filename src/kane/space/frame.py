@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
@@ -12,6 +12,7 @@ from kane.errors import SpaceError
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.immutable import landmarks
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
@@ -56,6 +57,11 @@ class Frame(Basis):
 
     def __repr__(self) -> str:
         return f"Frame({self.name!r})" if self.parent is None else f"Frame({self.name!r}, in {self.parent.name})"
+
+    def __reduce__(self) -> tuple[Callable[..., Frame], tuple[Any, ...]]:
+        if self.parent is None:
+            return Frame, (self.name,)
+        return _restored, (landmarks(self), self.parent, self.name, self.orientation)
 
     def _child(self, name: str, orientation: Orientation) -> Frame:
         child: Frame = object.__new__(Frame)
@@ -205,6 +211,11 @@ class Frame(Basis):
             raise SpaceError(
                 f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root."
             )
+
+
+def _restored(first: object, parent: Frame, name: str, orientation: Orientation) -> Frame:
+    """A frame that was pickled, after the frames `first` of its line."""
+    return parent._child(name, orientation)
 
 
 def frames_of(v: Vector) -> tuple[Frame, ...]:

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from collections.abc import Callable
+from typing import Any, NoReturn
 
 from kane.errors import SpaceError
+from kane.expr.immutable import Immutable, landmarks
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
 
-class Point:
+class Point(Immutable):
     """A point. `Point("O", fixed_in=N)` is fixed in a root frame; every other one is born from a point.
 
     `O.at("P", r)` is a geometric point at r from O. `X.fixed_in(B, "Q", r)` is the particle of B that is at X + r now.
@@ -51,6 +53,11 @@ class Point:
             return f"Point({self.name!r}, fixed in {self.frame.name})"
         kind = f"particle of {self.body.name}, " if self.body is not None else ""
         return f"Point({self.name!r}, {kind}from {self.parent.name} by {self.offset})"
+
+    def __reduce__(self) -> tuple[Callable[..., Point], tuple[Any, ...]]:
+        if self.parent is None:
+            return Point, (self.name, self.frame)
+        return _restored, (landmarks(self), self.parent, self.name, self.offset, self.body)
 
     def _child(self, name: str, offset: object, body: Frame | None) -> Point:
         if self.body is not None:
@@ -148,3 +155,8 @@ class Point:
             spin, r = self.body.angular_velocity(frame), self.offset
             return self.body.angular_acceleration(frame).cross(r) + spin.cross(spin.cross(r))
         return self.offset.dt(frame).dt(frame)
+
+
+def _restored(first: object, parent: Point, name: str, offset: Vector, body: Frame | None) -> Point:
+    """A point that was pickled, after the points `first` of its line."""
+    return parent.at(name, offset) if body is None else parent.fixed_in(body, name, offset)

@@ -10,6 +10,7 @@ from typing import Any
 
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
+from kane.expr.immutable import Immutable
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.ops import NEG, SUB
@@ -56,7 +57,7 @@ def about_axis(base: Basis, axis: int, angle: Expr) -> Orientation:
     return Orientation(base, (rates[0], rates[1], rates[2]), axis=axis, c=cos(angle), s=sin(angle), angle=angle)
 
 
-class Basis:
+class Basis(Immutable):
     """Three right-handed unit vectors in a tree of such: what measure numbers are along, and what a change of basis needs of a frame.
 
     `lineage` is this basis, the base of its orientation, the base's base, … up to the root.

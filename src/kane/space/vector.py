@@ -11,6 +11,7 @@ from kane import show
 from kane.errors import SpaceError
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
+from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
 from kane.expr.ops import ADD, NEG, SUB
@@ -32,7 +33,7 @@ from kane.write.text import to_text
 Parts = tuple[tuple[Frame, Triple], ...]
 
 
-class Vector:
+class Vector(Immutable):
     """A vector Σ (x a₁ + y a₂ + z a₃) over frames; frozen.
 
     `parts` holds one triple of measure numbers a frame. Nothing is re-expressed until it must be.
@@ -278,7 +279,7 @@ def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
     return dot(a, b)
 
 
-class Dyadic:
+class Dyadic(Immutable):
     """A sum of dyads a b; `I.dot(w)` is Σ a (b·w). Frozen."""
 
     __slots__ = ("dyads",)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.errors import ModelError
+from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.model.constraints import Constraint, rolling, touching
 from kane.model.directions import check_unit, home_of
@@ -28,7 +29,7 @@ _SEEDS = (20062, 20063)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Contact:
+class Contact(Immutable):
     """A wheel on a plane.
 
     `point` is the geometric point of contact, `particle` the wheel's particle there and `ground` the plane's (None on a plane at

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from kane.errors import ModelError, UnitError
 from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.expr.symbols import names as _names
@@ -35,7 +36,7 @@ class Twist(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Joint:
+class Joint(Immutable):
     """A joint of the tree.
 
     `frame` and `point` are the child's: build its body on them. `at` and `parent` are the parent's. `speeds` maps each of the
