@@ -75,7 +75,7 @@ class Chain(State):
 
 SEEDS = range(40)
 QUICK = (8,)
-"""At 8 the dependent speeds chosen first do not follow: another family of configurations."""
+"""At 8 there are two families of configurations, few of which are closed: speeds that follow in both are found among more starts."""
 
 
 def marked(seeds):
@@ -85,7 +85,7 @@ def marked(seeds):
 @pytest.mark.filterwarnings("ignore::kane.KaneWarning")
 @pytest.mark.parametrize("seed", marked(SEEDS))
 def test_accelerations_are_those_of_newton_and_euler(seed):
-    """Speeds chosen `near` the state follow there; others may be refused there, by name, but are never wrong."""
+    """Whether or not the dependent speeds are chosen `near` the state, they follow there."""
     m = chain(seed, oblique=seed % 4 == 3)
     state = Chain(m, seed, symbolic=seed % 2 == 1)
     N, expected = state.model.system.inertial, state.expected.a
@@ -95,14 +95,7 @@ def test_accelerations_are_those_of_newton_and_euler(seed):
         a = [v for C in state.model.centers for v in eom.point_accelerations[C].components(N)]
         code = eom.compile(outputs={"a": a}, not_finite="ignore").outputs(0.0, x)["a"].reshape(-1, 3)
         state.eom = eom
-        try:
-            found = state.values(a).reshape(-1, 3)
-        except kn.SingularError:
-            assert seed in (8, 12, 22)
-            assert not near
-            assert not np.isfinite(code).all()
-            continue
-        assert error(found, expected) < 1e-8
+        assert error(state.values(a).reshape(-1, 3), expected) < 1e-8
         assert error(code, expected) < 1e-8
 
 

@@ -27,6 +27,8 @@ from kane.numeric.sample import HIGH, LOW, values_of
 _SEED = 20322
 _TRIES = (12, 60, 300)
 """How many starts are made together: more where none of those before was closed."""
+_FEW, _MORE = 6, 1500
+"""How many configurations are so few that more are looked for, and how many coordinates are moved at once for that."""
 _TIMES = (1.0, 0.01, 0.0)
 """Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
 _FIRM = 1e-10
@@ -108,7 +110,7 @@ def configurations(
         for moment in moments:
             found = search.tried(count, moment)
             if not found.missed:
-                return search.beside(found) if found.special.all() else found
+                return search.more(found, moment)
             first = first or found
     assert first is not None
     return replace(first, starts=sum(_TRIES), times=tuple(m[time] for m in moments if m))
@@ -182,11 +184,18 @@ class _Search:
         scalar = {s.coordinates[0] for s in self.system.euler_parameters}
         return np.array([float(q in scalar) for q in self.system.coordinates])
 
-    def beside(self, zero: Configurations) -> Configurations:
-        """Those around the one that was closed from zero, where none was from elsewhere."""
+    def more(self, found: Configurations, moment: Mapping[Symbol, float]) -> Configurations:
+        """Those found and, if they are few, others, which may move in another way; around that from zero, if it is the only one."""
+        if (~found.special).sum() < _FEW and found.starts == _TRIES[0]:
+            count = _MORE // len(self.system.coordinates)
+            others = self.tried(min(max(count, _TRIES[0]), _TRIES[1]), moment)
+            if not others.missed:
+                found = found.and_those_of(others.only(np.flatnonzero(~others.special)))
+        if not found.special.all():
+            return found
         known = {*self.held, *self.system.coordinates}
-        found = self.around({s: v for s, v in zero.at(0).items() if s in known})
-        return self._with_turned(replace(found, special=np.arange(found.count) == 0))
+        beside = self.around({s: v for s, v in found.at(0).items() if s in known})
+        return self._with_turned(replace(beside, special=np.arange(beside.count) == 0))
 
     def around(self, near: Mapping[Symbol, float]) -> Configurations:
         """The configuration that the place given is nearest to first, then others beside it."""
