@@ -57,7 +57,7 @@ def test_a_rod_without_mass_between_crank_and_piston():
 def test_a_block_without_mass_on_an_arm(tolerance):
     sol = kn.simulate(QUICK, (0, 2), rtol=tolerance, atol=tolerance, samples=101, **START)
     assert max(residuals(sol)) < 1e-12
-    assert sol.energy_check.relative < 10 * tolerance
+    assert sol.energy_check.relative < 20 * tolerance
     # the arm's angle, and the block's place on it, from the crank's
     tip = 0.1 * np.exp(1j * sol["th"]) + 0.25j
     np.testing.assert_allclose(np.exp(1j * sol["ps"]), tip / np.abs(tip), atol=1e-12)

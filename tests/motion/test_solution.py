@@ -138,7 +138,10 @@ class TestEnergyCheck:
         assert replace(SOL, states=states).energy_check.relative > 1e-5
 
     def test_it_fails_on_a_loose_integration(self):
-        loose = kn.simulate(EOM, (0, 3), q=[0.8], u=[1.0], inputs={T: 0}, rtol=1e-2, atol=1e-2, method="RK23")
+        with pytest.warns(
+            kn.KaneWarning, match=r"Expected E − ∫P dt constant .*Tighten rtol= and atol= from 0\.01 and 0\.01"
+        ):
+            loose = kn.simulate(EOM, (0, 3), q=[0.8], u=[1.0], inputs={T: 0}, rtol=1e-2, atol=1e-2, method="RK23")
         assert loose.energy_check.relative > 100 * SOL.energy_check.relative
 
     def test_at_rest(self):
@@ -157,7 +160,7 @@ def test_energy_all_but_at_rest(offset):
     rest = -2 * 9.81 / 800
     sol = kn.simulate(eom, (0, 5), q=[rest + offset], u=[0.0], samples=101)
     check = sol.energy_check
-    assert check.relative < 1e-8
+    assert check.relative < 1e-7
     # the largest is among a few samples, the first included, where it is k x0
     assert check.scale == pytest.approx(800 * offset, rel=0.2, abs=1e-6)
     # the tighter the tolerance, the less is left open

@@ -43,8 +43,8 @@ def simulate(
     """The motion from `span[0]` to `span[1]` (s).
 
     The power of the loads without a potential is integrated with the state, so that `sol.energy_check` holds the integration to
-    the energy. Terminal events of the system end the motion; where the right-hand side becomes infinite or NaN it stops, and
-    the solution holds what there is.
+    the energy; a motion that does not keep it warns. Terminal events of the system end the motion; where the right-hand side becomes
+    infinite or NaN, or a constraint cannot be kept, it stops, and the solution holds what there is.
 
     Parameters
     ----------
@@ -92,7 +92,19 @@ def simulate(
     end = None
     while end is None:
         end = course.advance()
-    return _solution(course, end, constants, drives)
+    solution = _solution(course, end, constants, drives)
+    if solution.status != "stopped" and solution.energy_check.exceeds(rtol):
+        warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=2)
+    return solution
+
+
+def _wrong_energy(solution: Solution) -> str:
+    check = solution.energy_check
+    return (
+        f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of what there is at "
+        f"t = {check.at:.4g} s: the motion is not to be trusted from about there on. Tighten rtol= and atol= from {solution.rtol:g} "
+        f"and {solution.atol:g}, choose another method=, or look for what switches or becomes singular on the way."
+    )
 
 
 def _start(eom: Equations, q: Any, u: Any, rates: Any, at: dict[str, Any], t0: float) -> Array:

@@ -21,31 +21,12 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
+from kane.motion.energy import EnergyCheck, energy_check
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
 
 _FEW = 25
 """At as many samples, at most, it is asked what tolerances mean for the energy."""
-
-
-@dataclass(frozen=True, slots=True)
-class EnergyCheck:
-    """How well E − ∫P dt stayed constant.
-
-    `drift` is the largest |E(t) − E(0) − ∫P dt|, `scale` the largest of |E − E(0)|, K, |∫P dt| and δE/rtol, `relative` their ratio.
-    δE is what the absolute tolerance leaves open: the change of E with coordinates and speeds off by `atol`, one at a time.
-    """
-
-    drift: float
-    scale: float
-
-    @property
-    def relative(self) -> float:
-        """drift / scale, 0 where nothing moves."""
-        return self.drift / self.scale if self.scale > 0 else 0.0
-
-    def __str__(self) -> str:
-        return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of {self.scale:.3g} J)"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,12 +178,10 @@ class Solution:
     def energy_check(self) -> EnergyCheck:
         """E − ∫P dt must stay constant; see EnergyCheck."""
         kinetic, total = self._values([self.equations.kinetic_energy, self.equations.energy])
-        change = total - total[0]
-        scale = max(np.abs(change).max(), kinetic.max(), np.abs(self.work).max(), self._open() / self.rtol)
-        return EnergyCheck(float(np.abs(change - self.work).max()), float(scale))
+        return energy_check(self.t, kinetic, total, self.work, self._open() / self.rtol)
 
-    def _open(self) -> float:
-        """The largest Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), at a few of the samples."""
+    def _open(self) -> Array:
+        """Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), computed at a few of the samples."""
         at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
         width = self.states.shape[1]
         shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
@@ -210,7 +189,7 @@ class Solution:
         (energy,) = self._along(self.equations, [self.equations.energy], np.tile(self.t[at], len(shifts)), x)
         table = energy.reshape(len(shifts), -1)
         up, down = np.split(np.abs(table[1:] - table[0]), 2)
-        return float(np.maximum(up, down).sum(axis=0).max(initial=0))
+        return np.asarray(np.interp(np.arange(len(self)), at, np.maximum(up, down).sum(axis=0)))
 
     _repr_html_ = show.html
 

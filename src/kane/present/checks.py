@@ -11,7 +11,8 @@ import numpy.typing as npt
 from kane.expr.evaluate import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
-from kane.motion.solution import EnergyCheck, Solution
+from kane.motion.energy import EnergyCheck
+from kane.motion.solution import Solution
 from kane.numeric.arrays import Array
 
 ENERGY_LIMIT = 1e-6
