@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kane.dynamics.constraints.partition import Partition, choose
+from kane.dynamics.constraints.partition import Partition, choose, quality
 from kane.numeric.rank import balanced
 
 
@@ -47,3 +47,13 @@ def test_preferred_speeds_come_first(rng):
 def test_numbers_are_the_cheapest_pivots():
     a = np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]])
     assert set(choose(a, easy=np.array([[True, False, False], [False, False, True]])).dependent) == {0, 2}
+
+
+def test_quality_is_that_of_the_block_in_whatever_order_it_is_eliminated():
+    """What is solved has no fixed order that could fail: a rotation is as good at 90° as elsewhere."""
+    for angle in (0.0, 1.0, np.pi / 2):
+        c, s = np.cos(angle), np.sin(angle)
+        a = np.array([[c, s, 0.5], [-s, c, 0.2]])
+        assert quality(a, Partition((0, 1), (0, 1), ())) == pytest.approx(1.0)
+    assert quality(np.array([[1e-9, 1.0]]), Partition((0,), (0,), ()), np.ones((1, 2))) == pytest.approx(1e-9)
+    assert quality(np.zeros((1, 2)), Partition((0,), (0,), ())) == 0

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.dynamics.constraints.configurations import Configurations, configurations
-from kane.dynamics.constraints.partition import POOR, Partition, choose
+from kane.dynamics.constraints.partition import POOR, Partition, choose, qualities
 from kane.errors import ModelError
 from kane.expr.symbols import Symbol
 from kane.kinematics.constraints import ConstraintRows
@@ -152,18 +152,3 @@ def exchanged(a: Array, partition: Partition) -> list[Partition]:
 
 def _replaced(places: tuple[int, ...], at: int, by: int) -> tuple[int, ...]:
     return (*places[:at], by, *places[at + 1 :])
-
-
-def qualities(a: Array, partition: Partition) -> Array:
-    """How well the rows give the dependent speeds at each of several matrices (k × m × n), see `partition.quality`.
-
-    The order of the pivots does not count here.
-    """
-    rows = balanced(a)[:, list(partition.rows)]
-    block = rows[:, :, list(partition.dependent)]
-    if not block.size:
-        return np.ones(len(a))
-    values = np.linalg.svd(block, compute_uv=False)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.abs(block).max(axis=(1, 2)) / np.abs(rows).max(axis=(1, 2))
-        return np.asarray(np.nan_to_num(np.minimum(values[:, -1] / values[:, 0], share)))

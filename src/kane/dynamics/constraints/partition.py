@@ -103,20 +103,20 @@ def _pivot(work: Array, full: Mask, cheap: Mask, rows: list[int], columns: list[
 
 
 def quality(a: Array, partition: Partition, reach: Array | None = None) -> float:
-    """How well the rows give the dependent speeds, A (m × n) balanced: the least of three shares, 1 at best, 0 where they do not.
+    """How well the rows give the dependent speeds, A (m × n) balanced: the lesser of two shares, 1 at best, 0 where they do not.
 
-    The reciprocal condition number of the dependent block; its largest entry over that of the rows, since all of it may be small;
-    and the least share that a pivot of its elimination has.
+    The reciprocal condition number of the dependent block, and its largest entry over that of the rows, since all of it may be small.
     """
-    rows = balanced(a, reach)[list(partition.rows)]
-    block = rows[:, list(partition.dependent)]
-    if not block.any():
-        return 0.0 if block.size else 1.0
-    least = float(min(1.0 / np.linalg.cond(block), np.abs(block).max() / np.abs(rows).max()))
-    for j in range(len(block)):
-        rest = block[j:, j:]
-        if not rest[0, 0]:
-            return 0.0
-        least = min(least, float(abs(rest[0, 0]) / np.abs(rest).max()))
-        block[j + 1 :, j:] -= np.outer(block[j + 1 :, j] / block[j, j], block[j, j:])
-    return least
+    return float(qualities(a[None], partition, reach)[0])
+
+
+def qualities(a: Array, partition: Partition, reach: Array | None = None) -> Array:
+    """The `quality` at each of several matrices (k × m × n)."""
+    rows = balanced(a, reach)[:, list(partition.rows)]
+    block = rows[:, :, list(partition.dependent)]
+    if not block.size:
+        return np.ones(len(a))
+    values = np.linalg.svd(block, compute_uv=False)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.abs(block).max(axis=(1, 2)) / np.abs(rows).max(axis=(1, 2))
+        return np.asarray(np.nan_to_num(np.minimum(values[:, -1] / values[:, 0], share)))
