@@ -8,6 +8,7 @@ import pytest
 
 import kane as kn
 from kane.analysis.steady import dependence
+from tests.systems.turning_disk import disk
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-15, 1e-14])
@@ -27,38 +28,9 @@ def test_units_make_no_coordinate_cyclic():
         assert dependence(np.array([[0.0, 1.0], [-small, 0.0]]), 1).all()
 
 
-def rolling() -> kn.Equations:
-    """A disk that rolls, its dependent speeds those of the contact along the spinning disk's axes, not at right angles."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    yaw, lean, spin, x, y = kn.coordinates("yaw lean spin x y")
-    u = kn.speeds("u1:6")
-    m, R, g = kn.parameter("m", 1.2), kn.parameter("R", 0.3), kn.parameter("g", 9.81)
-    Y = N.rotate("Y", yaw, N.z)
-    B = Y.rotate("B", kn.pi / 2 - lean, Y.x)
-    C = B.rotate("C", spin, B.z)
-    P = O.at("P", x * N.x + y * N.y)
-    center = P.at("C*", R * B.y)
-    disk = kn.RigidBody("disk", frame=C, mass_center=center, mass=m, inertia=kn.thin_disk(C, m, R, axis=C.z))
-    w, v = C.angular_velocity(N), x.dt * N.x + y.dt * N.y
-    along = v.dot(C.x) + v.dot(C.z), v.dot(C.z) - 0.3 * v.dot(C.y)
-    speeds = dict(zip(u, (w.dot(B.x), w.dot(B.y), w.dot(B.z), *along), strict=True))
-    contact = kn.rolling(center.fixed_in(C, "C^", -R * B.y), normal=N.z)
-    return kn.derive(
-        kn.System(
-            N,
-            bodies=[disk],
-            speeds=speeds,
-            loads=[kn.gravity(-g * N.z)],
-            nonholonomic=contact,
-            dependent_speeds=u[3:],
-        )
-    )
-
-
 def test_an_upright_disk_is_steady_whatever_its_dependent_speeds():
     """They turn with it and change; what is independent does not. Of a thin disk that leans and yaws ω² = 12/5 Ω² − 4/5 g/R."""
-    eom = rolling()
+    eom = kn.derive(disk())
     for spin in (0.2, 1.0, 1.5, 2.2, 3.0):
         q = dict(zip(("yaw", "lean", "spin", "x", "y"), (0.3, 0.0, spin, 0.0, 0.0), strict=True))
         state = kn.assemble(eom, q=q, rates={"yaw": 0.0, "lean": 0.0, "spin": 5.0})

@@ -7,13 +7,13 @@ from typing import Any, Literal, overload
 
 import numpy as np
 
+from kane.analysis.held import held_at
 from kane.analysis.search import Found, Search
 from kane.analysis.state import GIVEN, Entries, entries, misses
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
-from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array
@@ -24,6 +24,8 @@ from kane.numeric.rank import STATE_RANK, singular
 
 _ROUNDING = 1e-7
 """Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
+
+_BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,6 +155,10 @@ def _configurations(
 def _given(search: Search) -> Closed:
     """Coordinates that are given whole, moved by rounding only."""
     names, values = search.conditions.names, search.start.values
+    if search.singular_at(values):
+        raise SimulationError(
+            f"Expected coordinates at which the constraints are finite, got {search.singular_at(values)}. {_BESIDE}"
+        )
     bad = misses(names, search.one(values)[0])
     if bad:
         raise SimulationError(
@@ -179,10 +185,16 @@ def _not_closed(search: Search, found: Found) -> str:
             "correct the frames and axes of the closure."
         )
     first, best = np.abs(search.one(start.values)[0]).max(), found.nearest
+    undefined = search.singular_at(best.x)
+    if undefined:
+        return (
+            f"Expected a configuration at which the constraints are finite, got {undefined} in the nearest. {_BESIDE}"
+        )
     worst = int(np.argmax(np.abs(best.residual)))
     return (
-        f"Expected a configuration that satisfies the constraints, got none from {found.starts} starts: the residual came from "
-        f"{first:.3g} to {best.size:.3g}, and {search.conditions.names[worst]!r} resists most. The parts may not reach each other "
+        f"Expected a configuration that satisfies the constraints, got none from {found.starts} starts: the residual came "
+        f"{f'from {first:.3g} ' if np.isfinite(first) else ''}to {best.size:.3g}, and {search.conditions.names[worst]!r} resists "
+        f"most{'' if np.isfinite(first) else ', which is not finite at the guesses'}. The parts may not reach each other "
         f"with the values given and these lengths: free more coordinates than {', '.join(names[i] for i in start.free)}, or correct "
         "the lengths."
     )
@@ -206,14 +218,9 @@ def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
 
 def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
     """u with A u + b = 0; with rates u = Y q̇ + z."""
-    held = eom.solved.held
-    n, m = len(eom.speeds), len(held.b)
-    y = np.asarray(evaluate(eom.Y, at), dtype=float)[:n] if by_rates else np.eye(n)
-    z = np.array(evaluate(list(eom.z), at), dtype=float)[:n] if by_rates else np.zeros(n)
-    a = np.asarray(evaluate(held.a, at), dtype=float).reshape(m, n)
-    b = np.array(evaluate(list(held.b), at), dtype=float) if m else np.zeros(0)
+    held = held_at(eom, at, by_rates)
+    rows, rest = held.rows, held.rest
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
-    rows, rest = a @ y, a @ z + b
     x = start.values.copy()
     size = np.abs(rows).max(axis=1, initial=0)
     # a row that vanishes here but for rounding holds nothing
@@ -227,14 +234,14 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
                 f"Expected a start value for all {'rates' if by_rates else 'speeds'} that the constraints do not give, got too few: "
                 f"{', '.join(unknown)} are not determined. Give {count} of them."
             )
-        if m:
+        if len(rows):
             x[free] += least_squares(block, -(rows @ x + rest) / scale)
     left = np.abs((rows @ x + rest) / scale)
     limit = GIVEN * max(1.0, np.abs(x).max(initial=0))
-    bad = misses([c.name for c in held.constraints], rows @ x + rest, left, limit)
+    bad = misses(held.names, rows @ x + rest, left, limit)
     if bad:
         raise SimulationError(
             f"Expected start {'rates' if by_rates else 'speeds'} that satisfy the constraints A u + b = 0, got values that miss "
             f"{bad}. Leave some out, or mark them with kn.guess(…), to have them solved for."
         )
-    return y @ x + z, float(left.max(initial=0))
+    return held.to_speeds @ x + held.added, float(left.max(initial=0))

@@ -201,6 +201,15 @@ class Search:
         kept = (left <= 10 * _FIRM) & (self._turned(home) == self._turned(x)).all(axis=1)
         return np.where(kept[:, None], home, x)
 
+    def singular_at(self, x: Array) -> str:
+        """Which constraints are not finite at q (n), in words, those of most say first; "" where all are."""
+        f, g = self.one(x)
+        lost = ~(np.isfinite(f) & np.isfinite(g).all(axis=1))
+        names = [n for n, bad in zip(self.conditions.names, lost, strict=True) if bad]
+        at = [(q, v) for q, v in zip(self.system.coordinates, x, strict=True) if abs(v) > _SAME]
+        where = ", ".join(f"{q} = {v:.6g}" for q, v in at[:_TOLD]) or "zero of all coordinates"
+        return f"infinity or NaN of {', '.join(map(repr, names))} at {where}" if names else ""
+
     def block(self, x: Array) -> Array:
         """∂f/∂q at q (n) over what is free, in sizes of its own."""
         return np.asarray(self.one(x)[1][:, list(self.start.free)] * self._size.x / self._size.f[:, None])
@@ -222,7 +231,8 @@ class Search:
                 trial = x.copy()
                 trial[free] += share * change * size
                 trial = close(self.one, trial, free).x
-                if self.distances(trial[None])[0] < self.distances(x[None])[0]:
+                nearer = self.distances(trial[None])[0] < self.distances(x[None])[0]
+                if nearer and np.isfinite(self.block(trial)).all():
                     break
             else:
                 break

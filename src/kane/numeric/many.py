@@ -60,14 +60,13 @@ class ClosedMany:
 def sizes(function: Residuals, x: Array) -> Sizes:
     """Sizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do."""
     k, n = x.shape
-    turned = np.repeat(x[:1], n, axis=0) + 2 * np.pi * np.eye(n)
-    every = np.append(np.arange(k), np.zeros(n, dtype=np.intp))
-    f, g = function(np.vstack([x, turned]), every)
-    f, more, g = f[:k], f[k:], np.abs(g[:k])
-    usable = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
+    f, g = function(x, np.arange(k))
+    g, usable = np.abs(g), np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
     if not usable.any():
         return Sizes(np.ones(n), np.ones(f.shape[1]), np.zeros(n, dtype=bool))
-    change, reach = np.abs(more - f[0]), np.abs(f[0]) + g[0] @ np.maximum(np.abs(x[0]), 1.0)
+    j = int(np.argmax(usable))
+    more, _ = function(x[j] + 2 * np.pi * np.eye(n), np.full(n, j))
+    change, reach = np.abs(more - f[j]), np.abs(f[j]) + g[j] @ np.maximum(np.abs(x[j]), 1.0)
     turns = (change <= 1e-9 * reach).all(axis=1)
     typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -95,7 +94,7 @@ def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
             trial = x[members] + share[pending, None] * change[pending]
             new, slope = _scaled(function, trial, members, size)
             norm = (new**2).sum(axis=1)
-            good = norm < before[pending]
+            good = (norm < before[pending]) & np.isfinite(slope).all(axis=(1, 2))
             done = members[good]
             x[done], f[done], g[done] = trial[good], new[good], slope[good]
             going[done[norm[good] > _STALLED * before[pending[good]]]] = False
