@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+import kane as kn
 from kane.errors import ExpressionError
 from kane.expr import node
 from kane.expr.build import NODE_BUILDERS
@@ -353,3 +354,30 @@ def test_a_symbol_is_an_expression() -> None:
     assert isinstance(x, Symbol)
     assert isinstance(x, Expr)
     assert x.args == ()
+
+
+@pytest.mark.parametrize(
+    "number",
+    [10**400, -(10**400), Fraction(10**400, 3), Fraction(1, 10**400), -Fraction(1, 10**330)],
+    ids=lambda n: f"{n!s:.8}",
+)
+def test_numbers_beyond_floats_are_refused(number) -> None:
+    x = kn.coordinate("x")
+    for use in (
+        lambda: x + number,
+        lambda: number * x,
+        lambda: x**number,
+        lambda: kn.parameter("m", number),
+        lambda: kn.Matrix([[number]]),
+    ):
+        with pytest.raises(kn.ExpressionError, match="within the range of floating-point numbers"):
+            use()
+
+
+def test_values_beyond_floats_are_refused() -> None:
+    x = kn.coordinate("x")
+    for value in (10**400, 1j, "one", [1, "a"]):
+        with pytest.raises(kn.ExpressionError, match="Expected a real number or an array of them as a value"):
+            kn.evaluate(2 * x, {x: value})
+    with pytest.raises(kn.ExpressionError, match="a denominator other than 0"):
+        kn.Rational(1, 0)

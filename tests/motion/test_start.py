@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.analysis.state import start_state
-from kane.motion.start import check_span, check_tolerance
+from kane.motion.start import check_span, check_steps, check_tolerance, sample_times
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -59,3 +59,18 @@ def test_span_and_tolerance():
     for span in ("ab", None, (1,), (2, 1), (0, float("nan"))):
         with pytest.raises(kn.SimulationError, match="time span"):
             check_span(span)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, None])
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_sample_times_are_finite(bad: float, place: int) -> None:
+    times = [0.0, 0.5, 1.0]
+    times[place] = bad
+    with pytest.raises(kn.SimulationError, match=r"finite sample times, got (nan|inf|-inf) among them"):
+        sample_times(times, (0.0, 1.0))
+
+
+@pytest.mark.parametrize("most", [0, -1, 0.5, "a", None, True, np.nan])
+def test_steps_are_counted_in_whole_numbers(most: object) -> None:
+    with pytest.raises(kn.SimulationError, match="max_steps to be a whole number above 0"):
+        check_steps(most)

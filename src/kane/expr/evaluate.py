@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ValueMissingError, alike
+from kane.errors import ExpressionError, ValueMissingError, alike
 from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
@@ -88,7 +88,12 @@ def _plain(value: Any) -> Any:
     """A number as a float, an array as it is."""
     if type(value) is float:
         return value
-    array = np.asarray(value, dtype=np.float64)
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ExpressionError(
+            f"Expected a real number or an array of them as a value, got {type(value).__name__}: {value!s:.60}."
+        ) from error
     return array if array.ndim else float(array)
 
 

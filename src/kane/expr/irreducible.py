@@ -21,24 +21,36 @@ def matched_columns(rows: Rows) -> list[int]:
 
     The blocks here have a few rows; a library's matching would cost more to import than to run.
     """
+    supports = [[c for c, x in enumerate(row) if x is not ZERO] for row in rows]
     owner: dict[int, int] = {}
-
-    def place(i: int, tried: set[int]) -> bool:
-        for c, x in enumerate(rows[i]):
-            if x is ZERO or c in tried:
-                continue
-            tried.add(c)
-            if c not in owner or place(owner[c], tried):
-                owner[c] = i
-                return True
-        return False
-
     for i in range(len(rows)):
-        place(i, set())
+        _augment(supports, owner, i)
     match = [-1] * len(rows)
     for c, i in owner.items():
         match[i] = c
     return match
+
+
+def _augment(supports: Sequence[Sequence[int]], owner: dict[int, int], start: int) -> None:
+    """A column for the row `start`, others moved on for it: depth first, without recursion; nothing where there is no path."""
+    tried: set[int] = set()
+    path = [(start, iter(supports[start]))]
+    taken: list[int] = []
+    while path:
+        row, columns = path[-1]
+        c = next((c for c in columns if c not in tried), None)
+        if c is None:
+            path.pop()
+            if taken:
+                taken.pop()
+            continue
+        tried.add(c)
+        taken.append(c)
+        if c not in owner:
+            for (row, _), column in zip(path, taken, strict=True):
+                owner[column] = row
+            return
+        path.append((owner[c], iter(supports[owner[c]])))
 
 
 def blocks(rows: Rows, match: list[int]) -> list[list[int]]:
@@ -51,7 +63,7 @@ def blocks(rows: Rows, match: list[int]) -> list[list[int]]:
             if x is not ZERO:
                 reach[i, owner[c]] = True
     for _ in range(n.bit_length()):
-        reach = reach @ reach
+        reach = (reach.astype(np.float32) @ reach.astype(np.float32)) > 0
     together = reach & reach.T
     found: dict[int, list[int]] = {}
     for i in range(n):

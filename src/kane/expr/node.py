@@ -248,12 +248,12 @@ def _exact(value: Any) -> Number:
         raise ExpressionError(f"Expected a number, got the truth value {value!r}.")
     if isinstance(value, (int, np.integer)):
         whole = int(value)
-        return whole if -_WIDE <= whole <= _WIDE else float(whole)
+        return whole if -_WIDE <= whole <= _WIDE else _rounded(whole)
     if isinstance(value, Fraction):
         if max(abs(value.numerator), value.denominator) > _WIDE or (
             value.denominator > _SHORT and float(value) == value
         ):
-            return float(value)
+            return _rounded(value)
         return value.numerator if value.denominator == 1 else value
     if isinstance(value, (float, np.floating)):
         real = float(value)
@@ -270,6 +270,20 @@ def _exact(value: Any) -> Number:
     if isinstance(value, tuple) and any(isinstance(x, Expr) for x in value):
         cure = " The plurals give tuples: unpack it, as in q1, q2 = kn.coordinates('q1 q2'), or declare one with kn.coordinate(…)."
     raise ExpressionError(f"Expected a real number or an expression, got {type(value).__name__}: {value!r:.80}.{cure}")
+
+
+def _rounded(value: int | Fraction) -> float:
+    """The nearest float; a number beyond their range is refused."""
+    try:
+        real = float(value)
+    except OverflowError:
+        real = float("inf")
+    if real == 0 or real == float("inf"):
+        raise ExpressionError(
+            f"Expected a number within the range of floating-point numbers (5e-324 to 1.8e308), got one too "
+            f"{'large' if real else 'small'} for it. Take another unit."
+        )
+    return real
 
 
 def as_expr(value: Any) -> Expr:

@@ -65,6 +65,8 @@ for _alias, _name in (("arcsin", "asin"), ("arccos", "acos"), ("arctan", "atan")
 
 def rational(numerator: int, denominator: int = 1) -> Expr:
     """The exact constant numerator/denominator."""
+    if denominator == 0:
+        raise ExpressionError(f"Expected a denominator other than 0, got Rational({numerator}, 0).")
     return constant(Fraction(numerator, denominator))
 
 

@@ -9,6 +9,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, declared, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
+from kane.model.declarations import Event
 from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
 from kane.model.reactions import constraint_of, cut_of
@@ -56,6 +57,16 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
             f"Expected bodies of different names, got {', '.join(twice)} more than once. Results are read by name: rename one, or "
             "list it once."
         )
+
+
+def check_events(events: Iterable[Any]) -> None:
+    """Events, no two of one name: a motion names those that it met."""
+    for event in events:
+        if not isinstance(event, Event):
+            raise ModelError(f"Expected events= made by kn.Event(name, quantity), got {event!r:.60}.")
+    twice = _repeated([event.name for event in events])
+    if twice:
+        raise ModelError(f"Expected events of different names, got {', '.join(map(repr, twice))} more than once.")
 
 
 def check_joints(joints: Iterable[Any]) -> None:

@@ -3,7 +3,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from kane.errors import ModelError
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
@@ -29,6 +33,31 @@ class Event(Immutable):
     direction: int = 0
     terminal: bool = True
     message: str = ""
+
+    def __post_init__(self) -> None:
+        check_event(self.name, self.quantity, self.threshold, self.direction, self.terminal, self.message)
+        object.__setattr__(self, "threshold", float(self.threshold))
+
+
+def check_event(name: Any, quantity: Any, threshold: Any, direction: Any, terminal: Any, message: Any) -> None:
+    """A ModelError names the first argument of an event that cannot be what it is to be."""
+    who = f"the event {name!r:.40}"
+    wrong = [
+        ("name", isinstance(name, str) and bool(name), name, "a text that is not empty"),
+        ("quantity", isinstance(quantity, Expr), quantity, "a scalar expression of the system, such as q1 or v.dot(N.x)"),
+        ("threshold", _is_number(threshold), threshold, "a finite number, in the unit of the quantity"),
+        ("direction", not isinstance(direction, bool) and _is_number(direction) and direction in (-1, 0, 1), direction,
+            "-1 (falls), 1 (rises) or 0 (either)"),
+        ("terminal", isinstance(terminal, bool | np.bool_), terminal, "True or False"),
+        ("message", isinstance(message, str), message, "a text"),
+    ]  # fmt: skip
+    for what, right, came, expected in wrong:
+        if not right:
+            raise ModelError(f"Expected {what} of {who} to be {expected}, got {came!r:.60}. See kn.Event.")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and bool(np.isfinite(value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

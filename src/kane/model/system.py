@@ -84,6 +84,7 @@ class System(Declarations):
         reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
         events, joints = listed("events", events), tuple(joints)
         checks.check_joints(joints)
+        checks.check_events(events)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)

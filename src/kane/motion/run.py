@@ -16,7 +16,15 @@ from kane.expr.node import Expr
 from kane.motion.drives import Function, check_prescribed, input_functions
 from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
-from kane.motion.start import check_events, check_masses, check_rates, check_span, check_tolerance, sample_times
+from kane.motion.start import (
+    check_events,
+    check_masses,
+    check_rates,
+    check_span,
+    check_steps,
+    check_tolerance,
+    sample_times,
+)
 from kane.motion.stepping import SOLVERS, Course, End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
@@ -75,7 +83,7 @@ def simulate(
         )
     if method not in SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
-    solver = Method(method, check_tolerance("rtol", rtol), check_tolerance("atol", atol), max_steps)
+    solver = Method(method, check_tolerance("rtol", rtol), check_tolerance("atol", atol), check_steps(max_steps))
     constants = parameter_values(eom.system, parameters)
     check_masses(eom, constants)
     drives = input_functions(eom, inputs, span)

@@ -60,9 +60,20 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
         times = np.asarray(samples, dtype=float)
     except (TypeError, ValueError) as error:
         raise SimulationError(f"Expected a number of samples or their times, got {samples!r:.60}.") from error
+    if not np.all(np.isfinite(times)):
+        raise SimulationError(
+            f"Expected finite sample times, got {times[~np.isfinite(times)].flat[0]} among them. Leave it out."
+        )
     if times.ndim != 1 or np.any(np.diff(times) <= 0) or (times.size and (times[0] < t0 or times[-1] > t1)):
         raise SimulationError(f"Expected increasing sample times within ({t0:g}, {t1:g}).")
     return times
+
+
+def check_steps(most: Any) -> int:
+    """How many steps may be taken: a whole number above zero."""
+    if isinstance(most, bool) or not isinstance(most, int | np.integer) or most < 1:
+        raise SimulationError(f"Expected max_steps to be a whole number above 0, got {most!r:.60}.")
+    return int(most)
 
 
 def check_events(eom: Equations, values: Array, t0: float) -> None:

@@ -94,7 +94,7 @@ def finite_number(what: str, name: str, value: Any) -> float:
     """`value` as a finite float."""
     try:
         number = float(value)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise SimulationError(f"Expected a number as the {what} for {name}, got {_came(what, name, value)}") from error
     if not np.isfinite(number):
         raise SimulationError(

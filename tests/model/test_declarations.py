@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Events that cannot be meant are refused where they are declared."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kane as kn
+from kane.gallery import pendulum
+
+q = kn.coordinate("q")
+
+
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [
+        *(("threshold", x) for x in (np.nan, np.inf, "1", None, q, [1], 1j)),
+        *(("direction", x) for x in (7, 0.5, "up", True, None, np.nan, [1])),
+        *(("terminal", x) for x in ("no", 1, None)),
+        *(("quantity", x) for x in ("q", 3.0, None, kn.Frame("N").x, [q])),
+        *(("name", x) for x in ("", 3, None)),
+        ("message", 3),
+    ],
+)
+def test_what_is_said(argument: str, value: Any):
+    arguments: dict[str, Any] = {"name": "e", "quantity": q, argument: value}
+    with pytest.raises(kn.ModelError, match=f"^Expected {argument} of the event .*See kn.Event"):
+        kn.Event(**arguments)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from([-1, 0, 1, -1.0, np.int64(1)]), st.booleans())
+def test_all_others_pass(threshold, direction, terminal):
+    event = kn.Event("e", q, threshold, direction, terminal)
+    assert (event.threshold, event.direction, event.terminal) == (threshold, direction, terminal)
+
+
+def test_a_system_s_events():
+    system = pendulum.system()
+    q = system.coordinates[0]
+    with pytest.raises(kn.ModelError, match="events of different names, got 'e' more than once"):
+        system.replace(events=[kn.Event("e", q), kn.Event("e", q, 1.0)])
+    with pytest.raises(kn.ModelError, match=r"events= made by kn.Event.name, quantity., got 'e'"):
+        system.replace(events=["e"])
