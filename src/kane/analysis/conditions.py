@@ -6,10 +6,11 @@ f = 0,   eᵀe = 1,   A u + b = 0,   u̇_I = 0,   q̇ = 0 of the coordinates tha
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
-from kane.analysis.flow import Choice, flow_at
+from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import slopes_at, solver, values_at
 from kane.analysis.state import State
 from kane.analysis.steady import dependence
@@ -17,7 +18,7 @@ from kane.analysis.tangents import Perturbations, perturbations
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.expr.symbols import Symbol
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import close
 from kane.numeric.sample import draw
 
@@ -126,8 +127,10 @@ def conditions(
         if eom.constraints.constraints or bare.perturbed.sets:
             x = close(bare, x, range(nq + n)).x
         flow = flow_at(numeric, bare.state(x), choice)
-        tangent = flow.tangents
-        matters = dependence(flow.a, len(tangent.free_q))[: len(tangent.free_q)]
+        if not choice.u:
+            flow = freest(flow)
+            choice = flow.choice
+        tangent, matters = flow.tangents, _matter(flow)
         constant |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
         by_cyclic = np.abs(tangent.e[:, ~matters]).max(axis=1, initial=0)
         steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
@@ -138,3 +141,31 @@ def conditions(
         tuple(sorted(i for i in constant if bare.perturbed.names[i] not in moving)),
         tuple(sorted(i for i in steady if eom.speeds[i].name not in moving)),
     )
+
+
+def freest(flow: Flow) -> Flow:
+    """The same with those dependent speeds, exchanged one by one, with which the fewest coordinates matter to the independent ones.
+
+    Along a frame that spins the speeds of a contact change in a steady motion, and where one of them is independent the spin matters.
+    """
+    count = len(flow.numeric.equations.speeds)
+    least = int(_matter(flow).sum())
+    again = True
+    while again and least:
+        again = False
+        free = flow.tangents.free_u
+        dependent = [i for i in range(count) if i not in free]
+        for i, d in product(free, dependent):
+            choice = Choice(flow.choice.q, (i, *(k for k in dependent if k != d)))
+            other = flow_at(flow.numeric, flow.state, choice)
+            fewer = int(_matter(other).sum())
+            if fewer < least:
+                flow, least, again = other, fewer, True
+                break
+    return flow
+
+
+def _matter(flow: Flow) -> Mask:
+    """Which of the independent coordinates matter to the speeds."""
+    count = len(flow.tangents.free_q)
+    return dependence(flow.a, count)[:count]

@@ -5,13 +5,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from kane.analysis.flow import Choice, Flow, Outputs, flow_at, output_slopes, outputs_of
 from kane.analysis.linear import Linear
 from kane.analysis.point import point_of, state_at
 from kane.analysis.state import State
-from kane.analysis.steady import Steadiness, steadiness
+from kane.analysis.steady import Steadiness, changing, steadiness
 from kane.analysis.tangents import perturbations
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -46,10 +44,18 @@ class Linearizer:
         state = state_at(numeric, q, u, parameters, inputs, t)
         flow, verdict = _flow(numeric, state, choice_of(numeric, independent), bool(independent), tolerance)
         if steady and not verdict.holds:
-            raise SimulationError(_not_steady(flow, verdict))
+            raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(independent), tolerance)))
         _check_independent(flow, independent)
         linear = self._linear(flow, verdict)
         return linear.without(*([leave_out] if isinstance(leave_out, str) else leave_out)) if len(leave_out) else linear
+
+    @staticmethod
+    def _steady_with(flow: Flow, fixed: bool, tolerance: float) -> str:
+        """Which speeds would be constant as independent ones where others were asked for; "" where none would."""
+        if not fixed:
+            return ""
+        other, verdict = _flow(flow.numeric, flow.state, Choice(), False, tolerance)
+        return ", ".join(other.states[len(other.tangents.free_q) :]) if verdict.holds else ""
 
     def _linear(self, flow: Flow, verdict: Steadiness) -> Linear:
         eom, states, count = self.eom, flow.states, len(flow.states)
@@ -130,13 +136,15 @@ def linearize(
 def _flow(
     numeric: Numeric[Equations], state: State, choice: Choice, fixed: bool, tolerance: float
 ) -> tuple[Flow, Steadiness]:
-    """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice."""
+    """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice.
+
+    Which speeds change does not depend on what is called dependent, so neither does the verdict.
+    """
     eom, flow = numeric.equations, flow_at(numeric, state, choice)
     verdict = steadiness(flow, tolerance)
-    if verdict.holds or fixed or eom.embedding is None or eom.system.dependent_speeds:
+    if verdict.holds or fixed or eom.embedding is None:
         return flow, verdict
-    changing = np.flatnonzero(np.abs(flow.z[: len(eom.speeds)]) > tolerance)
-    second = flow_at(numeric, state, Choice(choice.q, tuple(changing.tolist())))
+    second = flow_at(numeric, state, Choice(choice.q, changing(flow, tolerance)))
     again = steadiness(second, tolerance)
     return (second, again) if again.holds else (flow, verdict)
 
@@ -169,7 +177,7 @@ def _check_independent(flow: Flow, wanted: Sequence[Any]) -> None:
             )
 
 
-def _not_steady(flow: Flow, verdict: Steadiness) -> str:
+def _not_steady(flow: Flow, verdict: Steadiness, speeds: str) -> str:
     count, perturbed = len(flow.tangents.free_q), flow.numeric.value(perturbations)
     free_u = flow.tangents.free_u
     symbols = [perturbed.symbols[i] for i in flow.tangents.free_q] + [flow.numeric.equations.speeds[i] for i in free_u]
@@ -191,4 +199,6 @@ def _not_steady(flow: Flow, verdict: Steadiness) -> str:
         what = "whose equations change with the time t"
     else:
         what = f"that moves {', '.join(rate_of(i) for i in verdict.varies)}, with which the equations change"
+    if speeds:
+        return f"{head} {what}. With independent speeds {speeds} it is a steady motion: name those, or none."
     return f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False."

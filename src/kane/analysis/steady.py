@@ -72,6 +72,15 @@ def steadiness(flow: Flow, tolerance: float) -> Steadiness:
     return Steadiness(matters, (), () if same else tuple(moving.tolist()) or (-1,))
 
 
+def changing(flow: Flow, tolerance: float) -> tuple[int, ...]:
+    """The speeds that change, u̇ ≠ 0, or turn back at this instant, u̇ = 0 ≠ ü, of all whether dependent or not."""
+    n, count = len(flow.numeric.equations.speeds), len(flow.rest)
+    slopes = flow.answers[:n, :count]
+    first, second = np.abs(flow.z[:n]), np.abs(slopes @ flow.rest)
+    noise = _SAME * (np.abs(slopes) @ np.abs(flow.rest))
+    return tuple(np.flatnonzero((first > tolerance) | (second > np.maximum(tolerance, noise))).tolist())
+
+
 def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp]) -> bool:
     """Whether the flow of what matters is the same, displaced along what moves."""
     numeric, state, tangent = flow.numeric, flow.state, flow.tangents
