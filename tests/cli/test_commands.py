@@ -141,6 +141,22 @@ def test_simulate_draws_the_motion(tmp_path):
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(
+    "words",
+    [("report", "--out"), ("simulate", "--csv"), ("simulate", "--plot"), ("emit", "--target", "c", "--out"), ("new",)],
+)
+def test_nothing_is_written_over(words, tmp_path):
+    model = [] if words[0] == "new" else ["pendulum"]
+    place = tmp_path / {"--csv": "x.csv", "--plot": "x.svg"}.get(words[-1], "x.py")
+    place.write_text("mine")
+    told = kane(words[0], *model, *words[1:], place, code=2)
+    assert "Expected a new file, got" in line(told.stderr)
+    assert "which is there already. Choose another name, or add --force." in line(told.stderr)
+    assert place.read_text() == "mine"
+    kane(words[0], *model, *words[1:], place, "--force")
+    assert place.read_bytes() != b"mine"
+
+
 def test_simulate_from_the_file_s_start(tmp_path):
     text = (
         SPRING + "START = {'q': {'x': 1, 'y': 0}, 'u': {'u_x': 0, 'u_y': 0}, 'parameters': {'k': 8}}\nSPAN = (1, 3)\n"
@@ -268,4 +284,7 @@ def test_report_with_and_without_a_motion(tmp_path):
     assert "Without a motion: START does not say" in kane("report", file).stderr
     page = Page((tmp_path / "model.html").read_text(encoding="utf-8"))
     assert "motion" not in page.sections
-    assert "--q x=…" in line(kane("report", file, "--t1", 3, code=2).stderr)
+    before = (tmp_path / "model.html").read_bytes()
+    assert "Choose another name, or add --force" in line(kane("report", file, code=2).stderr)
+    assert (tmp_path / "model.html").read_bytes() == before
+    assert "--q x=…" in line(kane("report", file, "--t1", 3, "--force", code=2).stderr)

@@ -53,6 +53,22 @@ def test_interrupt(tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "Interrupted.\n")
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+def test_a_disk_that_is_full(tmp_path):
+    code = "import sys; sys.argv = ['kane', 'gallery']; from kane.cli import main; main()"
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=tmp_path,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (1, "error: Expected to write, got No space left on device.\n")
+
+
 def test_errors_of_the_user_s_file(tmp_path):
     written(tmp_path, SPRING.replace("x * N.x", "z * N.x"))
     done = process("simulate", "model.py", cwd=tmp_path)

@@ -10,7 +10,7 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.faults import Misuse
 from kane.cli.models import model_of
-from kane.cli.options import Name, Out
+from kane.cli.options import Force, Name, Out
 
 
 class Target(StrEnum):
@@ -28,12 +28,13 @@ def emit(
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Print the equations of MODEL as C or NumPy source."""
     model = model_of(name)
     if called is not None and not (called.isidentifier() and called.isascii()):
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
-    place = screen.target(out, model.path) if out else None
+    place = screen.target(out, model.path, force) if out else None
     eom = derived(model)
     with screen.working("Compiling"):
         source = eom.compile(name=called or model.name).emit(target.value)

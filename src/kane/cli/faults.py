@@ -2,13 +2,16 @@
 """What goes wrong, as the command shows it: few lines and an exit code, never a traceback through `kane`."""
 
 import ast
+import errno
 import linecache
+import os
+import sys
 import sysconfig
 import textwrap
 import traceback
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +65,25 @@ def guarded() -> Iterator[None]:
         except KaneError as error:
             typer.echo(shown(f"error: {message_of(error)}"), err=True)
             raise typer.Exit(_USAGE if isinstance(error, Misuse) else _MODEL) from None
+        except OSError as error:
+            if error.errno in (None, errno.EPIPE):  # who reads has gone: the command line knows what to do
+                raise
+            place = f" to {error.filename}" if error.filename else ""
+            typer.echo(shown(f"error: Expected to write{place}, got {error.strerror}."), err=True)
+            _leave_stdout()
+            raise typer.Exit(_MODEL) from None
         except KeyboardInterrupt:
             typer.echo("Interrupted.", err=True)
             raise typer.Exit(_INTERRUPTED) from None
+
+
+def _leave_stdout() -> None:
+    """What could not be written is not tried again at exit."""
+    with suppress(OSError, ValueError):
+        sys.stdout.flush()
+        return
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def message_of(error: Exception) -> str:

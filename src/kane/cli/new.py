@@ -9,17 +9,16 @@ import typer
 
 from kane.cli import screen
 from kane.cli.faults import Misuse
+from kane.cli.options import Force
 
 
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Python file to write.", show_default=False)],
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a commented model file: a double pendulum on a cart held by a spring."""
     if file.suffix != ".py":
         raise Misuse(f"Expected a name that ends in .py, got {file}: `kane new {file.with_suffix('.py')}`.")
-    if file.exists() and not force:
-        raise Misuse(f"Expected a new file, got {file}, which is there already. Choose another name, or add --force.")
     _, _, text = (files("kane.cli") / "example.py").read_text(encoding="utf-8").partition("\n")  # without the licence
-    screen.write(screen.target(file, None), text)
+    screen.write(screen.target(file, None, force), text)
     typer.echo(f"Go on with: kane check {file}", err=True)

@@ -9,7 +9,7 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import model_of
 from kane.cli.motion import motion, start
-from kane.cli.options import End, Inputs, Name, Out, Parameters, Q, U
+from kane.cli.options import End, Force, Inputs, Name, Out, Parameters, Q, U
 from kane.present.checks import energy_check
 
 
@@ -21,12 +21,13 @@ def report(
     u: U = None,
     parameter: Parameters = None,
     input: Inputs = None,
+    force: Force = False,
 ) -> None:
     """Write the derivation of MODEL, and a motion where START is known, as one HTML page that works offline."""
     from kane.present.report import report as written  # matplotlib and jinja2 only here
 
     model = model_of(name)
-    place = screen.target(out or Path(f"{model.name}.html"), model.path)
+    place = screen.target(out or Path(f"{model.name}.html"), model.path, force)
     eom = derived(model)
     begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
     asked = t1 is not None or any((q, u, parameter, input))

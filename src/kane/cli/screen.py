@@ -55,12 +55,14 @@ def _plain(value: Any) -> Any:
     return number if math.isfinite(number) else None
 
 
-def target(path: Path, source: Path | None) -> Path:
-    """Where a result may be written: Misuse over the model, or where no file can be; folders are made."""
+def target(path: Path, source: Path | None, force: bool = False) -> Path:
+    """Where a result may be written: Misuse over the model, over a file unless `force`, or where no file can be; folders are made."""
     if source is not None and path.resolve() == source.resolve():
         raise Misuse(f"Expected another file to write than the model's own, got {path}.")
     if path.is_dir():
         raise Misuse(f"Expected a file to write, got the folder {path}.")
+    if path.is_file() and not force:
+        raise Misuse(f"Expected a new file, got {path}, which is there already. Choose another name, or add --force.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         there = path.exists()

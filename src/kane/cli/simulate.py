@@ -14,7 +14,7 @@ from kane.cli.derive import derived
 from kane.cli.faults import Misuse
 from kane.cli.models import model_of
 from kane.cli.motion import motion, start
-from kane.cli.options import AsJson, End, Inputs, Name, Parameters, Q, U
+from kane.cli.options import AsJson, End, Force, Inputs, Name, Parameters, Q, U
 from kane.dynamics.events import SINGULAR
 from kane.present.checks import energy_check
 
@@ -35,14 +35,15 @@ def simulate(
         Path | None,
         typer.Option("--plot", help="File for coordinates, speeds, reactions and energy: .png, .svg or .pdf."),
     ] = None,
+    force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Simulate MODEL from START; leave with 1 if the motion breaks off or its energy does not hold."""
     model = model_of(name)
     eom = derived(model)
     begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
-    place = screen.target(table, model.path) if table else None
-    drawing = screen.target(_drawable(figure), model.path) if figure else None
+    place = screen.target(table, model.path, force) if table else None
+    drawing = screen.target(_drawable(figure), model.path, force) if figure else None
     sol = motion(model, eom, begin, t1)
     if place:
         _write(place, sol)

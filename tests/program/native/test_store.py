@@ -308,13 +308,24 @@ class TestUnwritable:
         assert store.read(KEY) == IMAGE
 
     @posix
+    def test_pipe_in_place_of_an_entry(self, folder):
+        """It would be waited for until somebody writes into it."""
+        written(folder)
+        entry(folder).unlink()
+        os.mkfifo(entry(folder), 0o600)
+        with pytest.warns(KaneWarning, match="Expected a file as cache entry, got something else at"):
+            assert store.read(KEY) is None
+        store.write(KEY, IMAGE)
+        assert store.read(KEY) == IMAGE
+
+    @posix
     def test_unreadable_entry(self, folder, monkeypatch):
         path = written(folder)
 
         def refuse(*_, **__):
             raise PermissionError(13, "Permission denied")
 
-        monkeypatch.setattr(Path, "open", refuse)
+        monkeypatch.setattr(os, "open", refuse)
         with pytest.warns(KaneWarning, match=f"Expected to read the cache entry {path}, got Permission denied"):
             assert store.read(KEY) is None
 

@@ -25,6 +25,7 @@ LIMIT = 256 * 2**20
 _FORMAT = "kane object 1"
 _SUFFIX = ".kaneobj"
 _PART = ".part"
+_READ = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)  # a pipe of that name is not waited for
 _ABANDONED = 3600.0
 """Seconds after which a half-written entry is taken to be one of a process that has died."""
 
@@ -64,13 +65,17 @@ def read(name: str) -> bytes | None:
         return None
     path = place / (name + _SUFFIX)
     try:
-        with path.open("rb") as file:
+        with open(os.open(path, _READ), "rb") as file:
             status = os.fstat(file.fileno())  # of what is read: the path may mean something else by now
-            head, _, image = file.read().partition(b"\n")
+            ordinary = stat.S_ISREG(status.st_mode)
+            head, _, image = file.read().partition(b"\n") if ordinary else (b"", b"", b"")
     except FileNotFoundError:
         return None
     except OSError as error:
         warn(f"Expected to read the cache entry {path}, got {error.strerror or error}. Compiling anew.")
+        return None
+    if not ordinary:
+        warn(f"Expected a file as cache entry, got something else at {path}. Compiling anew and replacing it.")
         return None
     if not _private(status):
         warn(f"Expected a cache entry that {_PRIVATE}, got {path} ({_owner(status)}). Compiling anew and replacing it.")
