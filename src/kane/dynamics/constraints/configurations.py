@@ -25,7 +25,7 @@ from kane.numeric.named import finite_number, named_values
 from kane.numeric.sample import HIGH, LOW, values_of
 
 _SEED = 20322
-_TRIES = (12, 60, 300)
+_TRIES = (12, 60, 300, 1500)
 """How many starts are made together: more where none of those before was closed."""
 _FEW, _MORE = 6, 1500
 """How many configurations are so few that more are looked for, and how many coordinates are moved at once for that."""
