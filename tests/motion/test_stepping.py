@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.stepping import crossings
+from kane.motion.met import crossings
 
 
 def met(kept, dense, direction=0):
     """Times at which the quantity, `kept` at the ends of a step from 0 to 1 and a + b t between, passes zero."""
     event = kn.Event("zero", kn.time, 0.0, direction)
-    values = tuple(np.array([v]) for v in kept)
-    found = crossings([event], lambda t, y: y, lambda t: np.array([dense[0] + dense[1] * t]), (0.0, 1.0), values)
+    values = np.array(kept)[:, None]
+    found = crossings(
+        [event], lambda t, y: y, lambda t: np.array([dense[0] + dense[1] * t]), np.array([0.0, 1.0]), values
+    )
     return [t for _, t in found]
 
 

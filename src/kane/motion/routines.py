@@ -83,6 +83,12 @@ class Routines:
             return np.zeros(0)
         return self.events(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
 
+    def watch_all(self, t: Array, y: Array) -> Array:
+        """The events' quantities (k × events) at times (k) and states (k × n)."""
+        if self.events is None:
+            return np.zeros((len(t), 0))
+        return self.events(t, y[:, : self.width], self.p, np.array([self.inputs(s) for s in t]))
+
     def values(self, t: float, y: Array) -> dict[Expr, Any]:
         """A number for every symbol of the equations."""
         eom = self.eom

@@ -17,10 +17,12 @@ from kane.motion.drives import Function, check_prescribed, input_functions
 from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
 from kane.motion.start import (
+    check_breakpoints,
     check_events,
     check_masses,
     check_rates,
     check_span,
+    check_step,
     check_steps,
     check_tolerance,
     sample_times,
@@ -46,6 +48,8 @@ def simulate(
     atol: float = 1e-9,
     samples: int | Sequence[float] = 501,
     max_steps: int = 1_000_000,
+    max_step: float | None = None,
+    breakpoints: Sequence[float] = (),
     settings: Settings | None = None,
 ) -> Solution:
     """The motion from `span[0]` to `span[1]` (s).
@@ -66,6 +70,9 @@ def simulate(
     method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
     rtol, atol : relative and absolute tolerance
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
+    max_steps : after how many steps to stop
+    max_step : the longest step (s): a pulse or a barrier that is shorter than an eighth of a step may be leapt over
+    breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
     settings : how to compile
 
     Raises
@@ -83,7 +90,14 @@ def simulate(
         )
     if method not in SOLVERS:
         raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
-    solver = Method(method, check_tolerance("rtol", rtol), check_tolerance("atol", atol), check_steps(max_steps))
+    solver = Method(
+        method,
+        check_tolerance("rtol", rtol),
+        check_tolerance("atol", atol),
+        check_steps(max_steps),
+        check_step(max_step),
+        check_breakpoints(breakpoints),
+    )
     constants = parameter_values(eom.system, parameters)
     check_masses(eom, constants)
     drives = input_functions(eom, inputs, span)

@@ -95,3 +95,26 @@ def check_rates(names: Sequence[str], rates: Array, t: float, why: Callable[[], 
             f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t:g}: the equations are singular at "
             f"this state ({why()}). Start elsewhere, or choose coordinates and speeds that are regular here."
         )
+
+
+def check_step(longest: Any) -> float:
+    """The length of a step above zero, infinite where there is none."""
+    if longest is None:
+        return float("inf")
+    number = finite_number("length", "max_step", longest)
+    if not number > 0:
+        raise SimulationError(f"Expected max_step > 0, the longest step in s, got {longest!r}.")
+    return number
+
+
+def check_breakpoints(times: Any) -> tuple[float, ...]:
+    """Times at which steps must end, in order."""
+    try:
+        found = np.unique(np.asarray(times, dtype=float).ravel())
+    except (TypeError, ValueError) as error:
+        raise SimulationError(
+            f"Expected breakpoints as times, got {times!r:.60}. Give a sequence of times in s."
+        ) from error
+    if not np.all(np.isfinite(found)):
+        raise SimulationError(f"Expected breakpoints at finite times, got {times!r:.60}.")
+    return tuple(found.tolist())

@@ -5,7 +5,6 @@ A motion breaks off where a drive cannot hold its constraints any further, or wh
 """
 
 import warnings
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,6 +15,7 @@ from kane.equations.equations import Equations
 from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
+from kane.motion.met import PARTS, crossings, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
@@ -29,7 +29,6 @@ _DRIFT = 10.0
 """Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
 _NARROW = 1e-12
 """Share of the time below which a step is not halved any more."""
-_TIME_TOLERANCE = 1e-12
 _AHEAD = 1e-3
 """Share of the time after which a motion that broke off is asked whether its constraints can be held there."""
 _SHORT_OF_RANK = 0.02
@@ -38,19 +37,26 @@ _SHORT_OF_RANK = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """One of SciPy's solvers by name, relative and absolute tolerance, and how many steps are allowed."""
+    """One of SciPy's solvers by name, relative and absolute tolerance, how many steps, how long, and where they end."""
 
     name: str
     rtol: float
     atol: float
     max_steps: int
+    max_step: float = np.inf
+    breakpoints: tuple[float, ...] = ()
 
     def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
-        """SciPy's solver at a state."""
+        """SciPy's solver at a state, up to the next of the breakpoints: to the last number before it, as rates may jump there."""
         from scipy import integrate
 
+        ahead = [b for b in self.breakpoints if t < b < end]
+        end = float(np.nextafter(min(ahead), t)) if ahead else end
+        first_step = first_step and min(first_step, end - t, self.max_step)
         make = getattr(integrate, self.name)
-        return make(stepper.rate, t, y, end, first_step=first_step, rtol=self.rtol, atol=self.atol)
+        return make(
+            stepper.rate, t, y, end, first_step=first_step, rtol=self.rtol, atol=self.atol, max_step=self.max_step
+        )
 
 
 class End(NamedTuple):
@@ -71,6 +77,7 @@ class Course:
         self.stepper, self.method, self.span, self.times = stepper, method, span, times
         self.solver = method.solver(stepper, span[0], start, span[1])
         self.watched = stepper.now.watch(span[0], start)
+        self.largest = np.abs(self.watched)
         self.t = [span[0]]
         self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
         self.events: list[tuple[Event, float]] = []
@@ -109,10 +116,10 @@ class Course:
             return self._stopped(not_held(stepper, before, last, span, missed))
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
         after = stepper.now.watch(solver.t, kept)
-        end, at = self._met(dense, (self.watched, after)), solver.t
+        end, at = self._met(dense, after), solver.t
         if end is not None:
             at = self.events[-1][1]
-        elif solver.status == "finished":
+        elif solver.t >= span[1]:
             end = End("finished", f"reached t = {span[1]:g}")
         for t in [*self.times[(self.times > self.t[-1]) & (self.times < at)], *([at] if end else [])]:
             self._sample(float(t), dense(t))
@@ -131,10 +138,18 @@ class Course:
             self._sample(float(self.solver.t), self.solver.y)
         return End("stopped", message)
 
-    def _met(self, dense: Any, watched: tuple[Array, Array]) -> End | None:
+    def _met(self, dense: Any, after: Array) -> End | None:
         """Notes the events of a step, up to one that ends the motion."""
-        step = (self.solver.t_old, self.solver.t)
-        for event, t in crossings(self.stepper.eom.events, self.stepper.now.watch, dense, step, watched):
+        now, events = self.stepper.now, self.stepper.eom.events
+        if not events:
+            return None
+        times = np.linspace(self.solver.t_old, self.solver.t, PARTS + 1)
+        within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
+        values = np.vstack([self.watched, within, after])
+        self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
+        met = crossings(events, now.watch, dense, times, values)
+        met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
+        for event, t in sorted(met, key=lambda pair: pair[1]):
             self.events.append((event, t))
             if event.terminal:
                 return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
@@ -146,7 +161,9 @@ class Course:
         changed = self.stepper.settle(end, kept, numbers)
         if changed:
             self.watched = self.stepper.now.watch(end, kept)
-        if changed or not np.array_equal(kept, self.solver.y):
+        if self.solver.status == "finished":  # at a breakpoint, beyond which rates may be others
+            self._restart(float(np.nextafter(end, np.inf)), kept)
+        elif changed or not np.array_equal(kept, self.solver.y):
             self._take(kept, changed)
         self._jump = self._jump if end < self._jump and not changed else np.inf
         if np.isfinite(self._jump) and hasattr(self.solver, "h_abs"):
@@ -178,44 +195,6 @@ def _step(solver: Any) -> str | None:
             return message
     except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
         return str(error)
-
-
-def crossings(
-    events: Sequence[Event],
-    watch: Callable[[float, Array], Array],
-    dense: Callable[[float], Array],
-    span: tuple[float, float],
-    values: tuple[Array, Array],
-) -> list[tuple[Event, float]]:
-    """The events that a step from `span[0]` to `span[1]` meets, in order of time.
-
-    `watch` gives the events' quantities at a time and state, `values` those at both ends of the step.
-    """
-    t_old, t_new = span
-    met: list[tuple[Event, float]] = []
-    for k, event in enumerate(events):
-        a, b = values[0][k] - event.threshold, values[1][k] - event.threshold
-        falls, rises = a > 0 >= b and event.direction <= 0, a < 0 <= b and event.direction >= 0
-        if not (falls or rises):
-            continue
-
-        def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
-            return float(watch(t, dense(t))[k] - threshold)
-
-        met.append((event, _located(gap, t_old, t_new, a, b)))
-    return sorted(met, key=lambda pair: pair[1])
-
-
-def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float, b: float) -> float:
-    """Where `gap` passes zero, a and b being its values at the states kept; an end that projection moved across is the place."""
-    from scipy.optimize import brentq
-
-    first, last = gap(t_old), gap(t_new)
-    if first * a <= 0:
-        return t_old
-    if b == 0 or last * a > 0:
-        return t_new
-    return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE))
 
 
 def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], failure: str | None) -> str:

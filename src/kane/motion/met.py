@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Events that a step meets: quantities looked at on the solver's interpolant, `PARTS` times a step, and located between.
+
+What passes its threshold and comes back within a part of a step is not seen. A pivot of W need not change its sign where it vanishes
+(x² of u = x² x'): where it is smallest, it is compared with the largest that it has been.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from kane.dynamics.events import SINGULAR
+from kane.model.declarations import Event
+from kane.numeric.arrays import Array
+
+PARTS = 8
+"""In so many parts a step is looked at."""
+_TIME_TOLERANCE = 1e-12
+_GONE, _LOOSE = 1e-9, 1e-2
+"""Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
+_SMALL = 0.1
+"""Share below which it is asked whether it does between two places."""
+
+Watch = Callable[[float, Array], Array]
+Dense = Callable[[float], Array]
+Met = tuple[Event, float]
+
+
+def crossings(events: Sequence[Event], watch: Watch, dense: Dense, times: Array, values: Array) -> list[Met]:
+    """The events that a step meets, in order of time.
+
+    `watch` gives the events' quantities at a time and state, `values` (k × events) those at `times` (k), whose first and last are the
+    ends of the step.
+    """
+    met: list[Met] = []
+    for k, event in enumerate(events):
+        over = values[:, k] - event.threshold
+        a, b = over[:-1], over[1:]
+        falls, rises = (a > 0) & (b <= 0) & (event.direction <= 0), (a < 0) & (b >= 0) & (event.direction >= 0)
+
+        def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
+            return float(watch(t, dense(t))[k] - threshold)
+
+        for i in np.flatnonzero(falls | rises):
+            met.append((event, _located(gap, times[i], times[i + 1], over[i], over[i + 1])))
+    return sorted(met, key=lambda pair: pair[1])
+
+
+def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float, b: float) -> float:
+    """Where `gap` passes zero, a and b being its values at the states kept; an end that projection moved across is the place."""
+    from scipy.optimize import brentq
+
+    first, last = gap(t_old), gap(t_new)
+    if first * a <= 0:
+        return float(t_old)
+    if b == 0 or last * a > 0:
+        return float(t_new)
+    return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE, maxiter=1000, disp=False))
+
+
+def vanishing(
+    events: Sequence[Event], watch: Watch, dense: Dense, times: Array, values: Array, largest: Array, rtol: float
+) -> list[Met]:
+    """The pivots of W that vanish in a step where they are smallest; `largest` (events) holds the sizes that they have had."""
+    met: list[Met] = []
+    gone = max(_GONE, _LOOSE * rtol)
+    for k, event in enumerate(events):
+        size = np.abs(values[:, k])
+        if not event.name.startswith(SINGULAR) or not size.min() < _SMALL * largest[k]:
+            continue
+        i = int(np.argmin(size))
+
+        def left(t: float, k: int = k) -> float:
+            return abs(float(watch(t, dense(t))[k]))
+
+        t = _smallest(left, float(times[max(i - 1, 0)]), float(times[min(i + 1, len(times) - 1)]))
+        least, t = min((size[i], float(times[i])), (left(t), t))
+        if least <= gone * largest[k]:
+            met.append((event, t))
+    return met
+
+
+def _smallest(size: Callable[[float], float], start: float, end: float) -> float:
+    """Where `size` is smallest between two times."""
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(size, bounds=(start, end), method="bounded", options={"xatol": 1e-7 * (end - start)})
+    return float(found.x)

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Events within a step, steps that are bounded or end where they are told, pivots that vanish without a change of sign."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+x = kn.coordinate("x")
+v = kn.speed("v")
+P = O.at("P", x * N.x)
+F = kn.input("F")
+
+
+def line(force=None, events=(), speed=None):
+    """A particle of 1 kg on a line."""
+    loads = [] if force is None else [kn.Force(P, force * N.x)]
+    speeds = {v: x.dt if speed is None else speed}
+    return kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds=speeds, loads=loads, events=events))
+
+
+class TestWithinAStep:
+    def test_both_crossings_of_one_step_are_met(self):
+        """x = t (2 − t) is above 0.9 between 1 ± √0.1, in one step of the many that are not needed."""
+        eom = line(-2.0, [kn.Event("high", x, 0.9, terminal=False)])
+        sol = kn.simulate(eom, (0, 2), q=[0], u=[2], rtol=1e-6, atol=1e-6)
+        assert [t for _, t in sol.events] == pytest.approx([1 - np.sqrt(0.1), 1 + np.sqrt(0.1)], abs=1e-6)
+        assert sol.steps < 10
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_random_levels_of_a_swing_are_met_as_often_as_they_are(self, seed):
+        rng = np.random.default_rng(seed)
+        levels = rng.uniform(-0.95, 0.95, 4)
+        eom = line(-x, [kn.Event(f"level {k}", x, h, terminal=False) for k, h in enumerate(levels)])
+        sol = kn.simulate(eom, (0, 30), q=[1], u=[0], rtol=1e-5, atol=1e-5, samples=2)
+        assert max(np.diff([0.0, 30.0])) / sol.steps > 0.3  # long steps
+        for k, h in enumerate(levels):
+            found = [t for e, t in sol.events if e.name == f"level {k}"]
+            first = np.arccos(h)
+            turns = np.arange(6) * 2 * np.pi
+            expected = np.sort(np.concatenate([turns + first, turns + 2 * np.pi - first]))
+            np.testing.assert_allclose(found, expected[expected < 30], atol=2e-3)
+
+
+class TestSteps:
+    def test_a_thin_barrier_is_seen_by_short_steps(self):
+        """A wall of 1 mm that takes 0.005 J at a speed of 1 m/s: leapt over, or felt with max_step."""
+        wall = kn.where(kn.less((x - 0.5) ** 2, 0.0005**2), -5.0, 0.0)
+        sol = kn.simulate(line(wall), (0, 1), q=[0], u=[1], rtol=1e-6, atol=1e-6, max_step=2e-4, samples=3)
+        assert sol["v"][-1] == pytest.approx(np.sqrt(1 - 2 * 0.005), abs=1e-4)
+        assert sol.steps > 4000
+
+    @pytest.mark.parametrize("method", ["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"])
+    def test_a_pulse_between_breakpoints(self, method):
+        """1000 N for 1 ms gives 1 m/s, late on a long way without any force; nothing is lost and little is spent."""
+
+        def pulse(t):
+            return 1000.0 if 7.0 <= t < 7.001 else 0.0
+
+        given = {"q": [0], "u": [0], "inputs": {F: pulse}, "method": method, "rtol": 1e-6, "atol": 1e-6, "samples": 3}
+        sol = kn.simulate(line(F), (0, 10), breakpoints=[7.0, 7.001], **given)
+        assert sol["v"][-1] == pytest.approx(1.0, abs=1e-5)
+        assert sol["x"][-1] == pytest.approx(2.9995, abs=1e-4)
+        assert sol.steps < 150
+        assert sol.t[-1] == 10
+
+    def test_breakpoints_in_any_order_and_beyond_the_span(self):
+        plain = kn.simulate(line(-x), (0, 3), q=[1], u=[0], samples=4)
+        sol = kn.simulate(line(-x), (0, 3), q=[1], u=[0], samples=4, breakpoints=[2, -1, 1, 1, 3, 9, 0])
+        np.testing.assert_allclose(sol.states, plain.states, atol=1e-8)
+        assert sol.status == "finished"
+
+    @pytest.mark.parametrize(
+        ("given", "message"),
+        [
+            ({"max_step": 0}, "Expected max_step > 0"),
+            ({"max_step": "x"}, "max_step"),
+            ({"breakpoints": [np.nan]}, "breakpoints at finite times"),
+            ({"breakpoints": "soon"}, "Expected breakpoints as times"),
+        ],
+    )
+    def test_errors(self, given, message):
+        with pytest.raises(kn.SimulationError, match=message):
+            kn.simulate(line(), (0, 1), q=[0], u=[0], **given)
+
+
+SLOW = pytest.mark.slow
+
+
+class TestVanishingPivots:
+    """u = xⁿ x' and no force: x = t − 1, which has no rate by u at t = 1. A motion ends there, and none is wrong."""
+
+    @pytest.mark.parametrize("power", [1, 2, 3, 4])
+    @pytest.mark.parametrize(
+        "method", ["DOP853", "Radau", *(pytest.param(m, marks=SLOW) for m in ("RK23", "RK45", "BDF", "LSODA"))]
+    )
+    @pytest.mark.parametrize("tolerance", [1e-6, pytest.param(1e-9, marks=SLOW), pytest.param(1e-4, marks=SLOW)])
+    def test_none_is_passed(self, power, method, tolerance):
+        eom = line(speed=x**power * x.dt)
+        given = {"method": method, "rtol": tolerance, "atol": tolerance, "samples": 5}
+        sol = kn.simulate(eom, (0, 3), q=[-1], rates={x: 1.0}, max_steps=5000, **given)
+        assert sol.status in ("event", "stopped")
+        assert "W of q' = W u + X divides by x" in sol.message
+        assert sol.t[-1] == pytest.approx(1, abs=0.05)
+        np.testing.assert_allclose(sol["x"][:2], sol.t[:2] - 1, atol=1e3 * tolerance)
+        np.testing.assert_allclose(sol["x"][-1], sol.t[-1] - 1, atol=0.05)
+
+    def test_a_pivot_that_is_small_without_vanishing(self):
+        """u = (x² + c²) x' is regular everywhere, however small c is beside the rest of the way."""
+        eom = line(speed=(x**2 + 1e-3**2) * x.dt)
+        sol = kn.simulate(eom, (0, 3), q=[-1], rates={x: 1.0}, rtol=1e-11, atol=1e-13, samples=5)
+        assert sol.status == "finished"
+        np.testing.assert_allclose(sol["x"], sol.t - 1, atol=1e-4)
+
+    def test_by_areal_velocity_through_the_pole(self):
+        """u = r² θ' of a particle that passes the pole at 1e-4 of where it comes from goes on; through the pole there is no θ."""
+        (r, th), (w, s) = kn.coordinates("r th"), kn.speeds("w s")
+        R = N.rotate("R", th, N.z)
+        p = O.at("p", r * R.x)
+        eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", p, 1)], speeds={w: r**2 * th.dt, s: r.dt}))
+        far = kn.simulate(eom, (0, 2), q=[1, 0], u=[1e-2, -1], rtol=1e-10, atol=1e-10, samples=3)
+        assert far.status == "finished"
+        np.testing.assert_allclose(far["r"], np.hypot(1 - far.t, 1e-2 * far.t), atol=1e-7)
+        through = kn.simulate(eom, (0, 2), q=[1, 0], u=[0, -1], samples=3)
+        assert through.status == "event"
+        assert "divides by r^2" in through.message
