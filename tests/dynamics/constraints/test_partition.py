@@ -57,3 +57,12 @@ def test_quality_is_that_of_the_block_in_whatever_order_it_is_eliminated():
         assert quality(a, Partition((0, 1), (0, 1), ())) == pytest.approx(1.0)
     assert quality(np.array([[1e-9, 1.0]]), Partition((0,), (0,), ()), np.ones((1, 2))) == pytest.approx(1e-9)
     assert quality(np.zeros((1, 2)), Partition((0,), (0,), ())) == 0
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-13, -3e-13, 1e-10])
+def test_what_rounding_leaves_of_zero_fills_nothing(noise, rng):
+    """Of entries that are alike the first is taken, and a row that is zero where another is eliminated stays as empty as it was."""
+    a = np.array([[1.0, 0, 0, -1, 1], [noise, 1, 0, 1, 0], [-1.0, 0, 1, 0, 0], [noise, 0, 1, 0, 1]])
+    plain = choose(np.where(np.abs(a) > 1e-9, a, 0.0))
+    assert choose(a) == plain
+    assert choose(a * (1 + 1e-12 * rng.normal(size=a.shape))) == plain

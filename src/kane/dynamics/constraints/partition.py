@@ -80,8 +80,9 @@ def choose(
             factor = work[i, c] / work[r, c]
             if factor:
                 work[i] -= factor * work[r]
-                full[i] |= full[r]
-                cheap[i] &= ~full[r]
+                if full[i, c]:  # not what rounding leaves of zero
+                    full[i] |= full[r]
+                    cheap[i] &= ~full[r]
                 work[i, c] = 0.0
     return Partition(tuple(rows), tuple(columns), tuple(sorted(left)))
 
@@ -97,7 +98,8 @@ def _pivot(work: Array, full: Mask, cheap: Mask, rows: list[int], columns: list[
         return None
     shape = full[places]
     cost = np.outer(shape.sum(axis=1) - 1, shape.sum(axis=0) - 1) + 0.5 * ~cheap[places]
-    cost = np.where(block >= _LARGE * largest, cost, np.inf) - 1e-3 * block / largest
+    # what only rounding tells apart is a tie, which the order decides
+    cost = np.where(block >= _LARGE * largest, cost, np.inf) - 1e-3 * np.round(block / largest, 6)
     i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
     return rows[i], columns[j]
 
