@@ -50,12 +50,13 @@ class System(Declarations):
     reactions : reactions to bring into evidence
     auxiliary_speeds : explicit auxiliary speeds
     events : quantities to watch in simulations
-    coordinates : their order, if not that of their first appearance
+    coordinates : their order, if not that of the joints, then that of their first appearance
     holonomic : configuration constraints f(q, t) = 0: from `kn.coincident`, `kn.distance`, …, or scalars that must vanish
     nonholonomic : motion constraints, affine in the rates: from `kn.rolling`, `kn.no_slip`, or scalars that must vanish
     dependent_coordinates : which coordinates the configuration constraints give, chosen by rank if left out
     dependent_speeds : which speeds the constraints give, in the order in which they are to stand; chosen by rank if left out
-    joints : joints to be known by name; their speeds come first, but for joints whose rates `speeds` defines otherwise
+    joints : joints to be known by name; their coordinates and speeds come first, in this order. Where `speeds` defines the rates of
+        one otherwise, these definitions take their place
     """
 
     def __init__(
@@ -90,8 +91,8 @@ class System(Declarations):
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
-        told = with_joints(speeds, joints)
-        ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates)
+        told, first = with_joints(speeds, joints), (q for joint in joints for q in joint.coordinates)
+        ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
         definitions = speed_definitions(told, ordered, euler)
         matter = list(contents(bodies, own, gravities))
         watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints)]

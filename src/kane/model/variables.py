@@ -40,17 +40,20 @@ def euler_sets(frames: tuple[Frame, ...]) -> tuple[EulerParameters, ...]:
 
 
 def ordered_coordinates(
-    symbols: tuple[Symbol, ...], order: Sequence[Coordinate | str] | None
+    symbols: tuple[Symbol, ...], order: Sequence[Coordinate | str] | None, first: Iterable[Coordinate] = ()
 ) -> tuple[Coordinate, ...]:
-    """The coordinates in the order given, else as they first appear, those of positions first; q1, q2, … stay together."""
+    """The coordinates in the order given, else those of joints, `first`, then the others as they appear.
+
+    Of the others those of positions come before those of orientations, and q1, q2, … stay together.
+    """
     seen = dict.fromkeys(s for s in symbols if isinstance(s, Coordinate))
     if order is None:
+        early = dict.fromkeys(q for q in first if q in seen)
         groups: dict[str, list[Coordinate]] = {}
-        for q in seen:
+        for q in (q for q in seen if q not in early):
             groups.setdefault(q.name.rstrip("0123456789"), []).append(q)
-        return Symbols(
-            q for stem, group in groups.items() for q in sorted(group, key=lambda q: int(q.name[len(stem) :] or -1))
-        )
+        rest = (sorted(group, key=lambda q: int(q.name[len(stem) :] or -1)) for stem, group in groups.items())
+        return Symbols((*early, *(q for group in rest for q in group)))
     listed = _coordinates(by_name(order, seen))
     unused = [q for q in listed if q not in seen]
     if unused:

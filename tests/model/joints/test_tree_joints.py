@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import kane as kn
 from tests.model.joints.kinds import AXIS, KINDS, PITCH, rigid
@@ -223,7 +225,7 @@ class TestSystem:
     def test_speeds_of_ones_own_take_their_place(self):
         u, (q,) = kn.speed("w"), self.hinge.coordinates
         system = kn.System(N, bodies=self.bodies, joints=[self.hinge, self.rail], speeds={u: 3 * q.dt})
-        assert list(map(str, system.speeds)) == ["u_rail", "w"]
+        assert list(map(str, system.speeds)) == ["w", "u_rail"]
         assert list(map(str, system.replace(speeds="rates").speeds)) == ["u_q_rail", "u_q_hinge_A"]
 
     def test_faults(self):
@@ -327,3 +329,29 @@ def test_names_in_one_text(several):
     assert [q.name for q in joint.coordinates] == ["a", "b", "th"]
     assert [u.name for u in joint.speeds] == ["u1", "u2", "u3"]
     assert {q.unit for q in joint.coordinates} == {"m", "rad"}
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.lists(st.sampled_from(sorted(KINDS)), min_size=2, max_size=4), st.randoms(use_true_random=False), st.booleans()
+)
+def test_coordinates_and_speeds_are_in_one_order_that_of_the_joints(kinds, random, own):
+    """Vectors filled joint by joint are right, whichever joints slide, turn or have Euler parameters."""
+    at, frame, joints, bodies = O, N, [], []
+    for k, kind in enumerate(kinds):
+        joint = KINDS[kind].make(f"j{k}", at, frame)
+        at, frame = joint.point.at(f"P{k}", 0.1 * joint.frame.x), joint.frame
+        joints.append(joint)
+        bodies.append(
+            kn.RigidBody(f"b{k}", frame=frame, mass_center=at, mass=1, inertia=kn.solid_sphere(frame, 1, 0.1))
+        )
+    random.shuffle(joints)
+    told = (
+        {kn.speed(f"v{q}"): 2 * q.dt for q in joints[0].coordinates}
+        if own and "e0" not in str(joints[0].coordinates)
+        else {}
+    )
+    system = kn.System(N, bodies=bodies, joints=joints, speeds=told)
+    assert list(system.coordinates) == [q for joint in joints for q in joint.coordinates]
+    speeds = [told or joint.speeds if joint is joints[0] else joint.speeds for joint in joints]
+    assert list(system.speeds) == [u for own_speeds in speeds for u in own_speeds]

@@ -243,7 +243,7 @@ def mirrored(v: Vector, frame: Frame, other: Frame) -> Vector:
 
 
 def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint]) -> Mapping[Speed, Any] | str:
-    """The definitions of the speeds: the joints', in order, but for those whose rates are defined otherwise, then the others."""
+    """The definitions of the speeds: the joints' own, or those of their rates in `speeds`, joint by joint, then the others."""
     if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
         return speeds  # what is no mapping is refused where the definitions are read
     if speeds is None and not joints:
@@ -252,6 +252,7 @@ def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint
     scalars = {u: as_expr(e) for u, e in definitions.items() if not isinstance(e, Vector)}
     own: dict[Speed, Any] = {}
     for joint in joints:
-        if not joint.defined_by(scalars):
-            own.update(joint.speeds)
+        others = {u: definitions[u] for u, e in scalars.items() if joint.defined_by({u: e})}
+        for u, e in (others or joint.speeds).items():
+            own.setdefault(u, e)
     return own | definitions
