@@ -11,6 +11,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import derived
 from kane.dynamics.events import watched_events
 from kane.dynamics.poles import without_poles
+from kane.dynamics.potentials import check_potentials
 from kane.dynamics.routes.table import solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
@@ -45,6 +46,7 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
     parts = derived(system, place(system, near))
     held = parts.constraints.constraints
     partition = first_partition(system, parts.constraints, parts.compared) if held else None
+    check_potentials(parts)
     regular = without_poles(parts, partition)
     return _equations(solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds"))
 

@@ -64,7 +64,7 @@ class Sample:
         return self.turns[frame]
 
     @cached_property
-    def _inverse(self) -> Array:
+    def inverse(self) -> Array:
         """W: the rates (rates × speeds) of one speed at a time."""
         rates = self.speeds.rates
         numbers = [dict(zip(row, self.numbers(row.values()), strict=True)) for row in self.speeds.rows]
@@ -73,12 +73,17 @@ class Sample:
 
     def coefficients(self, v: Vector) -> Array:
         """What multiplies each speed in the three measure numbers of `v` along the root's axes."""
+        total = self.in_root(v)
+        return np.asarray((total[:, :-1] - total[:, -1:]) @ self.inverse)
+
+    def in_root(self, v: Vector) -> Array:
+        """The three measure numbers of `v` along the root's axes, for each basic rate and for all at rest."""
         width = len(self.speeds.rates) + 1
         total = np.zeros((3, width))
         for frame, triple in v.parts:
             parts = [np.broadcast_to(x, (width,)) for x in self.numbers(triple)]
             total = total + self.turn(frame) @ np.array(parts)
-        return np.asarray((total[:, :-1] - total[:, -1:]) @ self._inverse)
+        return total
 
     def whole(self, coefficients: Array, frame: Basis) -> tuple[int, bool]:
         """How many measure numbers along `frame` may be sums of whole rows, and whether all that are not absent may.

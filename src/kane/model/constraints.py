@@ -11,7 +11,7 @@ partial velocities, the multiplier is a force or torque one can name, and reacti
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from kane.errors import ModelError
@@ -47,8 +47,8 @@ class Branch(Immutable):
 class Constraint(Immutable):
     """f = 0, with what a multiplier of one exerts.
 
-    `unit` is that of the multiplier; `own` is what ḟ has beyond its power; `branch` tells the orientation that is meant from others
-    at which f and its companions vanish too.
+    `unit` is that of the multiplier, `normal` that of the plane on which a body rolls; `own` is what ḟ has beyond its power;
+    `branch` tells the orientation that is meant from others at which f and its companions vanish too.
     """
 
     name: str
@@ -59,6 +59,7 @@ class Constraint(Immutable):
     unit: str = ""
     own: Expr = ZERO
     branch: Branch | None = None
+    normal: Vector | None = None
 
     @property
     def placed(self) -> bool:
@@ -226,8 +227,10 @@ def rolling(
         axes = [a for a in (frame.x, frame.y, frame.z) if a.dot(normal) is ZERO]
         if len(axes) != 2:
             raise ModelError(f"Expected along=unit vector in the plane across {normal} for {label!r}, got none.")
-        return no_slip(p, q, along=axes, name=label)
-    return no_slip(p, q, along=(along, normal.cross(along)), name=label)
+        found = no_slip(p, q, along=axes, name=label)
+    else:
+        found = no_slip(p, q, along=(along, normal.cross(along)), name=label)
+    return tuple(replace(c, normal=normal) for c in found)
 
 
 def configuration_constraint(name: str, f: Any) -> Constraint:

@@ -19,6 +19,7 @@ from kane.model.bodies import Body, Part, RigidBody, parts_of
 from kane.model.checks import listed
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.declarations import Declarations, Event
+from kane.model.doubtful import warn_of_doubts
 from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
 from kane.model.plausible import check_turning
@@ -114,6 +115,7 @@ class System(Declarations):
             constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
         )  # fmt: skip
         check_units(self, symbols)
+        warn_of_doubts(inertial, tuple(parts_of(bodies)), gravities, constraints)
         check_turning(inertial, [(x.name, x.frame, x.inertia) for x in parts_of(bodies) if x.frame and x.inertia])
 
     @property

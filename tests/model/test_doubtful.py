@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models that are surely not meant are warned of; sound ones pass without a word."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import pytest
+
+import kane as kn
+from kane.gallery import GALLERY, load
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+q1, q2, q3, x, y = kn.coordinates("q1 q2 q3 x y")
+R, g = kn.parameter("R", 0.3), kn.parameter("g")
+Y = N.rotate("Y", q1, N.z)
+B = Y.rotate("B", q2, Y.x)
+C = B.rotate("C", q3, B.y)
+P = O.at("P", x * N.x + y * N.y)
+CENTER = P.at("C*", R * B.z)
+DISK = kn.RigidBody("disk", frame=C, mass_center=CENTER, mass=2, inertia=kn.thin_disk(C, 2, R, axis=C.y))
+
+
+def said(point: kn.Point | None, normal: kn.Vector = N.z, gravity: Any = None, bodies: Any = (DISK,)) -> list[str]:
+    held = kn.rolling(point, normal=normal) if point is not None else ()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        kn.System(N, bodies=bodies, speeds="rates", nonholonomic=held, loads=[kn.gravity(gravity or -g * N.z)])
+    return [str(w.message) for w in caught]
+
+
+RIGHT = {
+    "below the centre": CENTER.fixed_in(C, "D", -R * B.z),
+    "at the trace": P.fixed_in(C, "D"),
+    "of a frame fixed in the wheel": CENTER.fixed_in(C.rotate("C'", 0.3, C.x), "D", -R * B.z),
+}
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_a_particle_of_the_wheel(name):
+    assert said(RIGHT[name]) == []
+
+
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [
+        (
+            CENTER.fixed_in(B, "D", -R * B.z),
+            "the particle of 'disk' .*got D, a particle of B, which does not.*C\\*.fixed_in.C",
+        ),
+        (P.fixed_in(Y, "D"), "got D, a particle of Y"),
+        (CENTER.at("D", -R * B.z), "got D, a geometric point"),
+        (P, "got P, a geometric point.*O.fixed_in"),
+        (CENTER.fixed_in(C, "D", R * B.z), "got D beyond its mass centre. Change the sign"),
+    ],
+)
+def test_another_frame_or_side(point, message):
+    (told,) = said(point)
+    with pytest.raises(kn.KaneWarning, match=message):
+        raise kn.KaneWarning(told)
+
+
+def test_the_normal_to_the_other_side():
+    (told,) = said(CENTER.fixed_in(C, "D", -R * B.z), normal=-N.z)
+    assert "beyond its mass centre" in told
+
+
+@pytest.mark.parametrize("along", [B.z, C.x, Y.x, (N.z + C.z)])
+def test_gravity_that_turns(along):
+    (told,) = said(None, gravity=-g * along)
+    assert "along a direction that stays" in told
+    assert "Write it along N" in told
+
+
+@pytest.mark.parametrize(
+    "along", [N.z, Y.z, N.rotate("slope", 0.3, N.y).z, B.z.dot(N.z) * N.z - (B.z.dot(N.z) - 1) * N.z]
+)
+def test_gravity_that_stays(along):
+    assert said(None, gravity=-g * along) == []
+    assert said(None, gravity=-g * kn.sin(kn.time) * along) == []
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_the_gallery_is_sound(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load(name).system()
