@@ -46,6 +46,27 @@ def test_a_start_on_another_branch_is_refused_and_the_cure_works(kind):
             assert meant(kind, orientation(found, body)), (turn, place)
 
 
+@pytest.mark.parametrize("kind", ["slider", pytest.param("weld", marks=pytest.mark.slow)])
+def test_inverse_dynamics_asks_for_the_branch_too(kind):
+    body, system = closed(kind)
+    eom = kn.derive(system)
+    run = kn.inverse(eom, [u.dt for u in eom.speeds])
+    states = [dict(zip(body.coordinates, [0.0, 0.0, 0.0, *quaternion(turn)], strict=True)) for turn in EIGHT]
+    rest, closing = dict.fromkeys(eom.independent_speeds, 0.0), [c.expr for c in system.constraints]
+    right, *wrong = [q for q in states if np.abs(np.array(eom.evaluate(closing, q=q), dtype=float)).max() < 1e-12]
+    assert wrong
+    assert np.isfinite(list(run(q=right, u=rest).values())).all()
+    for q in wrong:
+        with pytest.raises(kn.SimulationError, match=f"{TURNED}. kn.assemble finds"):
+            run(q=q, u=rest)
+        with pytest.raises(kn.SimulationError, match=f"{TURNED} at index 1"):
+            run(q={s: [v, q[s]] for s, v in right.items()}, u=rest)
+
+
+def quaternion(turn):
+    return Rotation.from_matrix(turn).as_quat(scalar_first=True)
+
+
 def ends(q):
     """The complex numbers at the ends of the links of the four-bar."""
     return np.cumsum([length * np.exp(1j * q[k]) for length, k in zip((0.4, 1.0, 0.8), BAR.q, strict=True)])

@@ -14,6 +14,7 @@ import numpy as np
 
 from kane.analysis.local import independent_rows
 from kane.analysis.state import misses
+from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -23,7 +24,7 @@ from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Symbol, rate
+from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values, symbol_named
 from kane.numeric.rank import INVERSE_RANK, TAKES_PART, balance, singular
@@ -115,6 +116,7 @@ class Inverse:
         size = n + m + s
         solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
         _check_configuration(eom, solution.configuration)
+        _check_branch(eom, t, x, p, r)
         whole, right = np.concatenate([solution.matrix, -solution.drive], axis=-1), solution.right
         rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
         columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
@@ -181,6 +183,24 @@ def _check_configuration(eom: Equations, f: Array) -> None:
     if bad:
         raise SimulationError(
             f"Expected a state on the constraints, got coordinates that miss {bad}. Assemble it with kn.assemble."
+        )
+
+
+def _check_branch(eom: Equations, t: Array, x: Array, p: Array, r: Array) -> None:
+    """No closure is turned away from the branch that it means, at any of the states."""
+    meant = branches(eom.system)
+    if not meant:
+        return
+    rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, p, strict=True))}
+    rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
+    angles = turned_function(eom.system, rest)(x[..., : len(eom.coordinates)])
+    away = angles.any(axis=-1)
+    if away.any():
+        place = tuple(int(i) for i in np.argwhere(away)[0])
+        where = f" at index {place[0] if len(place) == 1 else place}" if place else ""
+        raise SimulationError(
+            f"Expected states on the branch that the closures mean, got {told(meant, angles[place])}{where}. kn.assemble finds one on "
+            "it from guesses, kn.guess(…) of the coordinates."
         )
 
 
