@@ -13,10 +13,12 @@ from kane.dynamics.derived import Derived, Exprs
 from kane.dynamics.lazy import Lately, read
 from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
-from kane.expr.evaluate import Walk
+from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.regular import Guards, factors
+from kane.expr.size import Sizes, never_zero, size
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substitute
 from kane.model.constraints import Constraint
@@ -80,6 +82,23 @@ class Solved(Immutable):
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),
         "Operations of one evaluation of the whole right-hand side, solution included.",
+    )
+
+    @read
+    def rate_guards(self) -> Guards:
+        """What W of q̇ = W u + X divides by, where it may vanish but for rounding, and the size beside which it is zero.
+
+        Where the size changes with the state, as that of x² does, it is not of sines and cosines, and vanishes exactly.
+        """
+        memo: Sizes = {}
+        pivots = [p for p in self.regular.kinematical.pivots if not is_constant_in_time([p])]
+        parts = dict.fromkeys(f for p in pivots for f in factors(p) if not (never_zero(f) or is_constant_in_time([f])))
+        sizes = {f: size(f, memo) for f in parts}
+        return {f: bound for f, bound in sizes.items() if is_constant_in_time([bound])}
+
+    rate_symbols = read[Mapping[Expr, frozenset[Expr]]](
+        lambda s: {d: frozenset(free_symbols([d, bound])) for d, bound in s.rate_guards.items()},
+        "The symbols of each of `rate_guards`.",
     )
 
     readings = read[Lately[tuple[Exprs, frozenset[Expr]], Reading]](

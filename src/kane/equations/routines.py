@@ -9,6 +9,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.left_out import guarded, notes
 from kane.dynamics.readings.pivots import divided_by, pivot_of
+from kane.dynamics.readings.singular import of_rates, with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, ExpressionError, ValueMissingError
@@ -57,11 +58,11 @@ def program(
     tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
         tasks.append(outputs.task)
-    tasks = [replace(task, roots=guarded(solved, task.roots)) for task in tasks]
+    tasks = [replace(task, roots=with_regular_rates(solved, guarded(solved, task.roots))) for task in tasks]
     left_out = {guard: Note(text, zero=False) for guard, text in notes(solved).items()}
 
     def note(guard: Expr) -> Note:
-        return left_out.get(guard) or Note(divided_by(pivot_of(solved, guard)))
+        return left_out.get(guard) or Note(of_rates(solved, guard) or divided_by(pivot_of(solved, guard)))
 
     return build_program(name, ports(solved.derived), tasks, reciprocals, SUBJECT, note)
 

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.readings.singular import of_rates
 from kane.dynamics.solved import Pivot, Solved
 from kane.errors import KaneWarning, SingularError, ValueMissingError
 from kane.expr.evaluate import evaluate
@@ -30,7 +31,7 @@ def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, An
     """
     if not any(np.isnan(x).any() for x in numbers):
         return
-    below = guards_below(roots)
+    below = [g for g in guards_below(roots) if not of_rates(solved, g)]
     lost = np.logical_or.reduce([np.isnan(x) for x in numbers])
     for g, where in zip(below, _vanishing(below, values), strict=True):
         where = where & lost

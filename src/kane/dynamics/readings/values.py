@@ -9,6 +9,7 @@ from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.held import check_held, reading
 from kane.dynamics.readings.left_out import check_left_out, concerned
 from kane.dynamics.readings.pivots import check_pivots
+from kane.dynamics.readings.singular import check_rates, with_regular_rates
 from kane.dynamics.solved import Reading, Solved
 from kane.errors import ExpressionError, ValueMissingError
 from kane.expr.affine import Affine
@@ -141,6 +142,8 @@ def evaluate_along(
     if held and read.names:
         check_held(solved, read.names, found[read.asked :])
     numbers = of_one_shape(found[: read.asked])
+    if held:
+        check_rates(solved, values, numbers)
     if solved.dependent_speeds:
         check_pivots(solved, plain, values, numbers)
         numbers = check_left_out(solved, read.concerned, values, numbers)
@@ -150,7 +153,8 @@ def evaluate_along(
 def _reading(solved: Solved, roots: Sequence[Expr], known: frozenset[Expr]) -> Reading:
     """The expressions with what is not known filled in."""
     found = reading(solved, _walked(solved, roots), known)
-    return found._replace(concerned=concerned(solved, found.walk.roots[: found.asked]))
+    found = found._replace(concerned=concerned(solved, found.walk.roots[: found.asked]))
+    return found._replace(walk=Walk(with_regular_rates(solved, found.walk.roots))) if solved.rate_guards else found
 
 
 def _walked(solved: Solved, roots: Sequence[Expr]) -> Walk:
