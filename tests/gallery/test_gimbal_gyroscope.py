@@ -52,7 +52,8 @@ def test_gimbal_lock() -> None:
     regular = kn.derive(gimbal_gyroscope.system(speeds="spin"))
     assert np.all(np.isfinite(regular.evaluate(regular.right_hand_side, **lock)))
     inner = kn.derive(gimbal_gyroscope.system(speeds="inner"))
-    assert np.abs(inner.evaluate(inner.rates, **lock)).max() > 1e15
+    with pytest.raises(kn.SingularError, match=r"W of q' = W u \+ X divided by cos\(q2\)"):
+        inner.evaluate(inner.rates, **lock)
     sol = kn.simulate(regular, (0, 0.2), q=[0.2, 1.4, 0.3], u=[0.5, 3.0, 50.0], rtol=1e-10, atol=1e-11)
     assert sol["q2"].max() > np.pi / 2
     assert sol.energy_check.relative < 1e-8

@@ -21,6 +21,7 @@ from kane.motion.start import (
     check_events,
     check_masses,
     check_rates,
+    check_seconds,
     check_span,
     check_step,
     check_steps,
@@ -31,6 +32,8 @@ from kane.motion.stepping import SOLVERS, Course, End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
+
+_MOST_STEPS = 1_000_000
 
 
 def simulate(
@@ -47,9 +50,10 @@ def simulate(
     rtol: float = 1e-9,
     atol: float = 1e-9,
     samples: int | Sequence[float] = 501,
-    max_steps: int = 1_000_000,
+    max_steps: int | None = None,
     max_step: float | None = None,
     breakpoints: Sequence[float] = (),
+    max_seconds: float | None = None,
     settings: Settings | None = None,
 ) -> Solution:
     """The motion from `span[0]` to `span[1]` (s).
@@ -70,7 +74,8 @@ def simulate(
     method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
     rtol, atol : relative and absolute tolerance
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
-    max_steps : after how many steps to stop
+    max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
+    max_seconds : after what time by the clock to stop
     max_step : the longest step (s): a pulse or a barrier that is shorter than an eighth of a step may be leapt over
     breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
     settings : how to compile
@@ -94,9 +99,11 @@ def simulate(
         method,
         check_tolerance("rtol", rtol),
         check_tolerance("atol", atol),
-        check_steps(max_steps),
+        _MOST_STEPS if max_steps is None else check_steps(max_steps),
         check_step(max_step),
         check_breakpoints(breakpoints),
+        check_seconds(max_seconds),
+        bounded=max_steps is not None,
     )
     constants = parameter_values(eom.system, parameters)
     check_masses(eom, constants)

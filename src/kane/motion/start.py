@@ -97,6 +97,16 @@ def check_rates(names: Sequence[str], rates: Array, t: float, why: Callable[[], 
         )
 
 
+def check_seconds(longest: Any) -> float:
+    """The time by the clock above zero, infinite where there is none."""
+    if longest is None:
+        return float("inf")
+    number = finite_number("time", "max_seconds", longest)
+    if not number > 0:
+        raise SimulationError(f"Expected max_seconds > 0, the longest time by the clock in s, got {longest!r}.")
+    return number
+
+
 def check_step(longest: Any) -> float:
     """The length of a step above zero, infinite where there is none."""
     if longest is None:

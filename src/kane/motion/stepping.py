@@ -15,6 +15,7 @@ from kane.equations.equations import Equations
 from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
+from kane.motion.chatter import Pace, chattering
 from kane.motion.met import PARTS, crossings, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.singular_rates import nearly_singular
@@ -37,7 +38,10 @@ _SHORT_OF_RANK = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """One of SciPy's solvers by name, relative and absolute tolerance, how many steps, how long, and where they end."""
+    """One of SciPy's solvers by name, relative and absolute tolerance, how many steps, how long, and where they end.
+
+    `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly.
+    """
 
     name: str
     rtol: float
@@ -45,6 +49,8 @@ class Method:
     max_steps: int
     max_step: float = np.inf
     breakpoints: tuple[float, ...] = ()
+    max_seconds: float = np.inf
+    bounded: bool = True
 
     def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
         """SciPy's solver at a state, up to the next of the breakpoints: to the last number before it, as rates may jump there."""
@@ -82,6 +88,7 @@ class Course:
         self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
         self.events: list[tuple[Event, float]] = []
         self.steps = 0
+        self.pace = Pace(span, method.max_seconds, method.bounded)
         self._spent = 0
         self._jump = np.inf
 
@@ -96,10 +103,15 @@ class Course:
         if self.steps >= self.method.max_steps:
             return self._stopped(f"{self.method.max_steps} steps were not enough; at t = {solver.t:.6g}")
         before, last = solver.t, solver.y.copy()
+        self.pace.note(before, last)
+        halted = self.pace.halts(stepper.now, self.steps)
+        if halted:
+            return self._stopped(halted)
         failure = _step(solver)
         self.steps += 1
         if solver.status == "failed" or solver.t <= before or not np.all(np.isfinite(solver.y)):
-            return self._stopped(broken_off(stepper, before, last, span, failure))
+            told = chattering(stepper.now, self.pace)
+            return self._stopped(broken_off(stepper, before, last, span, failure, told))
         dense = solver.dense_output()
         kept, numbers = stepper.keep(solver.t, solver.y)
         turned, narrow = stepper.turned(numbers), _NARROW * max(abs(solver.t), span[1] - span[0])
@@ -197,8 +209,10 @@ def _step(solver: Any) -> str | None:
         return str(error)
 
 
-def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], failure: str | None) -> str:
-    """Why there is no step from y at t; `failure` is what the solver said."""
+def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], failure: str | None, told: str) -> str:
+    """Why there is no step from y at t; `failure` is what the solver said, `told` which load stands at a switch."""
+    if told:
+        return f"the motion does not get on beyond t = {t:.6g} ({failure or 'no progress'}): {told}"
     return _locked(stepper, t, y, t + _AHEAD * (span[1] - span[0])) or (
         f"the right-hand side is singular or not finite near t = {t:.6g} ({failure or 'no progress'})"
         f"{nearly_singular(stepper.eom, stepper.now.values(t, y))}"

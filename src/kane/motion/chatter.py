@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions that do not get on: a load that jumps to and fro at a switch holds them there, by ever smaller steps.
+
+Dry friction written −F sign(v) does so at rest: no acceleration of either side keeps v = 0, and none of the other leaves it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.expr.build import sub
+from kane.expr.evaluate import evaluate, is_constant_in_time
+from kane.expr.node import Expr, postorder
+from kane.expr.ops import OPS
+from kane.motion.routines import Routines
+from kane.numeric.arrays import Array
+
+RECENT = 200
+"""Steps that are looked back on."""
+_HELD = 1e-5
+"""Share of the span that so many steps must lead on, at least, where a switch turns to and fro."""
+_TURNS = 2
+_NEAR = 1e-6
+"""Share of its usual size below which the quantity of a switch is at the switch."""
+_MANY, _LEAST = 10_000, 1e-4
+"""After so many steps that led on by less than that share of the span a motion is given up."""
+_JUMPS = {OPS["sign"], OPS["less"]}
+
+
+class Switch(NamedTuple):
+    """A load's expression that jumps where `quantity` passes zero."""
+
+    text: str
+    quantity: Expr
+    load: str
+
+
+def switches(eom: Equations) -> tuple[Switch, ...]:
+    """Signs and comparisons that the loads hold, each once."""
+    found: dict[Expr, Switch] = {}
+    for load in eom.solved.regular.declared_loads:
+        for node in postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars()):
+            if node.op not in _JUMPS:
+                continue
+            quantity = sub(*node.args) if len(node.args) == 2 else node.args[0]
+            if not is_constant_in_time([quantity]):
+                found.setdefault(quantity, Switch(str(node), quantity, load.name))
+    return tuple(found.values())
+
+
+class Pace:
+    """How a motion gets on: the last states and when they were reached, by steps and by the clock."""
+
+    def __init__(self, span: tuple[float, float], max_seconds: float, bounded: bool) -> None:
+        self.length, self.bounded, self.max_seconds = span[1] - span[0], bounded, max_seconds
+        self.begun = time.monotonic()
+        self.states: deque[tuple[float, Array]] = deque(maxlen=RECENT + 1)
+        self.before: list[tuple[float, Array]] = []
+        self.noted = 0
+        self.mark = span[0]
+
+    def note(self, t: float, y: Array) -> None:
+        """A state that was gone on from."""
+        self.states.append((t, y))
+        if self.noted % RECENT == 0 and len(self.before) < RECENT:
+            self.before.append((t, y))
+        self.noted += 1
+
+    def halts(self, now: Routines, steps: int) -> str:
+        """Why the motion is not gone on with, in words; "" where it is."""
+        if time.monotonic() - self.begun > self.max_seconds:
+            return f"max_seconds={self.max_seconds:g} have passed; at t = {self.states[-1][0]:.6g}"
+        if steps % RECENT or len(self.states) <= RECENT:
+            return ""
+        t = self.states[-1][0]
+        if t - self.states[0][0] < _HELD * self.length:
+            told = chattering(now, self)
+            if told:
+                return f"the motion does not get on beyond t = {t:.6g}, {RECENT} steps led on by {t - self.states[0][0]:.1e} s: {told}"
+        if self.bounded or steps % _MANY:
+            return ""
+        gained, self.mark = t - self.mark, t
+        if gained >= _LEAST * self.length:
+            return ""
+        return (
+            f"the motion does not get on: {_MANY} steps led from t = {t - gained:.6g} to {t:.6g}, {gained / self.length:.1e} of the "
+            'span. Choose method="Radau" where the equations are stiff, end before, or give max_steps= to go on all the same'
+        )
+
+
+def chattering(now: Routines, pace: Pace) -> str:
+    """Which load turns to and fro at a switch by the last states, or stands at it, and what to do; "" where none does."""
+    found = switches(now.eom)
+    if not found or not pace.states:
+        return ""
+
+    def numbers(states: Iterable[tuple[float, Array]]) -> Array:
+        return np.array([evaluate([s.quantity for s in found], now.values(t, y)) for t, y in states], dtype=float)
+
+    table = numbers(pace.states)
+    turns = (np.diff(np.sign(table), axis=0) != 0).sum(axis=0)
+    size = np.abs(np.vstack([numbers(pace.before), table]))
+    near = size[-1] <= _NEAR * np.maximum(size.max(axis=0), np.finfo(float).tiny)
+    for s, count, at in zip(found, turns, near, strict=True):
+        if count >= _TURNS or at:
+            return (
+                f"{s.text} in the {s.load} turns to and fro, as {s.quantity!s:.60} passes zero again and again. Declare friction, "
+                f"kn.friction(…) or kn.dry_friction(…), or write tanh(({s.quantity!s:.60})/eps) with a small eps in its place and "
+                'choose method="Radau"'
+            )
+    return ""
