@@ -4,6 +4,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from kane.dynamics import terms
@@ -21,7 +22,7 @@ from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
-from kane.kinematics.motion import Kinematics, Motion, acceleration_form, cuts_of, velocity_form
+from kane.kinematics.motion import Contact, Kinematics, Motion, acceleration_form, cuts_of, velocity_form
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import Speeds
 from kane.model.bodies import Body
@@ -203,11 +204,17 @@ def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Deriv
     return Derived(system, auxiliary, pairs, speeds, kinematics, bodies, rows, near)
 
 
-def by_other_speeds(d: Derived, definitions: Mapping[Speed, Expr], rows: ConstraintRows) -> Derived:
-    """The same motions by other speeds, with the rows of the constraints in them."""
+def by_other_speeds(
+    d: Derived,
+    definitions: Mapping[Speed, Expr],
+    rows: ConstraintRows | None = None,
+    contacts: Mapping[Point, Contact] = MappingProxyType({}),
+) -> Derived:
+    """The same motions by other speeds, with the rows of the constraints in them, and of particles of `contacts` taken as known."""
     system = d.system.redefined(definitions)
     speeds = generalized_speeds(system)
-    kinematics, bodies = _motions(system, speeds, d.auxiliary_speeds, d.kinematics.aligned)
+    kinematics, bodies = _motions(system, speeds, d.auxiliary_speeds, d.kinematics.aligned, contacts)
+    rows = constraint_rows(system, kinematics, d.auxiliary_speeds) if rows is None else rows
     return replace(d, system=system, kinematical=speeds, kinematics=kinematics, bodies=bodies, constraints=rows)
 
 
@@ -233,8 +240,12 @@ def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs
 
 
 def _motions(
-    system: System, speeds: Speeds, auxiliary: Iterable[AuxiliarySpeed], aligned: Aligned
+    system: System,
+    speeds: Speeds,
+    auxiliary: Iterable[AuxiliarySpeed],
+    aligned: Aligned,
+    contacts: Mapping[Point, Contact] = MappingProxyType({}),
 ) -> tuple[Kinematics, tuple[Moving, ...]]:
     inertias = inertias_of(system.bodies, aligned)
-    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned)
+    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned, contacts)
     return kinematics, moving_parts(inertias, kinematics)

@@ -19,7 +19,7 @@ from kane.model.system import System
 
 
 def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None = None) -> Equations:
-    """Equations of motion of `system` by Kane's method, classical route.
+    """Equations of motion of `system` by Kane's method, by the route that takes the fewest operations.
 
     M u̇ = f + G R for the generalized speeds and M_a u̇ = f_a + G_a R for the auxiliary ones (Kane & Levinson 1985, ch. 4 to 6),
     solved together for u̇ and the reactions R. Constraints A u + b = 0 are embedded: the independent speeds are solved for, the
@@ -53,7 +53,8 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
 
 def repartition(eom: Equations, partition: Partition) -> Equations:
     """The same equations with other dependent speeds."""
-    return _equations(solved(eom.derived, partition, eom.solved.route))
+    route = "shortest" if eom.solved.twin is None else eom.solved.route
+    return _equations(solved(eom.derived, partition, route))
 
 
 def _reduced(eom: Equations) -> tuple[Any, ...]:

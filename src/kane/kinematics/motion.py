@@ -7,13 +7,13 @@ The partial velocities are first-class: they are built along the tree, never by 
 α_b, a_b is what is left of the acceleration at u̇ = 0.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from kane.expr.diff import tangent, time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Symbol, Time, input_of, rate
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, input_of, rate
 from kane.kinematics.aligned import AS_DECLARED, Aligned
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
@@ -48,10 +48,24 @@ _STILL = Motion({}, Vector(), Vector(), Vector())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Contact:
+    """A particle of a body whose velocity is Σ n w, beyond that of the particle `other` which it touches.
+
+    `directions` are the n, by speeds w that vanish.
+    """
+
+    particle: Point
+    body: Basis
+    other: Point | None
+    directions: Mapping[Speed, Vector]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
     """Memoised forms of one system; every method is a pure function of the system and its speeds.
 
-    `homes` names, for the frames of some bodies, the frame along which their angular velocity is best written.
+    `homes` names, for the frames of some bodies, the frame along which their angular velocity is best written; `contacts` the points
+    whose velocity is taken from that of a particle of their body, which is known.
     """
 
     speeds: Speeds
@@ -59,6 +73,7 @@ class Kinematics:
     sample: Sample
     homes: dict[Basis, Basis] = field(default_factory=dict)
     aligned: Aligned = AS_DECLARED
+    contacts: Mapping[Point, Contact] = field(default_factory=dict)
     _frames: dict[Basis, Motion] = field(default_factory=dict)
     _points: dict[Point, Motion] = field(default_factory=dict)
     _drift: dict[Expr, Expr] = field(default_factory=dict)
@@ -194,12 +209,36 @@ class Kinematics:
                 bias = bias + spin.total.cross(sliding) * 2 + swing
         for u, along in self.cuts.get(point, ()):
             _accumulate(partials, u, self.aligned.vector(along))
+        if point in self.contacts:
+            return self._through(self.contacts[point], partials)
         if self.speeds.nontrivial and point.body is None:
             matched = self._matched_translation(point, partials)
             if matched is not None:
                 return matched
         partials = {s: v for s, v in partials.items() if not v.is_zero}
         return Motion(partials, rest.gathered(), bias.gathered())
+
+    def _through(self, contact: Contact, along_the_tree: Partials) -> Motion:
+        """v = v^Ĉ + ω × r of the point from which the particle Ĉ of its body lies at −r, where v^Ĉ is known."""
+        particle, other = contact.particle, contact.other
+        spin = self.frame(contact.body)
+        touched = _STILL if other is None else self.point(other)
+        partials = {s: v for s, v in touched.partials.items() if not isinstance(s, AuxiliarySpeed)}
+        partials.update({w: self.aligned.vector(n) for w, n in contact.directions.items()})
+        rest, shift = touched.rest, Vector()
+        for frame, offset in particle.offset.parts:
+            f, r = self.aligned.triple(frame, offset)
+            arm = -Vector(((f, r),))
+            for s, v in spin.partials.items():
+                _accumulate(partials, s, v.cross(arm))
+            if not spin.rest.is_zero:
+                rest = rest + spin.rest.cross(arm)
+            shift = shift + spin.total.cross(arm)
+        partials.update({s: v for s, v in along_the_tree.items() if isinstance(s, AuxiliarySpeed)})
+        bias = self.turning(shift.gathered())
+        if other is not None:
+            bias = bias + self.velocity_bias(other)
+        return Motion({s: v for s, v in partials.items() if not v.is_zero}, rest.gathered(), bias.gathered())
 
     def turning(self, v: Vector) -> Vector:
         """dv/dt in the inertial frame at constant speeds."""

@@ -8,16 +8,17 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.constraint_speeds import constraint_speeds
+from kane.dynamics.routes.contacts import shortest
 from kane.dynamics.solved import Solved
 from kane.errors import ReactionError, SingularError
 
 Route = Callable[[Derived, Partition | None], Solved]
 """From what is derived, and a choice of dependent speeds where there are constraints, to u̇ and the reactions."""
 
-ROUTES: dict[str, Route] = {"classical": classical, "constraint speeds": constraint_speeds}
+ROUTES: dict[str, Route] = {"classical": classical, "constraint speeds": constraint_speeds, "shortest": shortest}
 
 
-def solved(derived: Derived, partition: Partition | None, route: str = "classical") -> Solved:
+def solved(derived: Derived, partition: Partition | None, route: str = "shortest") -> Solved:
     """u̇ and the reactions, which must be such that they can be told apart; with constraints also u_D by u_I."""
     try:
         solution = ROUTES[route](derived, partition)
