@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.errors import ModelError
+from kane.expr.count import count_operations
 from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO
@@ -28,10 +29,11 @@ _SEEDS = (20043, 20068)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConstantInertia:
-    """The measure numbers of a central inertia dyadic along a frame in which they are constant."""
+    """The measure numbers of a central inertia dyadic along a frame in which they are constant, and whether the body spins in it."""
 
     frame: Basis
     rows: Cosines
+    spun: bool
 
     def times(self, w: Vector) -> Vector:
         """I · w."""
@@ -41,11 +43,12 @@ class ConstantInertia:
 
 
 class Turning(NamedTuple):
-    """The rotation of a part's frame, and its central inertia."""
+    """The rotation of a part's frame, its central inertia, and what is left of dH/dt at u̇ = 0, the `bias`."""
 
     frame: Frame
     motion: Motion
     inertia: ConstantInertia
+    bias: Vector
 
     def torque(self, alpha: Vector) -> Vector:
         """I·α + ω × I·ω."""
@@ -87,12 +90,27 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
             b,
             p,
             kinematics.point(p.mass_center),
-            Turning(p.frame, kinematics.frame(p.frame), inertia)
+            _turning(p.frame, inertia, kinematics)
             if p.frame is not None and inertia is not None
             else None,
         )
         for b, p, inertia in inertias
     )
+
+
+def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> Turning:
+    """The rotation of a part; dH/dt in the frame in which it spins where that is shorter, as one writes it for a disk or a top."""
+    motion = kinematics.frame(frame)
+    w = motion.total.express(inertia.frame)
+    momentum = inertia.times(w)
+    bias = inertia.times(motion.bias) + w.cross(momentum)
+    if inertia.spun:
+
+        def cost(v: Vector) -> int:
+            return count_operations(v.components(inertia.frame)).total
+
+        bias = min(bias, kinematics.turning(momentum), key=cost)
+    return Turning(frame, motion, inertia, bias)
 
 
 def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned) -> ConstantInertia:
@@ -117,7 +135,8 @@ def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned)
     a, b, c = matrix.rows
     rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
     basis, rows = aligned.symmetric(home, rows)
-    return ConstantInertia(_despun(basis, rows), rows)
+    home = _despun(basis, rows)
+    return ConstantInertia(home, rows, home is not basis)
 
 
 def _turns_with(matrix: Matrix) -> bool:

@@ -67,7 +67,7 @@ def bias_terms(loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector) ->
         if rotation is not None:
             load = by_place.pop(rotation.frame, None)
             torque = Vector() if load is None else load.vector
-            torques.append(Term(rotation.frame, torque - rotation.torque(rotation.motion.bias), rotation.motion))
+            torques.append(Term(rotation.frame, torque - rotation.bias, rotation.motion))
     forces += [term for place, term in by_place.items() if isinstance(place, Point)]
     torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
     return [*forces, *torques]
