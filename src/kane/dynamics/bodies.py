@@ -90,9 +90,7 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
             b,
             p,
             kinematics.point(p.mass_center),
-            _turning(p.frame, inertia, kinematics)
-            if p.frame is not None and inertia is not None
-            else None,
+            _turning(p.frame, inertia, kinematics) if p.frame is not None and inertia is not None else None,
         )
         for b, p, inertia in inertias
     )
