@@ -95,7 +95,7 @@ def trolley() -> Redundant:
     return Redundant(system, _axes(system), [Body(5.0, 0.4 * np.eye(3)), *wheels], held, pushed, special=_headings(2))
 
 
-def bicycle(axes: str, speeds: str) -> Redundant:
+def bicycle(axes: str, speeds: str, dependent: Sequence[str] = ()) -> Redundant:
     """The Whipple bicycle with rolling written along N, Y or the fork's axes, with the gallery's speeds or "rates"."""
     system = whipple_bicycle.system()
     frames = {f.name: f for f in system.frames}
@@ -106,6 +106,7 @@ def bicycle(axes: str, speeds: str) -> Redundant:
         *kn.no_slip(front, along=(second.x, second.y), name="front wheel"),
     ]
     system = system.replace(nonholonomic=rolling, **({"speeds": "rates"} if speeds == "rates" else {}))
+    system = system.replace(dependent_speeds=dependent)
     bodies, held = bodies_and_joints()
     own = tuple(b.inertia.frames()[0] if b.name == "fork" else b.frame for b in system.rigid_bodies)
     special = [dict.fromkeys((3, 4, 5), 0.0) | h for h in _headings(2)]
