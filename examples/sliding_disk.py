@@ -36,7 +36,7 @@ system = kn.System(
     bodies=[disk],
     reactions=[normal],
     speeds={u1: w.dot(B.x), u2: w.dot(B.y), u3: w.dot(B.z), u4: q4.dt, u5: q5.dt},  # 3
-    loads=[kn.gravity(-g * N.z), kn.Force(Ch, -mu * normal * slip.normalized())],
+    loads=[kn.gravity(-g * N.z), kn.friction(Ch, normal, mu)],
 )
 eom = kn.derive(system)  # 4 to 7: accelerations and N_z, solved together
 sol = kn.simulate(

@@ -102,6 +102,7 @@ from kane.model.constraints import (
     touching,
 )
 from kane.model.declarations import Event
+from kane.model.friction import dry_friction, friction
 from kane.model.inertia import (
     box,
     cylindrical_shell,
@@ -204,7 +205,7 @@ __all__ = [
     "RigidBody", "Particle", "inertia", "rod", "thin_disk", "ring", "solid_sphere", "spherical_shell", "solid_cylinder",
     "cylindrical_shell", "solid_cone", "box", "parallel_axis",
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
-    "torsional_damper", "action_reaction", "torque_pair",
+    "torsional_damper", "action_reaction", "torque_pair", "friction", "dry_friction",
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling", "configuration_constraint",
     "motion_constraint",
     "close_pin", "close_slider", "close_cylindrical", "close_screw", "close_universal", "close_ball", "close_planar", "close_weld",

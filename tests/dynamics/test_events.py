@@ -14,10 +14,9 @@ def block(slope_of_pull: float = 1.0, along: float = 1.0):
     x = kn.coordinate("x")
     P = O.at("P", x * N.x)
     R = kn.reaction("R", at=P, along=along * N.y)
-    v = P.velocity(N)
     loads = [
         kn.gravity(-10 * N.y),
-        kn.Force(P, -0.2 * along * R * v.normalized(), name="friction"),
+        kn.friction(P, R, 0.2, name="friction"),
         kn.Force(P, slope_of_pull * kn.time * N.y, name="pull"),
     ]
     return kn.derive(kn.System(N, bodies=[kn.Particle("block", P, 2)], speeds="rates", loads=loads, reactions=[R])), R

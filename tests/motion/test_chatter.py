@@ -38,7 +38,7 @@ def test_dry_friction_that_comes_to_rest(force, method, unit):
     assert time.process_time() - begun < 3
     assert sol.status == "stopped"
     assert sol.steps < 9000
-    assert "in the pull turns to and fro, as v passes zero again and again. Declare friction" in sol.message
+    assert "in the pull turns to and fro, as v comes to zero again and again. Declare friction" in sol.message
     assert sol["v"][-1] == pytest.approx(0, abs=1e-4 * unit)
 
 

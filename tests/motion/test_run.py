@@ -215,7 +215,7 @@ class TestFriction:
             bodies=[kn.Particle("p", P, m)],
             speeds={v: x.dt},
             reactions=[normal],
-            loads=[kn.gravity(-9.81 * N.y), kn.Force(P, -0.3 * normal * P.velocity(N).normalized(), name="friction")],
+            loads=[kn.gravity(-9.81 * N.y), kn.friction(P, normal, 0.3, name="friction")],
         )
     )
 

@@ -7,16 +7,12 @@ from dataclasses import replace
 from kane.dynamics.solved import Solved
 from kane.expr.build import div
 from kane.expr.evaluate import free_symbols, is_constant_in_time
-from kane.expr.node import ONE, Expr, postorder
-from kane.expr.ops import DIV, SQRT
+from kane.expr.node import ONE, Expr
 from kane.expr.solve import determinant
 from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.speeds import Speeds
 from kane.model.declarations import Event
 from kane.model.loads import Load
-
-SLIP_THRESHOLD = 1e-4
-"""Speed (m/s) below which a load along a slip direction v/|v| is taken to have lost it."""
 
 PAINLEVE_THRESHOLD = 1e-3
 """Share of its frictionless value below which the reactions' determinant counts as lost: they grow without bound towards 0."""
@@ -27,8 +23,8 @@ SINGULAR = "singular kinematics"
 _LARGEST_WATCHED = 3
 
 _STOPS_SLIPPING = (
-    f"the slip speed of the {{}} fell below {SLIP_THRESHOLD:g}: rolling sets in, and the direction that the load takes from the slip "
-    "is lost. The sliding model ends here"
+    "the slip speed of the {0} fell below {1:g}: rolling sets in, and the direction that the load takes from the slip "
+    "is lost. The sliding model ends here; with smooth= the friction goes on, and creeps"
 )
 _OPENS = (
     "the {0} takes its size from {1}, which must press: at {1} = 0 the contact opens, and the model ends here. If it presses where it "
@@ -58,24 +54,26 @@ def watched_events(solved: Solved) -> tuple[Event, ...]:
 
 
 def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
-    """For each load along a slip direction v/|v|: the end of slip, and, where it holds a reaction, the loss of contact."""
-    slips: dict[Expr, str] = {}
+    """The ends of slip of loads that declare friction; and of loads that a reaction and a speed make, the loss of contact.
+
+    Such a load takes its size from the reaction, declared as friction or not: where that pulls, the load would feed the motion.
+    """
+    slips: dict[Expr, Event] = {}
     contacts: dict[Expr, str] = {}
     for load in loads:
-        below = postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars())
-        lengths = [n.args[1] for n in below if n.op is DIV and n.args[1].op is SQRT]
-        speeds = [e for e in lengths if any(isinstance(s, Speed) for s in free_symbols([e]))]
-        for speed in speeds:
-            slips.setdefault(speed, load.name)
-        if speeds:
-            for s in below:
-                if isinstance(s, Reaction):
-                    contacts.setdefault(s, load.name)
+        held = free_symbols(x for _, v in (*load.forces, *load.torques) for x in v.scalars())
+        own = load.slip
+        if own is not None and own.speed is not None:
+            told = _STOPS_SLIPPING.format(load.name, own.threshold)
+            slips.setdefault(
+                own.speed, Event(f"onset of rolling ({load.name})", own.speed, own.threshold, -1, message=told)
+            )
+        pressing = own.presses if own is not None else held if any(isinstance(s, Speed) for s in held) else ()
+        for s in pressing:
+            if isinstance(s, Reaction):
+                contacts.setdefault(s, load.name)
     return (
-        *(
-            Event(f"onset of rolling ({name})", speed, SLIP_THRESHOLD, -1, message=_STOPS_SLIPPING.format(name))
-            for speed, name in slips.items()
-        ),
+        *slips.values(),
         *(
             Event(f"contact lost ({reaction} = 0)", reaction, direction=-1, message=_OPENS.format(name, reaction))
             for reaction, name in contacts.items()

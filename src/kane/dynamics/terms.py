@@ -9,7 +9,8 @@ summed before the product with its partial velocity:
     f_r = Σ v_r·(F − m a_b) + Σ ω_r·(T − I·α_b − ω × I·ω)
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from kane.dynamics.bodies import Moving
@@ -20,7 +21,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import QuasiRate, Rate
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form
 from kane.kinematics.speeds import Speeds
-from kane.model.loads import Load
+from kane.model.loads import Load, Slip
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Parts, Vector
@@ -118,6 +119,11 @@ def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:
             tuple((p, v.map(convert)) for p, v in load.forces),
             tuple((f, v.map(convert)) for f, v in load.torques),
             load.potential,
+            _converted(load.slip, convert),
         )
         for load in loads
     )
+
+
+def _converted(slip: Slip | None, convert: Callable[[Expr], Expr]) -> Slip | None:
+    return slip if slip is None or slip.speed is None else replace(slip, speed=convert(slip.speed))

@@ -87,7 +87,7 @@ def model(
     normal = kn.reaction("N_z", at=P, along=N.z)
     slip = Ch.velocity(N).reject(N.z)
     rolling = kn.rolling(Ch, normal=N.z) if contact == "rolling" else ()
-    friction = [] if rolling else [kn.Force(Ch, -mu * normal * slip.normalized(), name="friction")]
+    friction = [] if rolling else [kn.friction(Ch, normal, mu, name="friction")]
     held = [kn.reaction(name, constraint=c) for name, c in zip(("F_x", "F_y"), rolling, strict=False)]
     q, u = (q1, q2, q3, q4, q5), (u1, u2, u3, u4, u5)
     system = kn.System(

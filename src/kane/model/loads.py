@@ -12,6 +12,7 @@ from kane.errors import ModelError
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Reaction
 from kane.model.bodies import Body
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -19,13 +20,26 @@ from kane.space.vector import Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Slip(Immutable):
+    """What friction was declared with: the `speed` of the slip, the `threshold` down to which it holds, the reactions that must press.
+
+    No speed where it holds at rest too.
+    """
+
+    speed: Expr | None
+    threshold: float
+    presses: tuple[Reaction, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Load(Immutable):
-    """Forces on points and torques on frames that belong together."""
+    """Forces on points and torques on frames that belong together; friction knows its `slip`."""
 
     name: str
     forces: tuple[tuple[Point, Vector], ...] = ()
     torques: tuple[tuple[Frame, Vector], ...] = ()
     potential: Expr | None = None
+    slip: Slip | None = None
 
     def __repr__(self) -> str:
         return f"Load({self.name!r})"

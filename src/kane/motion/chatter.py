@@ -17,7 +17,7 @@ from kane.equations.equations import Equations
 from kane.expr.build import sub
 from kane.expr.evaluate import evaluate, is_constant_in_time
 from kane.expr.node import Expr, postorder
-from kane.expr.ops import OPS
+from kane.expr.ops import DIV, OPS, SQRT
 from kane.motion.routines import Routines
 from kane.numeric.arrays import Array
 
@@ -34,23 +34,32 @@ _JUMPS = {OPS["sign"], OPS["less"]}
 
 
 class Switch(NamedTuple):
-    """A load's expression that jumps where `quantity` passes zero."""
+    """A load's expression that jumps where `quantity` passes or touches zero, and what to do in its place."""
 
     text: str
     quantity: Expr
     load: str
+    smooth: str
 
 
 def switches(eom: Equations) -> tuple[Switch, ...]:
-    """Signs and comparisons that the loads hold, each once."""
+    """Signs, comparisons and directions v/|v| that the loads hold, each once."""
     found: dict[Expr, Switch] = {}
     for load in eom.solved.regular.declared_loads:
         for node in postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars()):
-            if node.op not in _JUMPS:
+            if node.op in _JUMPS:
+                quantity = sub(*node.args) if len(node.args) == 2 else node.args[0]
+            elif node.op is DIV and node.args[1].op is SQRT:  # a direction v/|v|
+                quantity = node.args[1]
+            else:
                 continue
-            quantity = sub(*node.args) if len(node.args) == 2 else node.args[0]
-            if not is_constant_in_time([quantity]):
-                found.setdefault(quantity, Switch(str(node), quantity, load.name))
+            if is_constant_in_time([quantity]):
+                continue
+            if quantity.op is SQRT:
+                smooth = f"divide by sqrt({quantity.args[0]!s:.60} + eps^2)"
+            else:
+                smooth = f"write tanh(({quantity!s:.60})/eps)"
+            found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth))
     return tuple(found.values())
 
 
@@ -110,8 +119,8 @@ def chattering(now: Routines, pace: Pace) -> str:
     for s, count, at in zip(found, turns, near, strict=True):
         if count >= _TURNS or at:
             return (
-                f"{s.text} in the {s.load} turns to and fro, as {s.quantity!s:.60} passes zero again and again. Declare friction, "
-                f"kn.friction(…) or kn.dry_friction(…), or write tanh(({s.quantity!s:.60})/eps) with a small eps in its place and "
-                'choose method="Radau"'
+                f"{s.text!s:.80} in the {s.load} turns to and fro, as {s.quantity!s:.60} comes to zero again and again. Declare "
+                f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} with a small eps in its place and choose "
+                'method="Radau"'
             )
     return ""
