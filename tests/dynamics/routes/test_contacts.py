@@ -104,3 +104,16 @@ def test_other_dependent_speeds_are_solved_for(given, rng):
     found, wanted = (np.array(kn.evaluate(e, at), dtype=float) for e in (here, usual))
     assert found == pytest.approx(wanted, rel=1e-10, abs=1e-10)
     assert eom.solved.route == ("contacts" if set(given) == {0, 1} else "classical")
+
+
+def test_the_whole_contact_force_of_a_wheel_is_two_reactions(rng):
+    """That in the tree and that of rolling, together m (a^C* + g): Newton's law for the mass centre."""
+    m = rolling_disk.model(contact="rolling")
+    eom = kn.derive(m.system)
+    whole = eom.reaction(m.P).force + eom.reaction(m.rolling).force
+    law = m.m * (eom.point_accelerations[m.Cs] + m.g * m.N.z)
+    u_dot = {u.dt: x for u, x in zip(eom.speeds, eom.accelerations, strict=True)}
+    wanted = [kn.substitute(x, u_dot) for x in law.components(m.N)]
+    q, u = rng.uniform(-0.5, 0.5, 5), dict(zip(("u1", "u2", "u3"), rng.normal(size=3), strict=True))
+    numbers = np.array(eom.evaluate([*whole.components(m.N), *wanted], q=q, u=u), dtype=float)
+    assert numbers[:3] == pytest.approx(numbers[3:], rel=1e-11, abs=1e-11)
