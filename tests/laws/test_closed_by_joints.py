@@ -91,12 +91,12 @@ def test_accelerations_are_those_of_newton_and_euler(seed):
     N, expected = state.model.system.inertial, state.expected.a
     x = np.array([*(state.q[s] for s in state.eom.coordinates), *(state.u[s] for s in state.eom.speeds)])
     for near in (None, state.q):
-        eom = kn.derive(state.model.system, near=near)
+        eom = state.eom = kn.derive(state.model.system, near=near) if near else state.eom
         a = [v for C in state.model.centers for v in eom.point_accelerations[C].components(N)]
-        code = eom.compile(outputs={"a": a}, not_finite="ignore").outputs(0.0, x)["a"].reshape(-1, 3)
-        state.eom = eom
         assert error(state.values(a).reshape(-1, 3), expected) < 1e-8
-        assert error(code, expected) < 1e-8
+        if near is None:
+            code = eom.compile(outputs={"a": a}, not_finite="ignore").outputs(0.0, x)["a"].reshape(-1, 3)
+            assert error(code, expected) < 1e-8
 
 
 @pytest.mark.slow
