@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.local import independent_rows
+from kane.analysis.local import at_false_pole, independent_rows
 from kane.analysis.state import misses
 from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
@@ -27,7 +27,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values, symbol_named
-from kane.numeric.rank import INVERSE_RANK, TAKES_PART, balance, singular
+from kane.numeric.rank import INVERSE_RANK, STATE_RANK, TAKES_PART, balance, singular
 from kane.program.bundle import Bundle
 from kane.program.native.machine import Settings
 
@@ -128,7 +128,8 @@ class Inverse:
         flat_whole, flat_right = whole.reshape(-1, *whole.shape[-2:]), right.reshape(-1, size)
         if not np.all(np.isfinite(flat_whole)):
             raise SingularError(
-                "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or "
+                at_false_pole(eom)
+                or "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or "
                 "parameters are singular there. Take other states."
             )
         held: dict[tuple[int, ...], list[int]] = {}
@@ -149,8 +150,11 @@ class Inverse:
         for matrix in square.reshape(-1, count, count):
             scaled = balance(matrix, order=(1, 0), rounding=0.0)
             values = singular(scaled.matrix)
-            if values.regular(INVERSE_RANK):
+            told = at_false_pole(self.eom)
+            if values.regular(STATE_RANK if told else INVERSE_RANK):
                 continue
+            if told:
+                raise SingularError(told)
             own = (values.right[-1] / scaled.columns[0])[: len(self.unknowns)]
             own = own / (np.abs(own).max(initial=0) or 1.0)
             terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]

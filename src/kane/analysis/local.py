@@ -14,12 +14,15 @@ from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.errors import SingularError
+from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
-from kane.numeric.rank import SOLVE_RANK, SURE_RANK, balanced, singular
+from kane.numeric.rank import POLE_RANK, SOLVE_RANK, SURE_RANK, balanced, singular
 from kane.program.bundle import Bundle
 from kane.program.program import Port
+
+_TOLD = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +89,20 @@ def slopes_at(numeric: Numeric[Equations], state: State, z: Array, *by: Symbol) 
     return numeric.routine(slopes, *by)(state.t, state.x, state.p, state.r, z)
 
 
+def at_false_pole(eom: Equations) -> str:
+    """What there is to say where the equations by the declared speeds are singular though the motion is not; "" where it is too."""
+    if eom.solved.twin is None:
+        return ""
+    pivots = [p for p in dict.fromkeys(eom.derived.kinematical.pivots) if not is_constant_in_time([p])]
+    told = ", ".join(f"{p!s:.60}" for p in pivots[:_TOLD])
+    return (
+        f"Expected speeds in which the unsolved equations are regular at this state, got W of q' = W u + X that divides by {told}, "
+        "which vanishes here or nearly does: a false pole, which the motion has not. eom.evaluate, compiled code and kn.simulate hold "
+        'there; for this, declare speeds that need no such division, System(speeds=…), "rates" for u = q\', or take a state farther '
+        "from it."
+    )
+
+
 def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     """Constraints that are independent of each other at the numbers `a`; the others follow from them.
 
@@ -100,7 +117,8 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     if len(partition.rows) < len(rows):
         names = ", ".join(eom.constraints.constraints[i].name for i in partition.redundant)
         raise SingularError(
-            f"Expected constraints of constant rank {len(rows)}, got rank {len(partition.rows)} at this state: it is a singular "
+            at_false_pole(eom)
+            or f"Expected constraints of constant rank {len(rows)}, got rank {len(partition.rows)} at this state: it is a singular "
             f"configuration, where the motion may branch and has no derivative. {names} follow from the others here only. Take a "
             "state beside it."
         )
@@ -115,12 +133,15 @@ def solver(eom: Equations, values: Values) -> Callable[[Array], Array]:
     matrix = values.matrix[np.ix_(keep, keep)]
     if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(values.right)):
         raise SingularError(
-            "Expected equations of motion that are finite at this state, got infinity or NaN: coordinates, speeds or parameters are "
-            "singular here."
+            at_false_pole(eom)
+            or "Expected equations of motion that are finite at this state, got infinity or NaN: coordinates, speeds or "
+            "parameters are singular here."
         )
-    if matrix.size and not singular(balanced(matrix)).regular(SOLVE_RANK):
+    found = singular(balanced(matrix))
+    if matrix.size and not found.regular(POLE_RANK if eom.solved.twin else SOLVE_RANK):
         raise SingularError(
-            "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "
+            at_false_pole(eom)
+            or "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "
             "no mass here, or reactions cannot be told apart."
         )
 

@@ -31,6 +31,8 @@ INVERSE_RANK = 1e-11
 """The equations of inverse dynamics; five digits of the unknowns would be right."""
 SOLVE_RANK = 1e-12
 """Any other square matrix that is solved with; four digits of the solution would be right."""
+POLE_RANK = 1e-6
+"""The same where speeds have false poles: beside one the derivatives lose half as many digits again as the solution."""
 TAKES_PART = 1e-6
 """Share of its largest entry above which an entry of a null vector is not zero."""
 
