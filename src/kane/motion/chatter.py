@@ -9,16 +9,12 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
-from kane.equations.equations import Equations
-from kane.expr.build import sub
-from kane.expr.evaluate import evaluate, is_constant_in_time
-from kane.expr.node import Expr, postorder
-from kane.expr.ops import DIV, OPS, SQRT
+from kane.expr.evaluate import evaluate
 from kane.motion.routines import Routines
+from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 
 RECENT = 200
@@ -30,37 +26,6 @@ _NEAR = 1e-6
 """Share of its usual size below which the quantity of a switch is at the switch."""
 _MANY, _LEAST = 10_000, 1e-4
 """After so many steps that led on by less than that share of the span a motion is given up."""
-_JUMPS = {OPS["sign"], OPS["less"]}
-
-
-class Switch(NamedTuple):
-    """A load's expression that jumps where `quantity` passes or touches zero, and what to do in its place."""
-
-    text: str
-    quantity: Expr
-    load: str
-    smooth: str
-
-
-def switches(eom: Equations) -> tuple[Switch, ...]:
-    """Signs, comparisons and directions v/|v| that the loads hold, each once."""
-    found: dict[Expr, Switch] = {}
-    for load in eom.solved.regular.declared_loads:
-        for node in postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars()):
-            if node.op in _JUMPS:
-                quantity = sub(*node.args) if len(node.args) == 2 else node.args[0]
-            elif node.op is DIV and node.args[1].op is SQRT:  # a direction v/|v|
-                quantity = node.args[1]
-            else:
-                continue
-            if is_constant_in_time([quantity]):
-                continue
-            if quantity.op is SQRT:
-                smooth = f"divide by sqrt({quantity.args[0]!s:.60} + eps^2)"
-            else:
-                smooth = f"write tanh(({quantity!s:.60})/eps)"
-            found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth))
-    return tuple(found.values())
 
 
 class Pace:

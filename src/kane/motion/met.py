@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events that a step meets: quantities looked at on the solver's interpolant, `PARTS` times a step, and located between.
 
-What passes its threshold and comes back within a part of a step is not seen. A pivot of W need not change its sign where it vanishes
+What passes its threshold and comes back within a part of a step is not seen. Loads that switch there and back within
+a step are (`leapt`), but for what is shorter than such a part and not smooth. A pivot of W need not change its sign where it vanishes
 (x² of u = x² x'): where it is smallest, it is compared with the largest that it has been.
 """
 
@@ -18,6 +19,8 @@ PARTS = 8
 _TIME_TOLERANCE = 1e-12
 _GONE, _LOOSE = 1e-9, 1e-2
 """Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
+_CLOSE = 1e-3
+"""Share of a part of a step after which it shows whether a quantity falls or rises."""
 _SMALL = 0.1
 """Share below which it is asked whether it does between two places."""
 
@@ -56,6 +59,45 @@ def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float
     if b == 0 or last * a > 0:
         return float(t_new)
     return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE, maxiter=1000, disp=False))
+
+
+def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | None:
+    """A time at which a switch stands otherwise than at both ends of a step, which it leads across; None where there is none.
+
+    `watch` gives the switches' quantities, `values` (k × switches) those at `times` (k). One that comes near its switch
+    between two times, and turns back, is looked for where it is smallest.
+    """
+    found: list[float] = []
+    for k in range(values.shape[1]):
+        side = np.sign(values[:, k])
+        if side[0] * side[-1] <= 0:
+            continue
+        within = np.flatnonzero(side == -side[0])
+        if len(within):
+            found.append(float(times[within[0]]))
+            continue
+
+        def beyond(t: float, k: int = k, sign: float = float(side[0])) -> float:
+            return sign * float(watch(t, dense(t))[k])
+
+        for start, end in _valleys(beyond, times, np.abs(values[:, k])):
+            t = _smallest(beyond, start, end)
+            if beyond(t) < 0:
+                found.append(t)
+                break
+    return min(found, default=None)
+
+
+def _valleys(size: Callable[[float], float], times: Array, sizes: Array) -> list[tuple[float, float]]:
+    """Between which times `size` is smallest, in comparison with what is beside."""
+    found: list[tuple[int, int]] = []
+    if sizes[0] <= sizes[1] and size(float(times[0] + _CLOSE * (times[1] - times[0]))) < sizes[0]:
+        found.append((0, 1))
+    least = np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] <= sizes[2:]))
+    found += [(int(i), int(i) + 2) for i in least]
+    if sizes[-1] < sizes[-2] and size(float(times[-1] - _CLOSE * (times[-1] - times[-2]))) < sizes[-1]:
+        found.append((len(times) - 2, len(times) - 1))
+    return [(float(times[i]), float(times[j])) for i, j in found]
 
 
 def vanishing(

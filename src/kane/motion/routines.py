@@ -12,6 +12,7 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports, rate_names
 from kane.expr.node import Expr
 from kane.expr.symbols import time
+from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_constraint
 from kane.numeric.rank import Mixed
@@ -30,6 +31,13 @@ def watched(eom: Equations) -> Bundle[tuple[Array, ...]]:
     """The events' quantities."""
     roots = without_unknowns(eom.solved, [e.quantity for e in eom.events])
     return Bundle("events", ports(eom.derived), _parts, {"events": roots}, [e.name for e in eom.events])
+
+
+def switched(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """The quantities of the loads' switches."""
+    found = [s for s in switches(eom) if s.jumps]
+    roots = without_unknowns(eom.solved, [s.quantity for s in found])
+    return Bundle("switches", ports(eom.derived), _parts, {"switches": roots}, [s.text for s in found])
 
 
 def _parts(*parts: Array) -> tuple[Array, ...]:
@@ -62,6 +70,7 @@ class Routines:
     width: int
     rates: CompiledRoutine
     events: CompiledRoutine | None
+    switches: CompiledRoutine | None = None
 
     def inputs(self, t: float) -> Array:
         """Values of the inputs."""
@@ -89,6 +98,16 @@ class Routines:
             return np.zeros((len(t), 0))
         return self.events(t, y[:, : self.width], self.p, np.array([self.inputs(s) for s in t]))
 
+    def switch(self, t: float, y: Array) -> Array:
+        """The quantities of the loads' switches, of which there are some."""
+        assert self.switches is not None
+        return self.switches(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
+
+    def switch_all(self, t: Array, y: Array) -> Array:
+        """The quantities of the loads' switches (k × switches) at times (k) and states (k × n)."""
+        assert self.switches is not None
+        return self.switches(t, y[:, : self.width], self.p, np.array([self.inputs(s) for s in t]))
+
     def values(self, t: float, y: Array) -> dict[Expr, Any]:
         """A number for every symbol of the equations."""
         eom = self.eom
@@ -110,6 +129,8 @@ def routines(
     """The equations compiled, and the bundles of `others` with them in one module."""
     numeric, width = eom.numeric(settings), len(eom.coordinates) + len(eom.speeds)
     events = [watched] if eom.events else []
-    numeric.compile(rates, *events, *others)
+    turned = [switched] if any(s.jumps for s in switches(eom)) else []
+    numeric.compile(rates, *events, *turned, *others)
     quantities = numeric.routine(watched).flat if events else None
-    return Routines(eom, p, tuple(drives), settings, width, numeric.routine(rates).flat, quantities)
+    sides = numeric.routine(switched).flat if turned else None
+    return Routines(eom, p, tuple(drives), settings, width, numeric.routine(rates).flat, quantities, sides)

@@ -16,7 +16,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.chatter import Pace, chattering
-from kane.motion.met import PARTS, crossings, vanishing
+from kane.motion.met import PARTS, crossings, leapt, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
@@ -122,6 +122,10 @@ class Course:
             self._restart(before, last, (solver.t - before) / 2)
             self._jump = solver.t
             return None
+        within = self._leapt(dense)
+        if within is not None and within - before > narrow:
+            self._restart(before, last, within - before)
+            return None
         if turned:
             return self._stopped(f"another branch of the closures lies beyond t = {before:.6g}: {turned}")
         if missed:
@@ -149,6 +153,14 @@ class Course:
         if self.solver.t > self.t[-1] and np.all(np.isfinite(self.solver.y)):
             self._sample(float(self.solver.t), self.solver.y)
         return End("stopped", message)
+
+    def _leapt(self, dense: Any) -> float | None:
+        """When a load switches there and back within the step, if it does: the step is taken again, up to there."""
+        now = self.stepper.now
+        if now.switches is None:
+            return None
+        times = np.linspace(self.solver.t_old, self.solver.t, PARTS + 1)
+        return leapt(now.switch, dense, times, now.switch_all(times, dense(times).T))
 
     def _met(self, dense: Any, after: Array) -> End | None:
         """Notes the events of a step, up to one that ends the motion."""
