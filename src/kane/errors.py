@@ -14,6 +14,14 @@ def alike(word: str, known: Iterable[str]) -> str:
     return f" Did you mean {' or '.join(close)}?" if close else ""
 
 
+def cut(shown: object, most: int = 60) -> str:
+    """What `shown` prints as in at most so many letters; "…" stands for what is left out, definitions of intermediates too."""
+    text, where, _ = str(shown).partition(", where ")
+    if not where and len(text) <= most:
+        return text
+    return f"{text[: most - 2].rstrip(' +-*/^(')} …"
+
+
 class KaneError(Exception):
     """Base of every error that `kane` raises on purpose."""
 

@@ -49,3 +49,20 @@ def test_settings_and_identifiers_are_left_alone() -> None:
 def test_drawing_is_loaded_only_when_needed() -> None:
     code = "import sys, kane, kane.present.report; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-W", "error", "-c", code], check=False).returncode == 0
+
+
+def test_what_rounding_leaves_does_not_fill_a_panel():
+    import matplotlib.pyplot as plt
+
+    from kane.present.plots import level
+    from tests.present.disk import moved
+
+    solution = moved()
+    figure, axes = plt.subplots()
+    axes.plot(solution.t, 1e-32 * solution.t)
+    level(axes, [1e-32 * solution.t], solution)
+    assert axes.get_ylim() == (-solution.atol, solution.atol)
+    before = (axes.set_ylim(-1, 1), axes.get_ylim())[1]
+    level(axes, [1e-32 * solution.t, solution.t], solution)
+    assert axes.get_ylim() == before
+    plt.close(figure)

@@ -239,3 +239,29 @@ def test_a_report_lists_each_part(tmp_path):
     assert page.count("<td>dumb-bell</td>") >= 2
     for shown in (repr(DUMBBELL), DUMBBELL._repr_html_(), DUMBBELL.system._repr_html_()):
         assert "dumb-bell" in shown
+
+
+def test_auxiliary_equations_are_spoken_of_where_there_are_reactions() -> None:
+    with_reaction, without = derived()[1], kn.derive(pure_rolling_disk.system())
+    for eom in (with_reaction, without):
+        said = [chapters(eom)[6].text, eom.steps[6].text]
+        assert all(("auxiliary equations give" in text) == bool(eom.reactions) for text in said)
+        assert all(text.endswith(".") for text in said)
+
+
+@pytest.mark.parametrize(
+    "name", ['a"b', "a&b", "a`b", "a'b", "a<b>", "a\\b", "a$b", "100%", "{a}", "a#b", "a^b", "a~b", "side w"]
+)
+def test_any_name_makes_a_page_that_is_whole(name: str, tmp_path: Path) -> None:
+    """Of bodies, frames, points and loads; what stands in formulas is LaTeX in balance."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    q = kn.coordinate("q")
+    A = N.rotate(name, q, N.z)
+    P = O.at(name, A.x)
+    body = kn.RigidBody(name, frame=A, mass_center=P, mass=1, inertia=kn.solid_sphere(A, 1, 1))
+    system = kn.System(N, bodies=[body], speeds={kn.speed("u"): q.dt}, loads=[kn.Force(P, A.y, name=name)])
+    page = Page(kn.report(kn.derive(system), tmp_path / "x.html", title=name).read_text(encoding="utf-8"))
+    assert len(page.identifiers) == len(set(page.identifiers))
+    assert {r[1:] for r in page.references} <= set(page.identifiers)
+    assert page.loads == []

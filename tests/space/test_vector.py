@@ -5,9 +5,12 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import kane as kn
 from tests.paths import Path, derivative, numbers
@@ -177,3 +180,41 @@ def test_a_copy_is_as_good():
 def test_errors(make, error, message):
     with pytest.raises(error, match=message):
         make()
+
+
+NAMES = dict(zip("abcd", kn.parameters("a b c d"), strict=True))
+
+
+class TestText:
+    """What is printed of a vector reads as the vector."""
+
+    frames = (kn.Frame("P"), kn.Frame("Q"))
+
+    @staticmethod
+    def term(draw, depth):
+        a = draw(st.sampled_from(sorted(NAMES)))
+        if depth == 0:
+            return draw(st.sampled_from([NAMES[a], kn.Rational(2), kn.Rational(-1, 3), kn.Rational(3, 2)]))
+        x, y = TestText.term(draw, depth - 1), TestText.term(draw, draw(st.integers(0, depth - 1)))
+        kind = draw(st.sampled_from(["add", "sub", "mul", "div", "neg", "sin"]))
+        if kind == "div":
+            return x / (y * y + 1)
+        return {"add": x + y, "sub": x - y, "mul": x * y, "neg": -x, "sin": kn.sin(x)}[kind]
+
+    @given(st.data())
+    def test_it_reads_back_as_it_was(self, data):
+        axes = [getattr(f, a) for f in self.frames for a in "xyz"]
+        entries = [
+            TestText.term(data.draw, data.draw(st.integers(0, 2))) if data.draw(st.booleans()) else 0 for _ in axes
+        ]
+        v = sum((axis * e for axis, e in zip(axes, entries, strict=True)), start=kn.Vector())
+        text = str(v)
+        assert not re.search(r"--|- -|\+ -|\+ \+", text), text
+        values = dict(zip("abcd", (0.7, 1.9, 0.3, 2.3), strict=True))
+        for k, (frame, axis) in enumerate((f, a) for f in "PQ" for a in "xyz"):
+            plain = re.sub(rf"{frame}\.{axis}\b", "1", text)
+            plain = re.sub(r"[PQ]\.[xyz]\b", "0", plain)
+            plain = re.sub(r"(?<=[\w)]) (?=[01]\b)", "*", plain).replace("^", "**")
+            found = eval(plain, {"sin": np.sin, **values})  # noqa: S307
+            exact = float(kn.evaluate(kn.Rational(0) + entries[k], {NAMES[n]: x for n, x in values.items()}))
+            assert found == pytest.approx(exact, rel=1e-9, abs=1e-12), text

@@ -6,10 +6,11 @@ import re
 import pytest
 from hypothesis import given
 
+import kane as kn
 from kane.expr.node import Expr, as_expr, pi
 from kane.expr.operators import rational
 from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds
-from kane.write.latex import latex_name, to_latex
+from kane.write.latex import latex_name, to_latex, unit_vector_latex
 from tests.expr.expressions import Program, programs
 from tests.write.lines import latex_lines
 
@@ -137,3 +138,21 @@ def test_a_deep_graph() -> None:
     for _ in range(10_000):
         e = (e + m).sin()
     assert to_latex(e, intermediates=False).count(r"\sin") == 10_000
+
+
+def test_frames_with_primes_are_no_time_derivatives():
+    """Body angles make frames B', B'' on the way."""
+    frame = kn.Frame("N").rotate_body("B", kn.coordinates("q1 q2 q3"), "xyz")
+    while frame.parent is not None:
+        assert "dot" not in unit_vector_latex(frame.name, "x")
+        frame = frame.parent
+    assert unit_vector_latex("B'", "x") == r"\widehat{B^{\prime}}_{x}"
+    assert unit_vector_latex("B1''", "y") == r"\widehat{B_{1}^{\prime\prime}}_{y}"
+
+
+def test_names_of_several_letters_stand_apart():
+    side, w, a = kn.parameters("side w a")
+    assert to_latex(side * w).replace(" ", "") in (r"\mathrm{side}\,w", r"w\,\mathrm{side}")
+    assert r"\," not in to_latex(a * w)
+    assert to_latex(side * side * w).count(r"\,") == 1
+    assert to_latex(3 * side).count(r"\,") == 0

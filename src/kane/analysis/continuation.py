@@ -15,7 +15,7 @@ from kane.analysis.stability import Crossing, changes, tracked
 from kane.analysis.trim import KINDS, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import SimulationError, ValueMissingError, cut
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import CLOSED, Curve, Path
 from kane.numeric.arrays import Array
@@ -106,7 +106,9 @@ def _values(values: Sequence[float]) -> Array:
     step = np.diff(series)
     monotonic = series.ndim == 1 and len(series) > 1 and (np.all(step > 0) or np.all(step < 0))
     if not (monotonic and np.all(np.isfinite(series))):
-        raise SimulationError(f"Expected two or more increasing or decreasing values to follow, got {values!r:.60}.")
+        raise SimulationError(
+            f"Expected two or more increasing or decreasing values to follow, got {cut(repr(values))}."
+        )
     return series
 
 

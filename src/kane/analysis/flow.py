@@ -19,7 +19,7 @@ from kane.dynamics.readings.unsolved import partials
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
-from kane.errors import ArgumentError, ValueMissingError
+from kane.errors import ArgumentError, ValueMissingError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import time
@@ -126,10 +126,10 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
             wanted = asked(eom.derived, e)
         except TypeError as error:
             raise ArgumentError(
-                f"Expected an expression, vector or name as the output {name!r}, got {e!r:.60}."
+                f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}."
             ) from error
         if wanted.shape not in ((), (3,)) or wanted.parts is not None:
-            raise ArgumentError(f"Expected an expression, vector or name as the output {name!r}, got {e!r:.60}.")
+            raise ArgumentError(f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}.")
         names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
         roots += [substitute(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
     allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
@@ -143,7 +143,7 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
 
 def _listed(outputs: Any) -> Sequence[Any]:
     if isinstance(outputs, str | Expr) or not isinstance(outputs, Sequence):
-        raise ArgumentError(f"Expected outputs as a list or a dict {{name: expression}}, got {outputs!r:.60}.")
+        raise ArgumentError(f"Expected outputs as a list or a dict {{name: expression}}, got {cut(repr(outputs))}.")
     return outputs
 
 

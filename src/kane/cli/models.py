@@ -17,7 +17,7 @@ from typing import Any
 
 import kane as kn
 from kane.cli.faults import Misuse, own_code, short
-from kane.errors import ModelError, alike
+from kane.errors import ModelError, alike, cut
 from kane.gallery import GALLERY, load
 
 KINDS = ("q", "u", "parameters", "inputs")
@@ -123,7 +123,7 @@ def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str,
 
 
 def _kind(value: object) -> str:
-    return "None" if value is None else f"{type(value).__name__} ({value!r:.60})"
+    return "None" if value is None else f"{type(value).__name__} ({cut(repr(value))})"
 
 
 def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
@@ -152,13 +152,13 @@ def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
 
 def _start(told: Any, where: str) -> dict[str, dict[str, Any]]:
     if not isinstance(told, Mapping):
-        raise ModelError(f"Expected START in {where} to be a dict with q and u, got {told!r:.60}.")
+        raise ModelError(f"Expected START in {where} to be a dict with q and u, got {cut(repr(told))}.")
     for kind, values in told.items():
         if kind not in KINDS:
             raise ModelError(f"Expected START in {where} to have keys among {', '.join(KINDS)}, got {kind!r}.")
         if not isinstance(values, Mapping):
             raise ModelError(
-                f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {values!r:.60}. Say which value is "
+                f"Expected START[{kind!r}] in {where} to be a dict {{name: value}}, got {cut(repr(values))}. Say which value is "
                 "whose, whatever their order."
             )
     return {kind: {getattr(k, "name", k): v for k, v in values.items()} for kind, values in told.items()}
@@ -168,10 +168,10 @@ def _span(told: Any, where: str) -> tuple[float, float]:
     try:
         first, last = (float(t) for t in told)
     except (TypeError, ValueError) as error:
-        raise ModelError(f"Expected SPAN in {where} to be two times (t0, t1) in s, got {told!r:.60}.") from error
+        raise ModelError(f"Expected SPAN in {where} to be two times (t0, t1) in s, got {cut(repr(told))}.") from error
     if not (math.isfinite(first) and math.isfinite(last) and last > first):
         raise ModelError(
-            f"Expected SPAN in {where} to end after it begins, got {told!r:.60}. Swap its times, or end later."
+            f"Expected SPAN in {where} to end after it begins, got {cut(repr(told))}. Swap its times, or end later."
         )
     return first, last
 

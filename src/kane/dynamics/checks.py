@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from kane.errors import ModelError, NotAffineError, ReactionError
+from kane.errors import ModelError, NotAffineError, ReactionError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
@@ -47,7 +47,7 @@ def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
 
 def _defined(system: System, speeds: Iterable[Expr]) -> str:
     """Speeds with their definitions, in which the coordinates can be read."""
-    return ", ".join(f"{u} = {system.speeds[u]!s:.80}" for u in speeds if isinstance(u, Speed))
+    return ", ".join(f"{u} = {cut(system.speeds[u], 80)}" for u in speeds if isinstance(u, Speed))
 
 
 def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> None:

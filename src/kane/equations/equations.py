@@ -23,7 +23,7 @@ from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, tim
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, compiled
 from kane.equations.numeric import Numeric
-from kane.errors import ArgumentError
+from kane.errors import ArgumentError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
@@ -276,7 +276,7 @@ class Equations(Immutable):
         """What motions and analyses compile of these equations with `settings`, kept with them."""
         key = Settings() if settings is None else settings
         if not isinstance(key, Settings):
-            raise ArgumentError(f"Expected kn.Settings(…) as settings, got {key!r:.60}.")
+            raise ArgumentError(f"Expected kn.Settings(…) as settings, got {cut(repr(key))}.")
         return self._numeric.setdefault(key, Numeric(replace(self), key))
 
     _repr_html_ = show.html

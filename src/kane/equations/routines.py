@@ -12,7 +12,7 @@ from kane.dynamics.readings.pivots import divided_by, pivot_of
 from kane.dynamics.readings.singular import of_rates, with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
-from kane.errors import ArgumentError, ExpressionError, ValueMissingError
+from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
@@ -126,7 +126,7 @@ def _labelled(outputs: Any) -> Mapping[Any, Any]:
         return {x if isinstance(x, str) else x.name: x for x in outputs}
     raise ArgumentError(
         "Expected outputs as a mapping from names to expressions, or a list of symbols and names, got "
-        f"{type(outputs).__name__}: {outputs!r:.60}. Name each: {{'speed': v.magnitude()}}."
+        f"{type(outputs).__name__}: {cut(repr(outputs))}. Name each: {{'speed': v.magnitude()}}."
     )
 
 
@@ -135,8 +135,10 @@ def _shaped(derived: Derived, name: str, what: Any) -> Shaped:
         wanted = asked(derived, what)
     except ExpressionError as error:
         raise ArgumentError(
-            f"Expected an expression, name, Vector, Dyadic, Matrix or a list of these as output {name!r}, got {what!r:.60}."
+            f"Expected an expression, name, Vector, Dyadic, Matrix or a list of these as output {name!r}, got {cut(repr(what))}."
         ) from error
     if wanted.shape is None:
-        raise ArgumentError(f"Expected parts of one shape in the output {name!r}, got {what!r:.60}. Name each of them.")
+        raise ArgumentError(
+            f"Expected parts of one shape in the output {name!r}, got {cut(repr(what))}. Name each of them."
+        )
     return Shaped(wanted.shape, wanted.roots)

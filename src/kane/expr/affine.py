@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable
 
-from kane.errors import NotAffineError
+from kane.errors import NotAffineError, cut
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
@@ -38,7 +38,7 @@ def _combine(node: Expr, parts: list[Affine]) -> Affine:
     form = combined(node, parts)
     if form is None:
         inside = ", ".join(sorted({str(s) for c, _ in parts for s in c}))
-        raise NotAffineError(f"Expected an expression affine in {inside}, got {node!s:.120}.")
+        raise NotAffineError(f"Expected an expression affine in {inside}, got {cut(node, 120)}.")
     return form
 
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, cut
 from kane.expr.node import ONE, TWO, ZERO, Expr, Number, constant, constant_value, intern_node, precedes
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
 from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2
@@ -197,7 +197,7 @@ def div(a: Expr, b: Expr) -> Expr:
 def _over_number(a: Expr, value: Number) -> Expr | None:
     """a / value where that is a product, a number or a negative."""
     if value == 0:
-        raise ExpressionError(f"Division of {a!s:.80} by the constant 0.")
+        raise ExpressionError(f"Division of {cut(a, 80)} by the constant 0.")
     if isinstance(value, (int, Fraction)):
         return mul(constant(Fraction(1) / value), a)
     if a.op is CONST:
@@ -319,7 +319,7 @@ def _binary(op: Op) -> Callable[[Expr, Expr], Expr]:
 def where(condition: Expr, x: Expr, y: Expr) -> Expr:
     """x where the condition holds, else y; the condition comes from `less`."""
     if condition.op is not LESS:
-        raise ExpressionError(f"Expected a condition kn.less(a, b) in where(...), got {condition!s:.80}.")
+        raise ExpressionError(f"Expected a condition kn.less(a, b) in where(...), got {cut(condition, 80)}.")
     a, b = (constant_value(c) for c in condition.args)
     if a is not None and b is not None:
         return x if a < b else y

@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from kane.errors import ExpressionError, alike
+from kane.errors import ExpressionError, alike, cut
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
@@ -77,7 +77,7 @@ def leaves(roots: Iterable[Expr], symbols: Iterable[Expr | str]) -> tuple[Expr, 
         if len(at) != 1 or not isinstance(at[0], Symbol):
             names = dict.fromkeys(n.name for n in own)
             raise ExpressionError(
-                f"Expected a symbol, or the name of one in the expression ({', '.join(names) or 'none'}), got {s!r:.60}."
+                f"Expected a symbol, or the name of one in the expression ({', '.join(names) or 'none'}), got {cut(repr(s))}."
                 f"{alike(str(s), names)}"
             )
     return tuple(at[0] for at in found)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ExpressionError, ValueMissingError, alike
+from kane.errors import ExpressionError, ValueMissingError, alike, cut
 from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
@@ -92,7 +92,7 @@ def _plain(value: Any) -> Any:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise ExpressionError(
-            f"Expected a real number or an array of them as a value, got {type(value).__name__}: {value!s:.60}."
+            f"Expected a real number or an array of them as a value, got {type(value).__name__}: {cut(value)}."
         ) from error
     return array if array.ndim else float(array)
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 import numpy as np
 
 from kane import show
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, cut
 from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
 
 Number = int | float | Fraction
@@ -40,7 +40,7 @@ def _undecided(sign: str, cure: str) -> Callable[..., NoReturn]:
 
     def refuse(self: Expr, *other: object) -> NoReturn:
         raise ExpressionError(
-            f"Expected a comparison that has a truth value, got an expression: `{sign}` on {self!s:.80} cannot be "
+            f"Expected a comparison that has a truth value, got an expression: `{sign}` on {cut(self, 80)} cannot be "
             f"decided while deriving. {cure}"
         )
 
@@ -82,7 +82,8 @@ class Expr:
         value = constant_value(self)
         if value is None:
             raise ExpressionError(
-                f"Expected a number, got the expression {self!s:.80}. In equations take functions that know expressions, kn.sin for "
+                f"Expected a number, got the expression {cut(self, 80)}. In equations take functions that know "
+                "expressions, kn.sin for "
                 "math.sin; for numbers give its symbols values with kn.evaluate(...)."
             )
         return float(value)
@@ -269,7 +270,9 @@ def _exact(value: Any) -> Number:
     cure = ""
     if isinstance(value, tuple) and any(isinstance(x, Expr) for x in value):
         cure = " The plurals give tuples: unpack it, as in q1, q2 = kn.coordinates('q1 q2'), or declare one with kn.coordinate(…)."
-    raise ExpressionError(f"Expected a real number or an expression, got {type(value).__name__}: {value!r:.80}.{cure}")
+    raise ExpressionError(
+        f"Expected a real number or an expression, got {type(value).__name__}: {cut(repr(value), 80)}.{cure}"
+    )
 
 
 def _rounded(value: int | Fraction) -> float:

@@ -4,7 +4,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from kane.errors import ExpressionError, ValueMissingError, alike
+from kane.errors import ExpressionError, ValueMissingError, alike, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
@@ -56,5 +56,5 @@ def _each(what: Any, change: Any) -> Any:
         return change(as_expr(what))
     except ExpressionError as error:
         raise ExpressionError(
-            f"Expected an expression, Vector, Matrix or a list of these to substitute in, got {what!r:.60}."
+            f"Expected an expression, Vector, Matrix or a list of these to substitute in, got {cut(repr(what))}."
         ) from error

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Hashable, Iterable
 from typing import Any, Self, SupportsIndex, TypeVar, cast
 
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, cut
 from kane.expr.node import Expr, Number, _table, as_expr, constant_value, enter, leaf
 from kane.expr.ops import SYMBOL
 
@@ -194,7 +194,7 @@ def names(text: str | Iterable[str]) -> tuple[str, ...]:
         given: Any = text
         parts = list(given) if isinstance(given, Iterable) else [given]
         if not parts or not all(isinstance(part, str) for part in parts):
-            raise ExpressionError(f'Expected names such as "q1:6", "x, y" or ["x", "y"], got {text!r:.60}.')
+            raise ExpressionError(f'Expected names such as "q1:6", "x, y" or ["x", "y"], got {cut(repr(text))}.')
         return tuple(name for part in parts for name in names(part))
     words: list[str] = []
     for word in text.replace(",", " ").split():

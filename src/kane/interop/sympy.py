@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import lru_cache, reduce
 from typing import Any
 
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, power
 from kane.expr.node import ONE, ZERO, Expr, Number, as_expr, constant, constant_value, pi, postorder
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
@@ -159,7 +159,7 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
 
     if isinstance(expression, str):
         raise ExpressionError(
-            f"Expected a SymPy expression, got text: {expression!r:.80}. Text is not parsed here, for SymPy's parser "
+            f"Expected a SymPy expression, got text: {cut(repr(expression), 80)}. Text is not parsed here, for SymPy's parser "
             "runs it as code; build the expression from symbols."
         )
     if not isinstance(expression, sympy.Basic):
@@ -186,7 +186,7 @@ def from_sympy(expression: Any, symbols: Mapping[Any, Expr]) -> Expr:
     result = converted[id(expression)]
     if isinstance(result, Expr):
         return result
-    raise ExpressionError(f"Expected a SymPy expression with a real value, got {expression!s:.80}.")
+    raise ExpressionError(f"Expected a SymPy expression with a real value, got {cut(expression, 80)}.")
 
 
 _Choice = Callable[[Expr, Expr], Expr]
@@ -217,7 +217,7 @@ def _leaf(node: Any, symbols: Mapping[Any, Expr]) -> Expr | _Choice | None:
     if node is sympy.false:
         return lambda x, y: y
     if not node.args:
-        raise ExpressionError(f"Expected a real, finite SymPy expression, got one with {node!s:.80} in it.")
+        raise ExpressionError(f"Expected a real, finite SymPy expression, got one with {cut(node, 80)} in it.")
     return None
 
 
@@ -239,7 +239,7 @@ def _derivative(node: Any, symbols: Mapping[Any, Expr]) -> Expr:
         return symbols[node]
     base, (variable, order), *more = node.args
     if more or not order.is_Integer or not isinstance(base, AppliedUndef) or base.args != (variable,):
-        raise ExpressionError(f"Expected derivatives of functions of time such as q(t), got {node!s:.80}.")
+        raise ExpressionError(f"Expected derivatives of functions of time such as q(t), got {cut(node, 80)}.")
     rate = _declared(base, base.func.__name__, symbols)
     for _ in range(int(order)):
         rate = rate.dt
@@ -250,7 +250,7 @@ def _combine(node: Any, args: list[Any]) -> Any:
     kind = type(node).__name__
     rule = _FROM.get(kind) or NODE_BUILDERS.get(kind)
     if rule is None:
-        raise ExpressionError(f"Expected operations that kane has, got SymPy's {kind} in {node!s:.80}.")
+        raise ExpressionError(f"Expected operations that kane has, got SymPy's {kind} in {cut(node, 80)}.")
     return rule(*args)
 
 

@@ -8,7 +8,7 @@ constraint: itself), written in speeds. The derivative is taken of the scalar A 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kane.errors import ModelError, NotAffineError
+from kane.errors import ModelError, NotAffineError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.build import add, neg
 from kane.expr.diff import time_derivative
@@ -48,7 +48,7 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
         follows = c.placed and c.expr is ZERO and form.rest is ZERO
         if not follows and not any(s in form.coefficients for s in speeds):
             raise ModelError(
-                f"Expected the constraint {c.name!r} to restrict the motion, got {c.expr!s:.60}, whose rate holds no speed."
+                f"Expected the constraint {c.name!r} to restrict the motion, got {cut(c.expr)}, whose rate holds no speed."
             )
     released = {a: constraint_of(a) for a in auxiliary}
     return ConstraintRows(
@@ -139,7 +139,7 @@ def _bare(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
         ((row, rest),) = affine_forms([whole], speeds.speeds)
     except NotAffineError as error:
         raise ModelError(
-            f"Expected the motion constraint {constraint.name!r} affine in the speeds, A u + b = 0, got {e!s:.120}. {error} "
+            f"Expected the motion constraint {constraint.name!r} affine in the speeds, A u + b = 0, got {cut(e, 120)}. {error} "
             "Choose coordinates in which it is affine (a heading, along which v·n = 0, in the place of a condition on |v|), or hold "
             "it nearly by loads against its gradient, −c f ∂f/∂u with a large c."
         ) from error

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from kane.errors import SingularError, SpeedsError
+from kane.errors import SingularError, SpeedsError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.build import mul, neg, sub
 from kane.expr.diff import euler_parameter_rates
@@ -122,7 +122,7 @@ def _check_rank(
     vanishing = null_direction(y.T, SPEEDS_RANK)
     if vanishing is not None:
         culprits = [u for u, c in zip(speeds, vanishing, strict=True) if abs(c) > TAKES_PART]
-        said = ", ".join(f"{u} = {system.speeds[u]!s:.80}" for u in culprits)
+        said = ", ".join(f"{u} = {cut(system.speeds[u], 80)}" for u in culprits)
         raise SpeedsError(
             f"Expected independent definitions of the generalized speeds, got a combination of {', '.join(map(str, culprits))} that "
             f"vanishes at every configuration, so that W does not exist: {said}. Define one of them differently."

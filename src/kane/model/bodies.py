@@ -5,14 +5,13 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic
-from kane.write.text import excerpt
 
 
 class Part(NamedTuple):
@@ -44,7 +43,7 @@ def parts_of(bodies: Iterable[Body]) -> Iterator[Part]:
 
 def _check_center(name: str, point: Any) -> None:
     if not isinstance(point, Point):
-        raise ModelError(f"Expected a Point as the place of {name}, got {point!r:.60}.")
+        raise ModelError(f"Expected a Point as the place of {name}, got {cut(repr(point))}.")
     if point.body is not None:
         raise ModelError(
             f"Expected a geometric point for {name}, got {point.name}, the particle of {point.body.name} that is there now. Make the "
@@ -98,11 +97,11 @@ class RigidBody(Immutable):
         check_mass(name, m)
         _check_center(name, mass_center)
         if not isinstance(frame, Frame):
-            raise ModelError(f"Expected a Frame for the body {name}, got {frame!r:.60}.")
+            raise ModelError(f"Expected a Frame for the body {name}, got {cut(repr(frame))}.")
         if not isinstance(inertia, Dyadic):
             raise ModelError(
                 f"Expected an inertia dyadic for {name}, such as kn.inertia({frame.name}, Ixx, Iyy, Izz), got "
-                f"{type(inertia).__name__} ({excerpt(inertia)}). kn.rod, kn.thin_disk, kn.box, … make those of solids."
+                f"{type(inertia).__name__} ({cut(inertia)}). kn.rod, kn.thin_disk, kn.box, … make those of solids."
             )
         check_inertia(name, inertia)
         mass_center.frame._check(frame)

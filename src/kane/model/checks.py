@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from kane.errors import ModelError, ReactionError
+from kane.errors import ModelError, ReactionError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, declared, input_of
 from kane.model.bodies import Body
@@ -20,7 +20,7 @@ from kane.space.frame import Frame
 def listed(what: str, items: Any) -> tuple[Any, ...]:
     """What stands in a list."""
     if isinstance(items, str) or not isinstance(items, Iterable):
-        raise ModelError(f"Expected {what}= to be a list, got {items!r:.60}. Write {what}=[…] around it.")
+        raise ModelError(f"Expected {what}= to be a list, got {cut(repr(items))}. Write {what}=[…] around it.")
     return tuple(items)
 
 
@@ -28,7 +28,7 @@ def check_inertial(frame: Any) -> None:
     """A root frame."""
     if not isinstance(frame, Frame) or frame.parent is not None:
         raise ModelError(
-            f'Expected a root frame as the inertial frame, got {frame!r:.60}. Make one with kn.Frame("N") and give it first.'
+            f'Expected a root frame as the inertial frame, got {cut(repr(frame))}. Make one with kn.Frame("N") and give it first.'
         )
 
 
@@ -37,7 +37,7 @@ def check_loads(loads: Iterable[Any]) -> None:
     for x in loads:
         if not isinstance(x, Load | Gravity):
             raise ModelError(
-                f"Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …, got {x!r:.60}. Say where it acts: "
+                f"Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …, got {cut(repr(x))}. Say where it acts: "
                 "kn.Force(point, vector), kn.Torque(frame, vector)."
             )
 
@@ -49,7 +49,8 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
     for b in bodies:
         if not isinstance(b, Body):
             raise ModelError(
-                f"Expected bodies from kn.RigidBody or kn.Particle, got {b!r:.60}. A point or frame has no mass: make a body of it."
+                f"Expected bodies from kn.RigidBody or kn.Particle, got {cut(repr(b))}. A point or frame has no mass: "
+                "make a body of it."
             )
     twice = _repeated([b.name for b in bodies])
     if twice:
@@ -63,7 +64,7 @@ def check_events(events: Iterable[Any]) -> None:
     """Events, no two of one name: a motion names those that it met."""
     for event in events:
         if not isinstance(event, Event):
-            raise ModelError(f"Expected events= made by kn.Event(name, quantity), got {event!r:.60}.")
+            raise ModelError(f"Expected events= made by kn.Event(name, quantity), got {cut(repr(event))}.")
     twice = _repeated([event.name for event in events])
     if twice:
         raise ModelError(f"Expected events of different names, got {', '.join(map(repr, twice))} more than once.")
@@ -73,7 +74,7 @@ def check_joints(joints: Iterable[Any]) -> None:
     """Joints, no two of one name."""
     for joint in joints:
         if not isinstance(joint, Joint):
-            raise ModelError(f"Expected joints= made by kn.pin, kn.slider, …, got {joint!r:.60}.")
+            raise ModelError(f"Expected joints= made by kn.pin, kn.slider, …, got {cut(repr(joint))}.")
     twice = _repeated([joint.name for joint in joints])
     if twice:
         raise ModelError(f"Expected joints of different names, got {', '.join(map(repr, twice))} more than once.")

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.build import neg
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
@@ -25,7 +25,6 @@ from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-from kane.write.text import excerpt
 
 Kind = Literal["configuration", "motion"]
 
@@ -67,7 +66,7 @@ class Constraint(Immutable):
         return bool(self.forces or self.torques)
 
     def __repr__(self) -> str:
-        f = excerpt(self.expr)
+        f = cut(self.expr)
         return f"Constraint({self.name!r}: {f if f.endswith('…') else f'{f} = 0'}, {self.kind})"
 
 
@@ -106,7 +105,7 @@ def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[s
 def _points(what: str, p: Any, q: Any) -> None:
     for x in (p, q):
         if not isinstance(x, Point):
-            raise ModelError(f"Expected points to {what}, got {x!r:.60}.")
+            raise ModelError(f"Expected points to {what}, got {cut(repr(x))}.")
         if x.body is None:
             _check_rides(what, x)
 

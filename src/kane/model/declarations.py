@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
@@ -41,7 +41,7 @@ class Event(Immutable):
 
 def check_event(name: Any, quantity: Any, threshold: Any, direction: Any, terminal: Any, message: Any) -> None:
     """A ModelError names the first argument of an event that cannot be what it is to be."""
-    who = f"the event {name!r:.40}"
+    who = f"the event {cut(repr(name), 40)}"
     wrong = [
         ("name", isinstance(name, str) and bool(name), name, "a text that is not empty"),
         ("quantity", isinstance(quantity, Expr), quantity, "a scalar expression of the system, such as q1 or v.dot(N.x)"),
@@ -53,7 +53,7 @@ def check_event(name: Any, quantity: Any, threshold: Any, direction: Any, termin
     ]  # fmt: skip
     for what, right, came, expected in wrong:
         if not right:
-            raise ModelError(f"Expected {what} of {who} to be {expected}, got {came!r:.60}. See kn.Event.")
+            raise ModelError(f"Expected {what} of {who} to be {expected}, got {cut(repr(came))}. See kn.Event.")
 
 
 def _is_number(value: Any) -> bool:

@@ -3,7 +3,7 @@
 
 import math
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.symbols import Parameter
 from kane.numeric.sample import sample
@@ -31,7 +31,7 @@ def is_unit(v: Vector) -> bool:
 def check_unit(v: object, what: str) -> None:
     """Raise a ModelError unless `v` is a unit vector."""
     if not isinstance(v, Vector) or v.is_zero:
-        raise ModelError(f"Expected a unit vector as the {what}, got {v!r:.60}.")
+        raise ModelError(f"Expected a unit vector as the {what}, got {cut(repr(v))}.")
     if not is_unit(v):
         raise ModelError(f"Expected a unit vector as the {what}, got {v} of length {length(v):.6g}. Use .normalized().")
 

@@ -8,7 +8,7 @@ power in the power balance.
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
@@ -55,20 +55,20 @@ class Gravity(Immutable):
 
 def _force(point: Any, vector: Any) -> tuple[Point, Vector]:
     if not isinstance(point, Point):
-        raise ModelError(f"Expected a force on a Point, got {point!r:.60}. {_point_instead(point)}")
+        raise ModelError(f"Expected a force on a Point, got {cut(repr(point))}. {_point_instead(point)}")
     return point, _vector("force", vector)
 
 
 def _torque(frame: Any, vector: Any) -> tuple[Frame, Vector]:
     if not isinstance(frame, Frame):
-        raise ModelError(f"Expected a torque on a Frame, got {frame!r:.60}. {_frame_instead(frame)}")
+        raise ModelError(f"Expected a torque on a Frame, got {cut(repr(frame))}. {_frame_instead(frame)}")
     return frame, _vector("torque", vector)
 
 
 def _vector(what: str, vector: Any) -> Vector:
     if not isinstance(vector, Vector):
         raise ModelError(
-            f"Expected a {what} as a Vector, got {vector!r:.60}. Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
+            f"Expected a {what} as a Vector, got {cut(repr(vector))}. Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
         )
     return vector
 
@@ -107,7 +107,8 @@ def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
     """Uniform gravity on every body: `gravity(-g*N.z)`."""
     if not isinstance(acceleration, Vector):
         raise ModelError(
-            f"Expected the acceleration of free fall as a Vector, got {acceleration!r:.60}. Give it a direction, downwards: -g*N.z "
+            f"Expected the acceleration of free fall as a Vector, got {cut(repr(acceleration))}. Give it a direction, "
+            "downwards: -g*N.z "
             "where N.z points up."
         )
     return Gravity(acceleration, name)

@@ -11,14 +11,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from kane.errors import KaneWarning, ModelError
+from kane.errors import KaneWarning, ModelError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.numeric.sample import sample
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, angular_velocity
-from kane.write.text import excerpt
 
 SLACK = 1e-9
 """Relative slack of the inequalities: a thin disk meets the triangle inequality with equality."""
@@ -37,7 +36,7 @@ def check_mass(name: str, mass: Expr) -> None:
         number = evaluate(mass, {})
     value = float(number)
     if value < 0:
-        what = "" if constant_value(mass) is not None else f"{excerpt(mass)} = "
+        what = "" if constant_value(mass) is not None else f"{cut(mass)} = "
         raise ModelError(f"Expected a mass ≥ 0 for {name}, got {what}{value:g}. Check its sign, or the default.")
 
 

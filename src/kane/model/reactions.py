@@ -8,7 +8,7 @@ in `System(reactions=…)` does.
 
 from typing import NamedTuple
 
-from kane.errors import ReactionError
+from kane.errors import ReactionError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction
 from kane.model.constraints import Constraint
@@ -38,7 +38,7 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
         )
     place = at if at is not None else frame
     if not isinstance(place, Point if at is not None else Frame):
-        raise ReactionError(f"Expected at=Point or frame=Frame for {kind} {name!r}, got {place!r:.60}.")
+        raise ReactionError(f"Expected at=Point or frame=Frame for {kind} {name!r}, got {cut(repr(place))}.")
     assert place is not None
     if place.parent is None:
         raise ReactionError(
@@ -50,10 +50,11 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
             f"Expected a geometric point for {kind} {name!r}, got {place.name}, a particle: nothing is reached through it."
         )
     if not isinstance(along, Vector) or along.is_zero:
-        raise ReactionError(f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60}.")
+        raise ReactionError(f"Expected along=unit vector for {kind} {name!r}, got {cut(repr(along))}.")
     if not is_unit(along):
         raise ReactionError(
-            f"Expected along=unit vector for {kind} {name!r}, got {along!r:.60} of length {length(along):.6g}: the reaction would "
+            f"Expected along=unit vector for {kind} {name!r}, got {cut(repr(along))} of length {length(along):.6g}: the "
+            "reaction would "
             "not be measured in units of force. Use along.normalized()."
         )
     return Cut(place, along.parts)
@@ -77,13 +78,13 @@ def reaction(
         other: object = constraint
         if not isinstance(other, Constraint) or any(x is not None for x in (at, frame, along)):
             raise ReactionError(
-                f"Expected constraint=one Constraint, and no other place, for the reaction {name!r}, got {other!r:.60}."
+                f"Expected constraint=one Constraint, and no other place, for the reaction {name!r}, got {cut(repr(other))}."
             )
         return Reaction.declare(name, None, unit or constraint.unit, "", constraint)
     if at is None and frame is None and along is None:
         return Reaction.declare(name, None, unit, "", None)
-    cut = _cut("the reaction", name, at, frame, along)
-    return Reaction.declare(name, None, unit or ("N" if at is not None else "N*m"), "", cut)
+    place = _cut("the reaction", name, at, frame, along)
+    return Reaction.declare(name, None, unit or ("N" if at is not None else "N*m"), "", place)
 
 
 def auxiliary_speed(

@@ -7,7 +7,7 @@ dimension one.
 
 from collections.abc import Iterable, Iterator
 
-from kane.errors import UnitError
+from kane.errors import UnitError, cut
 from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
@@ -22,7 +22,6 @@ from kane.units.rules import Known, infer, unit_of
 from kane.units.scales import conflict
 from kane.units.text import spelled
 from kane.units.unit import ANY, NUMBER, ONE, Unit
-from kane.write.text import excerpt
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
 MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION = map(parse, _QUANTITIES)
@@ -152,7 +151,7 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
         return
     carried = ", ".join(f"{s} [{s.unit}]" for s in free_symbols((e,))[:6])
     raise UnitError(
-        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(unit, e)}: {excerpt(e, 80)}, with {carried}. "
+        f"Expected {_NOUNS.get(wanted) or spelled(wanted)} as {what}, got {spelled(unit, e)}: {cut(e, 80)}, with {carried}. "
         "Correct the expression, or the unit of a symbol in it."
     )
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-from kane.errors import ModelError, NotAffineError, SpeedsError
+from kane.errors import ModelError, NotAffineError, SpeedsError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
@@ -14,7 +14,6 @@ from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol,
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.vector import Vector
-from kane.write.text import excerpt
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +87,9 @@ def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
 def _coordinates(order: Any) -> tuple[Any, ...]:
     """Coordinates as a tuple; a single one, or something else, is refused."""
     if isinstance(order, Expr) or not isinstance(order, Iterable) or not all(isinstance(q, Coordinate) for q in order):
-        raise ModelError(f"Expected coordinates= to be a list of coordinates, such as (q1, q2), got {order!r:.60}.")
+        raise ModelError(
+            f"Expected coordinates= to be a list of coordinates, such as (q1, q2), got {cut(repr(order))}."
+        )
     return Symbols(order)
 
 
@@ -106,7 +107,8 @@ def speed_definitions(
         return _rates_as_speeds(coordinates, euler)
     if not isinstance(speeds, Mapping):
         raise SpeedsError(
-            f'Expected speeds= to be a dict {{u1: definition, …}} or "rates", got {speeds!r:.60}. Each definition needs its speed: '
+            f'Expected speeds= to be a dict {{u1: definition, …}} or "rates", got {cut(repr(speeds))}. Each definition '
+            "needs its speed: "
             "{u1: q1.dt, u2: q2.dt}."
         )
     definitions: dict[Speed, Expr] = {}
@@ -162,7 +164,7 @@ def _check_definition(u: Speed, definition: Expr) -> None:
     for s in symbols:
         if isinstance(s, Speed):
             raise SpeedsError(
-                f"Expected the definition of {u} in rates such as q', got the speed {s} in {excerpt(definition, 120)}. Write what {s} "
+                f"Expected the definition of {u} in rates such as q', got the speed {s} in {cut(definition, 120)}. Write what {s} "
                 "stands for, in rates such as q.dt."
             )
     try:
@@ -170,7 +172,7 @@ def _check_definition(u: Speed, definition: Expr) -> None:
             [definition], [s for s in symbols if isinstance(s, Rate | QuasiRate) and input_of(s) is None]
         )
     except NotAffineError as error:
-        culprit, whole = str(error).rpartition("got ")[2].rstrip("."), f"{definition!s:.120}"
+        culprit, whole = str(error).rpartition("got ")[2].rstrip("."), f"{cut(definition, 120)}"
         said = whole if culprit == whole else f"{culprit} in {whole}"
         raise SpeedsError(
             f"Expected the definition of {u} to be linear in the rates (u = Y q' + z), got {said}. Take a rate such as q.dt, or a "
@@ -179,7 +181,7 @@ def _check_definition(u: Speed, definition: Expr) -> None:
     if not row:
         q = next((s for s in symbols if isinstance(s, Coordinate)), None)
         cure = f"Write {q}.dt for the rate of {q}" if q is not None else "Define it by a rate, such as q.dt"
-        raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {excerpt(definition, 120)}. {cure}.")
+        raise SpeedsError(f"Expected the definition of {u} to contain a rate, got {cut(definition, 120)}. {cure}.")
 
 
 def _rates_as_speeds(coordinates: tuple[Coordinate, ...], euler: tuple[EulerParameters, ...]) -> dict[Speed, Expr]:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import SimulationError, ValueMissingError, cut
 from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
@@ -169,7 +169,7 @@ class Asked:
         try:
             return float(value) if np.ndim(value) == 0 else float(np.asarray(value).reshape(()))
         except (TypeError, ValueError) as error:
-            what = f"the expression {value!s:.60}" if isinstance(value, Expr) else f"{value!r:.60}"
+            what = f"the expression {cut(value)}" if isinstance(value, Expr) else f"{cut(repr(value))}"
             cure = "Take math.sin for kn.sin in it." if isinstance(value, Expr) else "Return a plain number."
             raise SimulationError(
                 f"Expected a number from the function of time for the input {self.name}, got {what} at t = {float(t):.6g}. {cure}"

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.errors import SimulationError, cut
 from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
@@ -37,7 +37,7 @@ class Vanishing(NamedTuple):
         return tuple(s for s in free_symbols([self.pivot]) if isinstance(s, Coordinate))
 
     def __str__(self) -> str:
-        return f"{self.pivot!s:.80} = {self.value:.3g}"
+        return f"{cut(self.pivot, 80)} = {self.value:.3g}"
 
 
 def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.errors import SimulationError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.model.bodies import parts_of
@@ -22,7 +22,7 @@ def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
             value = float(evaluate(part.mass, constants))
             if value < 0:
                 raise SimulationError(
-                    f"Expected a mass ≥ 0 for {part.name}, got {part.mass!s:.60} = {value:g} at the values of the parameters. "
+                    f"Expected a mass ≥ 0 for {part.name}, got {cut(part.mass)} = {value:g} at the values of the parameters. "
                     "Correct them."
                 )
 
@@ -32,7 +32,7 @@ def check_span(span: Any) -> tuple[float, float]:
     try:
         t0, t1 = (float(x) for x in span)
     except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected a time span (t0, t1), got {span!r:.60}. Give two times in s.") from error
+        raise SimulationError(f"Expected a time span (t0, t1), got {cut(repr(span))}. Give two times in s.") from error
     if not (np.isfinite(t0) and np.isfinite(t1) and t1 > t0):
         raise SimulationError(
             f"Expected a time span (t0, t1) with t1 > t0, got ({t0:g}, {t1:g}). Motions run forwards: "
@@ -59,7 +59,7 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
     try:
         times = np.asarray(samples, dtype=float)
     except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected a number of samples or their times, got {samples!r:.60}.") from error
+        raise SimulationError(f"Expected a number of samples or their times, got {cut(repr(samples))}.") from error
     if not np.all(np.isfinite(times)):
         raise SimulationError(
             f"Expected finite sample times, got {times[~np.isfinite(times)].flat[0]} among them. Leave it out."
@@ -72,7 +72,7 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
 def check_steps(most: Any) -> int:
     """How many steps may be taken: a whole number above zero."""
     if isinstance(most, bool) or not isinstance(most, int | np.integer) or most < 1:
-        raise SimulationError(f"Expected max_steps to be a whole number above 0, got {most!r:.60}.")
+        raise SimulationError(f"Expected max_steps to be a whole number above 0, got {cut(repr(most))}.")
     return int(most)
 
 
@@ -123,8 +123,8 @@ def check_breakpoints(times: Any) -> tuple[float, ...]:
         found = np.unique(np.asarray(times, dtype=float).ravel())
     except (TypeError, ValueError) as error:
         raise SimulationError(
-            f"Expected breakpoints as times, got {times!r:.60}. Give a sequence of times in s."
+            f"Expected breakpoints as times, got {cut(repr(times))}. Give a sequence of times in s."
         ) from error
     if not np.all(np.isfinite(found)):
-        raise SimulationError(f"Expected breakpoints at finite times, got {times!r:.60}.")
+        raise SimulationError(f"Expected breakpoints at finite times, got {cut(repr(times))}.")
     return tuple(found.tolist())

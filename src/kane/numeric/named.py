@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import SimulationError, ValueMissingError, alike
+from kane.errors import SimulationError, ValueMissingError, alike, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, Symbols, declared
 
@@ -71,7 +71,7 @@ def unknown(key: Any, symbols: Iterable[Symbol]) -> str:
             f"another symbol of the name {key.name!r}: {declared(key)} in place of {declared(names[key.name])}. Take the system's "
             "own symbol, or give the name alone."
         )
-    return f"{key!r:.60}.{alike(str(key), names)}"
+    return f"{cut(repr(key))}.{alike(str(key), names)}"
 
 
 def _found(by_name: Mapping[str, Symbol], key: Any) -> Symbol | None:
@@ -85,7 +85,7 @@ def _listed(what: str, symbols: Sequence[Symbol], given: Any) -> Iterable[Any]:
     if flat or isinstance(given, str | Expr) or not isinstance(given, Iterable):
         raise ValueMissingError(
             f"Expected a list of {what} or a dict {{name: value}} for {', '.join(s.name for s in symbols) or 'none'}, got "
-            f"{given!r:.60}."
+            f"{cut(repr(given))}."
         )
     return given
 
@@ -107,11 +107,9 @@ def _came(what: str, name: str, value: Any) -> str:
     """What came in the place of a number, and what to do."""
     if isinstance(value, Expr):
         cure = f", or write it into the model in the place of {name}" if "time" in what else ""
-        return f"the expression {value!s:.60}. Give the number that it stands for, kn.evaluate(…){cure}."
+        return f"the expression {cut(value)}. Give the number that it stands for, kn.evaluate(…){cure}."
     if callable(value):
-        return (
-            f"the function {getattr(value, '__name__', value)!s:.60}. Call it, or give the number that it stands for."
-        )
+        return f"the function {cut(getattr(value, '__name__', value))}. Call it, or give the number that it stands for."
     if isinstance(value, np.ndarray | list | tuple):
         return f"an array of shape {np.shape(value)}. Give one number, in the unit of {name}."
-    return f"{value!r:.60}. Give a plain number in the unit of {name}."
+    return f"{cut(repr(value))}. Give a plain number in the unit of {name}."

@@ -103,26 +103,28 @@ _PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | N
     7: lambda eom, _: mass_provenance(eom),
 }
 
+_REACTIONS = "; the auxiliary equations give the reactions"
 _PROSE = {
     3: r"$u = Y\dot{q} + z$, chosen so that these velocities become short; solved, $\dot{q} = W u + X$.",
     4: "Angular velocities, velocities, their partial velocities, and accelerations.",
     5: r"$F_r = \sum \mathbf{v}_r \cdot \mathbf{F} + \sum \boldsymbol{\omega}_r \cdot \mathbf{T}$ over all loads.",
     6: r"$F^{*}_r = \sum \mathbf{v}_r \cdot (-m\,\mathbf{a}) + \sum \boldsymbol{\omega}_r \cdot (-\mathbf{I}\cdot"
     r"\boldsymbol{\alpha} - \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega})$ over all bodies.",
-    7: r"$F_r + F^{*}_r = 0$, ordered as $M\dot{u} = f$; the auxiliary equations give the reactions.",
+    7: r"$F_r + F^{*}_r = 0$, ordered as $M\dot{u} = f$" + f"{_REACTIONS}.",
 }
 
 
 def _prose(eom: Equations, step: Step) -> str:
     plain = _PROSE.get(step.number, step.text)
-    return _EMBEDDED.get(step.number, plain) if eom.embedding else plain
+    text = _EMBEDDED.get(step.number, plain) if eom.embedding else plain
+    return text if eom.reactions else text.replace(_REACTIONS, "")
 
 
 _EMBEDDED = {
     4: _PROSE[4] + r" The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$.",
     5: _PROSE[5] + r" Of the independent speeds, $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$ over the dependent ones $D$.",
-    7: r"$\tilde F_r + \tilde F^{*}_r = 0$, or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$; the auxiliary equations give the "
-    "reactions.",
+    7: r"$\tilde F_r + \tilde F^{*}_r = 0$, or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$"
+    f"{_REACTIONS}.",
 }
 """Of a system with constraints."""
 

@@ -15,6 +15,8 @@ from kane.space.point import Point
 from kane.units.text import unit_text
 from kane.write.latex import latex_name, place_latex
 
+_FAINT = 1e-3
+"""Share of the absolute tolerance below which values are what rounding leaves."""
 _PANELS = 7
 """Quantities beyond which those of one unit share a panel."""
 _LABELS = 12
@@ -55,6 +57,7 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     for a, group in zip(axes, groups, strict=True):
         for k, i in enumerate(group):
             a.plot(solution.t, values[i], color=SERIES[k % len(SERIES)], label=f"${latex_name(symbols[i].name)}$")
+        level(a, [values[i] for i in group], solution)
         left = f"${latex_name(symbols[group[0]].name)}$ " if alone else ""
         a.set_ylabel(f"{left}[{unit_text(units[group[0]]) or '–'}]")
         if not alone and len(group) <= _LABELS:
@@ -64,6 +67,12 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     if not all(units):
         meanings.append("[–]: no unit declared")
     return Plot(name, title, "; ".join(meanings), to_svg(figure, name))
+
+
+def level(axes: Any, values: Sequence[Any], solution: Solution) -> None:
+    """What is far below the absolute tolerance of a motion is drawn as zero: rounding errors are not to fill the panel."""
+    if solution.atol > 0 and np.abs(np.asarray(values, dtype=float)).max(initial=0) < _FAINT * solution.atol:
+        axes.set_ylim(-solution.atol, solution.atol)
 
 
 def balance(solution: Solution) -> Plot:

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from kane.errors import SpaceError
+from kane.errors import SpaceError, cut
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
@@ -108,7 +108,7 @@ class Frame(Basis):
 
     def _direction(self, axis: Vector) -> Triple:
         if not isinstance(axis, Vector):
-            raise SpaceError(f"Expected a unit vector as axis, such as {self.name}.z, got {axis!r:.60}.")
+            raise SpaceError(f"Expected a unit vector as axis, such as {self.name}.z, got {cut(repr(axis))}.")
         direction = axis.components(self)
         moving = [s for s in free_symbols(direction) if isinstance(s, Coordinate | Speed | Time | Input)]
         if moving:
@@ -206,7 +206,7 @@ class Frame(Basis):
 
     def _check(self, other: Basis) -> None:
         if not isinstance(other, Basis):
-            raise SpaceError(f"Expected a Frame, got {other!r:.60}.")
+            raise SpaceError(f"Expected a Frame, got {cut(repr(other))}.")
         if not connected(self, other):
             raise SpaceError(
                 f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root."
@@ -226,13 +226,13 @@ def frames_of(v: Vector) -> tuple[Frame, ...]:
 def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
     """Raise a SpaceError unless an angular velocity is, at a random state, the one that follows from the orientation."""
     if not isinstance(claimed, Vector):
-        raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {claimed!r:.60}.")
+        raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {cut(repr(claimed))}.")
     own = frame.angular_velocity(base)
     numbers = sample([*own.components(base), *claimed.components(base)], _SEED)
     if not np.allclose(numbers[:3], numbers[3:], rtol=_AGREE, atol=_AGREE * max(map(abs, numbers)), equal_nan=True):
         raise SpaceError(
-            f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {own!s:.60}, got "
-            f"{claimed!s:.60}. Correct its sign or the angle, or leave it out: it follows from the angle."
+            f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {cut(own)}, got "
+            f"{cut(claimed)}. Correct its sign or the angle, or leave it out: it follows from the angle."
         )
 
 

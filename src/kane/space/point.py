@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from kane.errors import SpaceError
+from kane.errors import SpaceError, cut
 from kane.expr.immutable import Immutable, landmarks
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -29,7 +29,7 @@ class Point(Immutable):
 
     def __init__(self, name: str, fixed_in: Frame) -> None:
         if not isinstance(fixed_in, Frame):
-            raise SpaceError(f"Expected Point({name!r}, fixed_in=frame), got {fixed_in!r:.60}.")
+            raise SpaceError(f"Expected Point({name!r}, fixed_in=frame), got {cut(repr(fixed_in))}.")
         if fixed_in.parent is not None:
             raise SpaceError(
                 f"Expected a root frame to fix the point {name} in, got {fixed_in.name}, which is born in "
@@ -69,7 +69,8 @@ class Point(Immutable):
             offset = Vector()
         if not isinstance(offset, Vector):
             raise SpaceError(
-                f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {offset!r:.60}. Give it a direction: x*N.x."
+                f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {cut(repr(offset))}. Give it a "
+                "direction: x*N.x."
             )
         for frame, _ in offset.parts:
             self.frame._check(frame)
@@ -89,7 +90,7 @@ class Point(Immutable):
         is not the derivative of the velocity. A particle is a leaf: no point can be built on it.
         """
         if not isinstance(frame, Frame):
-            raise SpaceError(f"Expected a frame in fixed_in(frame, name, offset), got {frame!r:.60}.")
+            raise SpaceError(f"Expected a frame in fixed_in(frame, name, offset), got {cut(repr(frame))}.")
         self.frame._check(frame)
         return self._child(name, offset, frame)
 

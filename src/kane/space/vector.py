@@ -8,13 +8,12 @@ from functools import reduce
 from typing import Any, NoReturn
 
 from kane import show
-from kane.errors import SpaceError
+from kane.errors import SpaceError, cut
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
-from kane.expr.ops import ADD, NEG, SUB
+from kane.expr.node import ZERO, Expr, as_expr
 from kane.space.rotation import (
     NOTHING,
     UNITS,
@@ -28,7 +27,8 @@ from kane.space.rotation import (
     single,
 )
 from kane.space.rotation import Basis as Frame  # public signatures say Frame: a vector needs no more of one
-from kane.write.text import to_text
+from kane.write.layout import layout
+from kane.write.text import TEXT
 
 Parts = tuple[tuple[Frame, Triple], ...]
 
@@ -88,8 +88,8 @@ class Vector(Immutable):
     def _refuse_scalar(self, verb: str, other: object) -> None:
         if isinstance(other, Expr | int | float):
             raise SpaceError(
-                f"Expected a vector to {verb} {self!s:.60}, got the scalar {other!s:.60}. Give it a direction, such as "
-                f"{other!s:.20}*{self.parts[0][0].name if self.parts else 'N'}.x."
+                f"Expected a vector to {verb} {cut(self)}, got the scalar {cut(other)}. Give it a direction, such as "
+                f"{cut(other, 20)}*{self.parts[0][0].name if self.parts else 'N'}.x."
             )
 
     def _joined(self, other: Vector, join: Callable[[Expr, Expr], Expr]) -> Vector:
@@ -361,24 +361,10 @@ class Dyadic(Immutable):
 
 
 def parts_text(parts: Iterable[tuple[Frame, Triple]]) -> str:
-    """One line of text for the parts of a vector."""
-    line = ""
-    for basis, triple in parts:
-        for x, axis in zip(triple, "xyz", strict=True):
-            if x is ZERO:
-                continue
-            negative = _is_negative(x)
-            lead = (" - " if negative else " + ") if line else ("-" if negative else "")
-            line += f"{lead}{_factor(neg(x) if negative else x)}{basis.name}.{axis}"
-    return line or "0"
-
-
-def _is_negative(x: Expr) -> bool:
-    value = constant_value(x)
-    return x.op is NEG or (value is not None and value < 0)
-
-
-def _factor(x: Expr) -> str:
-    if x is ONE:
-        return ""
-    return f"({to_text(x)}) " if x.op in (ADD, SUB) else f"{to_text(x)} "
+    """One line of text for the parts of a vector, after "where" what its measure numbers share."""
+    present = [
+        (x, basis, axis) for basis, triple in parts for x, axis in zip(triple, "xyz", strict=True) if x is not ZERO
+    ]
+    shown = layout([x for x, _, _ in present])
+    line = TEXT.along(shown.trees, [TEXT.unit_vector(basis.name, axis) for _, basis, axis in present])
+    return TEXT.defined(line, shown.intermediates)

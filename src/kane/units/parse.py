@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cache, lru_cache
 from typing import NoReturn
 
-from kane.errors import UnitError
+from kane.errors import UnitError, cut
 from kane.units.table import BASES, FOREIGN, PLAIN, PREFIXED, PREFIXES, SHIFTED
 from kane.units.unit import ONE, Unit, power, product, quotient, unit
 
@@ -118,7 +118,8 @@ def _refuse(text: str) -> NoReturn:
     mended = _WORD.sub(lambda word: word[0] if symbol(word[0]) else _nearest(word[0]), text)
     cure = f" Did you mean {mended!r}?" if mended != text and _read(mended) is not None else ""
     raise UnitError(
-        f'Expected a unit such as "kg*m^2", "m/s^2", "rad" or "1", got {text!r:.80}.{cure} Leave the unit out ("") for a symbol that '
+        f'Expected a unit such as "kg*m^2", "m/s^2", "rad" or "1", got {cut(repr(text), 80)}.{cure} Leave the unit out '
+        '("") for a symbol that '
         "is not to be checked."
     )
 

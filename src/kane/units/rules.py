@@ -10,14 +10,13 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from kane.errors import UnitError
+from kane.errors import UnitError, cut
 from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.ops import OPS, SYMBOL
 from kane.expr.visit import fold
 from kane.units.parse import parse
 from kane.units.text import spelled
 from kane.units.unit import ANY, NUMBER, ONE, Unit, power, product, quotient
-from kane.write.text import excerpt
 
 Known = dict[Expr, Unit | None]
 Rule = Callable[..., Unit]
@@ -53,14 +52,14 @@ def _common(node: Expr, terms: tuple[Expr, ...], units: tuple[Unit, ...]) -> Uni
             first, shared = (first, shared) if unit is ANY else (term, unit)
         elif unit is not ANY and not agree(shared, unit):
             raise UnitError(
-                f"Expected terms of one unit in {excerpt(node)}, got {_said(first, shared)} and {_said(term, unit)}. "
+                f"Expected terms of one unit in {cut(node)}, got {_said(first, shared)} and {_said(term, unit)}. "
                 f"{_cure(shared, unit)}"
             )
     return shared
 
 
 def _said(e: Expr, unit: Unit) -> str:
-    return f"{excerpt(e, 40)} [{'a number' if unit is NUMBER else spelled(unit, e)}]"
+    return f"{cut(e, 40)} [{'a number' if unit is NUMBER else spelled(unit, e)}]"
 
 
 def _cure(a: Unit, b: Unit) -> str:
@@ -81,7 +80,7 @@ def _bare(node: Expr, *units: Unit) -> Unit:
         if not agree(unit, ONE):
             cure = "Give angles in rad." if unit.is_bare else "Divide by a quantity of the same unit."
             raise UnitError(
-                f"Expected an angle (rad) or a ratio in {node.op.name}(…), got {_said(e, unit)} in {excerpt(node)}. {cure}"
+                f"Expected an angle (rad) or a ratio in {node.op.name}(…), got {_said(e, unit)} in {cut(node)}. {cure}"
             )
     return ONE
 
@@ -93,7 +92,7 @@ def _power(node: Expr, base: Unit, exponent: Unit) -> Unit:
     try:
         return power(base, Fraction(value).limit_denominator(_FINEST))
     except OverflowError:
-        raise UnitError(f"Expected a power whose unit has a finite scale, got {excerpt(node)}.") from None
+        raise UnitError(f"Expected a power whose unit has a finite scale, got {cut(node)}.") from None
 
 
 RULES: dict[object, Rule] = {

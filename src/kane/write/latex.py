@@ -84,7 +84,7 @@ def unit_vector_latex(frame: str, axis: str) -> str:
     parts = re.fullmatch(r"([A-Za-z])([0-9]*)", frame)
     if parts:
         return rf"\hat{{{parts[1].lower()}}}_{{{parts[2]}{axis}}}"
-    return rf"\widehat{{{latex_name(frame)}}}_{{{axis}}}"
+    return rf"\widehat{{{place_latex(frame)}}}_{{{axis}}}"
 
 
 # Trees -------------------------------------------------------------------------------------------------
@@ -165,13 +165,23 @@ class _Latex(Notation):
         yield start
         for i, (factor, exponent) in enumerate(factors):
             if i or start:
-                yield r" \cdot " if not i and isinstance(factor, NumberTree) else " "
+                yield (
+                    r" \cdot "
+                    if not i and isinstance(factor, NumberTree)
+                    else _apart(factors[i - 1][0] if i else None, factor)
+                )
             if exponent != 1 and isinstance(factor, Call) and factor.name in _POWERED:
                 yield from self.call(factor, exponent)
             elif exponent != 1:
                 yield from (*self.within(factor, ATOM), f"^{{{exponent}}}")
             else:
                 yield from self.within(factor, SUM if alone else PREFIX)
+
+
+def _apart(before: object, after: object) -> str:
+    """Between two factors: a space that shows where one is a name of several letters, which would run into the other."""
+    words = (isinstance(x, Name) and r"\mathrm" in latex_name(x.text) for x in (before, after))
+    return r" \, " if before is not None and any(words) else " "
 
 
 LATEX = _Latex()

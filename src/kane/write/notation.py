@@ -106,9 +106,13 @@ class Notation(ABC):
     def line(self, expr: Expr, intermediates: bool | None) -> str:
         """An expression, and after "where" what it shares."""
         shown = layout((as_expr(expr),), intermediates)
-        definitions = [f"{self.name(name)} = {self.write(tree)}" for name, tree in shown.intermediates]
+        return self.defined(self.write(shown.trees[0]), shown.intermediates)
+
+    def defined(self, line: str, intermediates: Iterable[tuple[str, Tree]]) -> str:
+        """A line, and after "where" the intermediates in it."""
+        definitions = [f"{self.name(name)} = {self.write(tree)}" for name, tree in intermediates]
         head, comma = self.where
-        return self.write(shown.trees[0]) + (head + comma.join(definitions) if definitions else "")
+        return line + (head + comma.join(definitions) if definitions else "")
 
     def along(self, trees: Iterable[Tree], units: Iterable[str]) -> str:
         """The sum of measure numbers, each along its unit vector; "0" where there are none."""

@@ -60,11 +60,3 @@ class _Text(Notation):
 
 TEXT = _Text()
 show.TEXT[Expr] = to_text
-
-
-def excerpt(shown: object, most: int = 60) -> str:
-    """What `shown` prints as in at most so many letters; "…" stands for what is left out, definitions of intermediates too."""
-    text, where, _ = str(shown).partition(", where ")
-    if not where and len(text) <= most:
-        return text
-    return f"{text[: most - 2].rstrip(' +-*/^(')} …"

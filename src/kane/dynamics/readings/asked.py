@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.derived import Derived
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, cut
 from kane.expr.evaluate import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
@@ -61,7 +61,8 @@ def asked(derived: Derived, what: Any) -> Asked:
         return Asked((as_expr(what),), ())
     if not isinstance(what, Iterable) or isinstance(what, Set | Mapping | bytes):
         raise ExpressionError(
-            f"Expected an expression, vector, name, dyadic or matrix, or a list of these, got {type(what).__name__}: {what!r:.60}."
+            f"Expected an expression, vector, name, dyadic or matrix, or a list of these, got {type(what).__name__}: "
+            f"{cut(repr(what))}."
         )
     parts = tuple(asked(derived, x) for x in what)
     shapes = {part.shape for part in parts}

@@ -22,7 +22,7 @@ from kane.dynamics.checks import check_placed
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
-from kane.errors import ReactionError
+from kane.errors import ReactionError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.kinematics.motion import acceleration_form
@@ -36,7 +36,6 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
-from kane.write.text import excerpt
 
 Share = Callable[[Constraint], tuple[Vector, Vector]]
 """The force and torque, about the place's point, that a multiplier of one exerts on the side asked for."""
@@ -98,7 +97,7 @@ def _looked_up(system: System, place: Any) -> Joint | Point | Frame | tuple[Cons
     if isinstance(place, str):
         return _by_name(system, place)
     wanted = (place,) if isinstance(place, Constraint) else tuple(place) if isinstance(place, Iterable) else (place,)
-    strangers = [getattr(c, "name", None) or excerpt(repr(c)) for c in wanted if c not in set(system.constraints)]
+    strangers = [getattr(c, "name", None) or cut(repr(c)) for c in wanted if c not in set(system.constraints)]
     if strangers or not wanted:
         raise ReactionError(
             f"Expected a joint, a point, a frame, constraints of the system or a name to find the reaction at, got "

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.singular import of_rates
 from kane.dynamics.solved import Pivot, Solved
-from kane.errors import KaneWarning, SingularError, ValueMissingError
+from kane.errors import KaneWarning, SingularError, ValueMissingError, cut
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, WHERE
@@ -59,7 +59,7 @@ def divided_by(p: Pivot, who: str = "the constraints") -> str:
     """The speeds of a pivot and what they are divided by, as far as that can be read."""
     names = ", ".join(sorted(u.name for u in p.speeds))
     chosen = any(node.op is WHERE for node in postorder([p.value]))
-    return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{p.value!s:.80}'}"
+    return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{cut(p.value, 80)}'}"
 
 
 def _tell(

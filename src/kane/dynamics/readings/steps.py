@@ -100,6 +100,8 @@ _TITLES = (
     "Generalized inertia forces",
     "Equations of motion",
 )
+REACTIONS = "; the auxiliary equations give the reactions"
+"""What is said of step 7 where there are any."""
 _TEXTS = (
     "The configuration is described by these.",
     "Angular velocities of the frames and velocities of the points, in the rates of the coordinates.",
@@ -107,12 +109,12 @@ _TEXTS = (
     "Angular velocities, velocities, their partial velocities, and accelerations.",
     "F_r = sum of v_r . F + w_r . T over all loads.",
     "F*_r = sum of v_r . (-m a) + w_r . (-I . alpha - w x I . w) over all bodies.",
-    "F_r + F*_r = 0, ordered as M u' = f; the auxiliary equations give the reactions.",
+    f"F_r + F*_r = 0, ordered as M u' = f{REACTIONS}.",
 )
 _CONSTRAINED = {
     4: _TEXTS[3] + " The constraints A u + b = 0 give the dependent speeds, u_D = A_n u_I + b_n.",
     5: _TEXTS[4] + " Of the independent speeds, ~F_r = F_r + sum of A_n[D, r] F_D over the dependent ones D.",
-    7: "~F_r + ~F*_r = 0, or M u' = f + A^T lambda with A u + b = 0; the auxiliary equations give the reactions.",
+    7: "~F_r + ~F*_r = 0, or M u' = f + A^T lambda with A u + b = 0" + f"{REACTIONS}.",
 }
 """The texts of a system with constraints, where they differ."""
 
@@ -138,7 +140,10 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
         _equations(solved),
     )
     rows = enumerate(zip(_TITLES, _TEXTS, results, strict=True), start=1)
-    return tuple(Step(n, title, other.get(n, text), values) for n, (title, text, values) in rows)
+    said = REACTIONS if derived.reactions else ""
+    return tuple(
+        Step(n, title, other.get(n, text).replace(REACTIONS, said), values) for n, (title, text, values) in rows
+    )
 
 
 def shown_speeds(derived: Derived) -> tuple[Symbol, ...]:

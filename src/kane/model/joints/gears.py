@@ -15,7 +15,7 @@ tangential tooth force on the pinion along the rack.
 from dataclasses import replace
 from typing import Any
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.build import add, div, mul, sqrt, sub
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
@@ -26,7 +26,6 @@ from kane.model.joints.joint import Joint, fixed, is_along, numbers
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-from kane.write.text import excerpt
 
 Gear = Joint | tuple[Frame, Point]
 
@@ -110,7 +109,7 @@ def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> tuple[Frame
         return part.frame, part.point
     if isinstance(part, tuple) and len(part) == 2 and isinstance(part[0], Frame) and isinstance(part[1], Point):
         return part
-    raise ModelError(f"Expected {pair} for {name!r}, got {part!r:.60}.")
+    raise ModelError(f"Expected {pair} for {name!r}, got {cut(repr(part))}.")
 
 
 def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b: Expr, internal: bool) -> None:
@@ -121,7 +120,7 @@ def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b
         )
     if not is_constant_in_time([size]):
         raise ModelError(
-            f"Expected centres of the gears {name!r} at a constant distance, got {excerpt(size)}. Carry both by one frame."
+            f"Expected centres of the gears {name!r} at a constant distance, got {cut(size)}. Carry both by one frame."
         )
     if not (ta > 0 and tb > (ta if internal else 0)):
         raise ModelError(

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from kane.errors import ModelError, UnitError
+from kane.errors import ModelError, UnitError, cut
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
@@ -152,11 +152,11 @@ class Seat:
 def check_place(name: Any, at: Any, parent: Any) -> None:
     """A joint has a name, sits at a geometric point and on a frame."""
     if not isinstance(name, str) or not name:
-        raise ModelError(f"Expected a name for the joint, got {name!r:.60}.")
+        raise ModelError(f"Expected a name for the joint, got {cut(repr(name))}.")
     if not isinstance(at, Point) or at.body is not None:
-        raise ModelError(f"Expected at=geometric point of the parent for the joint {name!r}, got {at!r:.60}.")
+        raise ModelError(f"Expected at=geometric point of the parent for the joint {name!r}, got {cut(repr(at))}.")
     if not isinstance(parent, Frame):
-        raise ModelError(f"Expected parent=frame for the joint {name!r}, got {parent!r:.60}.")
+        raise ModelError(f"Expected parent=frame for the joint {name!r}, got {cut(repr(parent))}.")
 
 
 def fixed(axis: Any, frame: Frame, what: str) -> Vector:
@@ -195,7 +195,8 @@ def _symbols(
         wanted = [names] if isinstance(names, kind) else list(_names(names) if isinstance(names, str) else names)
     if len(wanted) != count or len(set(wanted)) < count or not all(isinstance(x, str | kind) for x in wanted):
         raise ModelError(
-            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {names!r:.80}. Left out, they are named after "
+            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {cut(repr(names), 80)}. Left out, "
+            "they are named after "
             "the joint."
         )
     return tuple(
@@ -229,7 +230,7 @@ def numbers(exprs: Sequence[Expr]) -> list[float]:
 def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vector]:
     """Two perpendicular unit vectors, fixed in `frame`."""
     if not isinstance(axes, tuple | list) or len(axes) != 2:
-        raise ModelError(f"Expected axes=two perpendicular unit vectors for {name!r}, got {axes!r:.60}.")
+        raise ModelError(f"Expected axes=two perpendicular unit vectors for {name!r}, got {cut(repr(axes))}.")
     first, second = (fixed(a, frame, f"axis of {name!r}") for a in axes)
     product = first.dot(second)
     if product is not ZERO and abs(numbers([product])[0]) > 1e-9:

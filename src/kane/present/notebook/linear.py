@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.analysis.linear import Linear
+from kane.errors import cut
 from kane.present.notebook.pieces import either, escaped, listed, math, paragraph, table
 from kane.write.latex import latex_name
 
@@ -17,7 +18,7 @@ def linear_html(linear: Linear) -> str:
 
 
 def _summary(linear: Linear) -> str:
-    at = escaped(f"{linear.point!r:.300}")
+    at = escaped(f"{cut(repr(linear.point), 300)}")
     left = f"; no speed depends on {listed(list(linear.cyclic))}" if linear.cyclic else ""
     return paragraph(f"<b>Linear</b>: {len(linear.states)} states, {len(linear.inputs)} inputs{left}") + paragraph(at)
 

@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from kane.errors import cut
+
 ROWS, NAMES = 30, 12
 """Rows of a table and names of a list beyond which they are cut."""
 
@@ -17,7 +19,7 @@ def either(make: Callable[[S], str], source: S) -> str:
     try:
         return make(source)
     except Exception as error:
-        return paragraph(escaped(f"Not shown: {type(error).__name__}: {error!s:.300}"))
+        return paragraph(escaped(f"Not shown: {type(error).__name__}: {cut(error, 300)}"))
 
 
 def escaped(text: object) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ArgumentError, ValueMissingError
+from kane.errors import ArgumentError, ValueMissingError, cut
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
@@ -94,7 +94,7 @@ def _real(name: str, value: Any) -> Array:
         return array.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError) as error:
         got = type(value).__name__ if not isinstance(value, np.ndarray) else f"an array of {value.dtype}"
-        raise ArgumentError(f"Expected real numbers as {name}, got {got}: {value!r:.60}.") from error
+        raise ArgumentError(f"Expected real numbers as {name}, got {got}: {cut(repr(value))}.") from error
 
 
 def _by_name(port: Port, argument: Mapping[Any, Any], base: Array | None) -> Array:
