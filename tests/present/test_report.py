@@ -256,12 +256,15 @@ def test_any_name_makes_a_page_that_is_whole(name: str, tmp_path: Path) -> None:
     """Of bodies, frames, points and loads; what stands in formulas is LaTeX in balance."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
-    q = kn.coordinate("q")
+    q = kn.coordinate("q" if " " in name else name)
     A = N.rotate(name, q, N.z)
     P = O.at(name, A.x)
     body = kn.RigidBody(name, frame=A, mass_center=P, mass=1, inertia=kn.solid_sphere(A, 1, 1))
     system = kn.System(N, bodies=[body], speeds={kn.speed("u"): q.dt}, loads=[kn.Force(P, A.y, name=name)])
-    page = Page(kn.report(kn.derive(system), tmp_path / "x.html", title=name).read_text(encoding="utf-8"))
+    eom = kn.derive(system)
+    sol = kn.simulate(eom, (0, 1), q=[0.1], u=[0], samples=5)
+    page = Page(kn.report(eom, tmp_path / "x.html", title=name, solution=sol).read_text(encoding="utf-8"))
+    kn.plot(sol, q, path=tmp_path / "x.svg")
     assert len(page.identifiers) == len(set(page.identifiers))
     assert {r[1:] for r in page.references} <= set(page.identifiers)
     assert page.loads == []

@@ -19,9 +19,9 @@ from kane.expr.symbols import Symbol
 from kane.model.system import System
 from kane.model.units import unit_in
 from kane.motion.solution import Solution
+from kane.present.labels import label as label_of
 from kane.space.vector import Vector
 from kane.units.text import unit_text
-from kane.write.latex import latex_name
 from kane.write.text import to_text
 
 FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -133,7 +133,7 @@ def _traces(solution: Solution, what: Any, label: str) -> list[Trace]:
         names = [f"{label or f'({_cut(str(what))})'} · {inertial.name}.{axis}" for axis in "xyz"]
         return [Trace(name, unit, component) for name, component in zip(names, values.T, strict=True)]
     e = as_expr(what)
-    name = f"${latex_name(e.name)}$" if isinstance(e, Symbol) else _cut(to_text(e))
+    name = label_of(e.name) if isinstance(e, Symbol) else _cut(to_text(e))
     return [Trace(label or name, _unit(eom.system, e), values)]
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from kane.model.bodies import parts_of
 from kane.model.reactions import cut_of
 from kane.motion.solution import Solution
+from kane.present.labels import label as label_of
 from kane.present.svg import FAINT, INK, SERIES, legend, panels, to_svg
 from kane.space.point import Point
 from kane.units.text import unit_text
-from kane.write.latex import latex_name, place_latex
+from kane.write.latex import place_latex
 
 _FAINT = 1e-3
 """Share of the absolute tolerance below which values are what rounding leaves."""
@@ -56,9 +57,9 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     figure, axes = panels(len(groups), 2.6 if len(groups) == 1 else 1.05 if alone else 2.2, sharex=True)
     for a, group in zip(axes, groups, strict=True):
         for k, i in enumerate(group):
-            a.plot(solution.t, values[i], color=SERIES[k % len(SERIES)], label=f"${latex_name(symbols[i].name)}$")
+            a.plot(solution.t, values[i], color=SERIES[k % len(SERIES)], label=label_of(symbols[i].name))
         level(a, [values[i] for i in group], solution)
-        left = f"${latex_name(symbols[group[0]].name)}$ " if alone else ""
+        left = f"{label_of(symbols[group[0]].name)} " if alone else ""
         a.set_ylabel(f"{left}[{unit_text(units[group[0]]) or '–'}]")
         if not alone and len(group) <= _LABELS:
             legend(a, ncols=4, loc="best")
@@ -123,7 +124,7 @@ def paths(solution: Solution) -> Plot | None:
             continue
         colour = SERIES[k % len(SERIES)]
         style: dict[str, Any] = {} if center else {"linestyle": (0, (4, 2)), "linewidth": 1.2}
-        a.plot(x, y, color=colour, label=f"${place_latex(p.name)}$" if len(points) <= _LABELS else None, **style)
+        a.plot(x, y, color=colour, label=label_of(p.name, place_latex) if len(points) <= _LABELS else None, **style)
         a.plot(x[:1], y[:1], marker="o", color=colour, markersize=5, markerfacecolor="none")
         a.plot(x[-1:], y[-1:], marker="o", color=colour, markersize=5)
     a.set_aspect("equal", adjustable="datalim")

@@ -15,8 +15,8 @@ from kane.analysis.continuation import Branch
 from kane.analysis.stability import GROWS
 from kane.errors import SimulationError
 from kane.numeric.arrays import Array
+from kane.present.labels import label as label_of
 from kane.units.text import unit_text
-from kane.write.latex import latex_name
 
 Complex = npt.NDArray[np.complex128]
 
@@ -45,7 +45,7 @@ def root_locus(branch: Branch, path: str | Path | None = None) -> Figure:
     below.sharex(above)
     plane = figure.add_subplot(grid[:, 1])
     unit = unit_text(branch.symbol.unit)
-    label = f"${latex_name(branch.symbol.name)}$" + (f" [{unit}]" if unit else "")
+    label = label_of(branch.symbol.name) + (f" [{unit}]" if unit else "")
     values, eigenvalues, _ = through_meetings(branch.values, branch.eigenvalues)
     _against(above, branch, values, eigenvalues.real, "Re λ [1/s]")
     _against(below, branch, values, eigenvalues.imag, "Im λ [1/s]")
