@@ -13,7 +13,7 @@ from kane.dynamics.readings.unsolved import partials, unsolved
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
-from kane.errors import SingularError
+from kane.errors import SingularError, cut
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Symbol
@@ -94,7 +94,7 @@ def at_false_pole(eom: Equations) -> str:
     if eom.solved.twin is None:
         return ""
     pivots = [p for p in dict.fromkeys(eom.derived.kinematical.pivots) if not is_constant_in_time([p])]
-    told = ", ".join(f"{p!s:.60}" for p in pivots[:_TOLD])
+    told = ", ".join(f"{cut(p)}" for p in pivots[:_TOLD])
     return (
         f"Expected speeds in which the unsolved equations are regular at this state, got W of q' = W u + X that divides by {told}, "
         "which vanishes here or nearly does: a false pole, which the motion has not. eom.evaluate, compiled code and kn.simulate hold "

@@ -8,7 +8,7 @@ with `smooth`, the force falls with the slip and the contact creeps.
 from dataclasses import replace
 from typing import Any
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, sqrt
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, as_expr
@@ -59,18 +59,19 @@ def friction(
     """
     if not isinstance(point, Point):
         raise ModelError(
-            f"Expected friction at a Point, got {point!r:.60}. Make the particle in contact with fixed_in(…)."
+            f"Expected friction at a Point, got {cut(repr(point))}. Make the particle in contact with fixed_in(…)."
         )
     if not isinstance(normal, Reaction):
         raise ModelError(
-            f"Expected the normal force as a reaction, got {normal!r:.60}. Bring it into evidence: kn.reaction(name, at=…, along=…)."
+            f"Expected the normal force as a reaction, got {cut(repr(normal))}. Bring it into evidence: kn.reaction(name, "
+            "at=…, along=…)."
         )
-    cut = cut_of(normal)
-    if along is None and cut is None:
+    place = cut_of(normal)
+    if along is None and place is None:
         raise ModelError(
             f"Expected along=unit vector, the normal's direction, as the reaction {normal} does not say it."
         )
-    n = along if along is not None else cut.along  # type: ignore[union-attr]  # one of both
+    n = along if along is not None else place.along  # type: ignore[union-attr]  # one of both
     root = point.root().frame
     v = point.velocity(root) if against is None else point.velocity(root) - against.velocity(root)
     slip = v.reject(n)
@@ -102,7 +103,7 @@ def dry_friction(
     """
     kind = getattr(joint, "kind", None)
     if kind not in _JOINTS:
-        what = f"a {kind} joint" if isinstance(kind, str) else f"{joint!r:.60}"
+        what = f"a {kind} joint" if isinstance(kind, str) else f"{cut(repr(joint))}"
         raise ModelError(
             f"Expected dry friction in a pin or slider joint, got {what}. Write the load with kn.torque_pair."
         )

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from kane.errors import cut
 from kane.expr.evaluate import evaluate
 from kane.motion.routines import Routines
 from kane.motion.switches import switches
@@ -84,7 +85,7 @@ def chattering(now: Routines, pace: Pace) -> str:
     for s, count, at in zip(found, turns, near, strict=True):
         if count >= _TURNS or at:
             return (
-                f"{s.text!s:.80} in the {s.load} turns to and fro, as {s.quantity!s:.60} comes to zero again and again. Declare "
+                f"{cut(s.text, 80)} in the {s.load} turns to and fro, as {cut(s.quantity)} comes to zero again and again. Declare "
                 f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} with a small eps in its place and choose "
                 'method="Radau"'
             )

@@ -3,6 +3,7 @@
 
 from typing import NamedTuple
 
+from kane.errors import cut
 from kane.equations.equations import Equations
 from kane.expr.build import sub
 from kane.expr.evaluate import is_constant_in_time
@@ -36,8 +37,8 @@ def switches(eom: Equations) -> tuple[Switch, ...]:
             if is_constant_in_time([quantity]):
                 continue
             if quantity.op is SQRT:
-                smooth = f"divide by sqrt({quantity.args[0]!s:.60} + eps^2)"
+                smooth = f"divide by sqrt({cut(quantity.args[0])} + eps^2)"
             else:
-                smooth = f"write tanh(({quantity!s:.60})/eps)"
+                smooth = f"write tanh(({cut(quantity)})/eps)"
             found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth, node.op in _JUMPS))
     return tuple(found.values())

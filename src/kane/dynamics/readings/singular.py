@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.solved import Solved
-from kane.errors import KaneWarning, SingularError
+from kane.errors import KaneWarning, SingularError, cut
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.expr.ops import GONE
@@ -33,7 +33,9 @@ def of_rates(solved: Solved, guard: Expr) -> str:
     """What to say of a guard that stands for a divisor of W; "" of another one."""
     (divisor,) = unguarded(guard.args[:1])
     return (
-        f"the rates, which W of q' = W u + X gives divided by {divisor!s:.80}" if divisor in solved.rate_guards else ""
+        f"the rates, which W of q' = W u + X gives divided by {cut(divisor, 80)}"
+        if divisor in solved.rate_guards
+        else ""
     )
 
 
@@ -51,7 +53,7 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
         if not gone.any():
             continue
         place = tuple(int(i) for i in np.argwhere(gone)[0])
-        what = f"W of q' = W u + X divided by {divisor!s:.80} = {float(np.broadcast_to(value, lost.shape)[place]) + 0.0:.3g}"
+        what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[place]) + 0.0:.3g}"
         if not lost.ndim:
             raise SingularError(f"Expected speeds that give the rates at this state, got {what}. {_CURE}")
         index = place[0] if len(place) == 1 else place
