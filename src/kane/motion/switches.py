@@ -3,8 +3,8 @@
 
 from typing import NamedTuple
 
-from kane.errors import cut
 from kane.equations.equations import Equations
+from kane.errors import cut
 from kane.expr.build import sub
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import Expr, postorder
