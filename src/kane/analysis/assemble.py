@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.analysis.held import held_at
 from kane.analysis.search import Found, Search
-from kane.analysis.state import GIVEN, Entries, entries, misses
+from kane.analysis.state import GIVEN, Entries, entries, misses, open_shares
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -136,7 +136,7 @@ def _configurations(
         return [(Closed(start.values, np.zeros(0), 0), "")]
     search = Search(eom.system, constraints, constants, start)
     if not start.free:
-        return [(_given(search), "")]
+        return [(_given(eom, search), "")]
     found = search.found(every)
     if not found.closed:
         raise SimulationError(_not_closed(search, found))
@@ -152,14 +152,15 @@ def _configurations(
     return list(zip(found.closed, search.words(found), strict=True))
 
 
-def _given(search: Search) -> Closed:
+def _given(eom: Equations, search: Search) -> Closed:
     """Coordinates that are given whole, moved by rounding only."""
     names, values = search.conditions.names, search.start.values
     if search.singular_at(values):
         raise SimulationError(
             f"Expected coordinates at which the constraints are finite, got {search.singular_at(values)}. {_BESIDE}"
         )
-    bad = misses(names, search.one(values)[0])
+    residual = search.one(values)[0]
+    bad = misses(names, residual, open_shares(eom, residual))
     if bad:
         raise SimulationError(
             f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
@@ -237,7 +238,7 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
         if len(rows):
             x[free] += least_squares(block, -(rows @ x + rest) / scale)
     left = np.abs((rows @ x + rest) / scale)
-    limit = GIVEN * max(1.0, np.abs(x).max(initial=0))
+    limit = GIVEN * max(np.abs(x).max(initial=0), np.abs(rest / scale).max(initial=0))
     bad = misses(held.names, rows @ x + rest, left, limit)
     if bad:
         raise SimulationError(

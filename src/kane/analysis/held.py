@@ -114,7 +114,7 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     scaled = balance(c)
     wanted = -rest / scaled.rows[:, 0]
     first = least_squares(scaled.matrix, wanted)
-    bad = misses(names, scaled.matrix @ first - wanted, limit=GIVEN * max(1.0, np.abs(wanted).max(initial=0)))
+    bad = misses(names, scaled.matrix @ first - wanted, limit=GIVEN * np.abs(wanted).max(initial=0))
     if bad:
         raise SimulationError(
             f"Expected constraints that some rates satisfy together at this configuration, got {bad} at best. It is a singular "

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.analysis.local import at_false_pole, independent_rows
-from kane.analysis.state import misses
+from kane.analysis.state import misses, open_shares
 from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
@@ -183,7 +183,7 @@ def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
 
 def _check_configuration(eom: Equations, f: Array) -> None:
     size = np.abs(f).reshape(-1, f.shape[-1]).max(axis=0, initial=0) if f.size else np.zeros(0)
-    bad = misses([c.name for c in eom.system.holonomic], size)
+    bad = misses([c.name for c in eom.system.holonomic], size, open_shares(eom, size))
     if bad:
         raise SimulationError(
             f"Expected a state on the constraints, got coordinates that miss {bad}. Assemble it with kn.assemble."

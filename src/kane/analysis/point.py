@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.analysis.assemble import assemble
 from kane.analysis.local import Values, slopes_at, values_at
-from kane.analysis.state import State, entries, misses, start_state
+from kane.analysis.state import State, entries, misses, open_shares, start_state
 from kane.analysis.tangents import perturbations, spread
 from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.readings.values import parameter_values
@@ -112,7 +112,7 @@ def state_at(
 def closed(numeric: Numeric[Equations], state: State) -> State:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
     eom, perturbed, values = numeric.equations, numeric.value(perturbations), values_at(numeric, state)
-    _check_configuration([c.name for c in eom.system.holonomic], values.configuration)
+    _check_configuration(eom, values.configuration)
     nq, n = len(eom.coordinates), len(eom.speeds)
     _check_branch(eom, state)
     zero = np.zeros(values.right.shape)
@@ -126,7 +126,7 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
 
     start = of_unit_length(state.x, perturbed.sets), values
     x, values = improved(start, lambda at: np.abs(at[1].configuration).max(initial=0), closer, _CLOSED, _ROUNDS)
-    if misses([c.name for c in eom.system.constraints], values.motion):
+    if values.motion.any():
         eom.evaluate(
             list(eom.speeds), **point_of(eom, replace(state, x=x)).arguments
         )  # says which constraints they miss
@@ -151,8 +151,8 @@ def _check_branch(eom: Equations, state: State) -> None:
         )
 
 
-def _check_configuration(names: list[str], residual: Array) -> None:
-    bad = misses(names, residual)
+def _check_configuration(eom: Equations, residual: Array) -> None:
+    bad = misses([c.name for c in eom.system.holonomic], residual, open_shares(eom, residual))
     if bad:
         raise SimulationError(
             f"Expected an operating point on the constraints, got coordinates that miss {bad}. Assemble one first, "

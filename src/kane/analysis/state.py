@@ -14,7 +14,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
 
 GIVEN = 1e-8
-"""Residual up to which a state that is given whole is taken as meant, and moved onto the constraints."""
+"""Share of the terms up to which what a state that is given whole misses of constraints is moved onto them."""
 _UNIT_SLACK = 1e-8
 
 
@@ -93,6 +93,13 @@ def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
             f"Expected a start value for all {what}, got none for {', '.join(missing)}. Give one for each, by symbol or name."
         )
     return [finite_number("start value", s.name, values[s]) for s in symbols]
+
+
+def open_shares(eom: Equations, residual: Array) -> Array:
+    """What is left of the configuration constraints (… × m), over the usual size of their terms: the same in any units."""
+    if not residual.shape[-1]:
+        return np.abs(residual)
+    return np.asarray(np.abs(residual) / np.maximum(eom.derived.reach[: residual.shape[-1]], np.finfo(float).tiny))
 
 
 def misses(names: Iterable[str], residual: Array, size: Array | None = None, limit: float = GIVEN) -> str:

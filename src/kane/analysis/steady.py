@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import values_at
-from kane.analysis.state import GIVEN, State
+from kane.analysis.state import GIVEN, State, open_shares
 from kane.analysis.tangents import perturbations, turning
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_squares
@@ -97,7 +97,7 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp]) -> bool:
     moved = State(state.t + _SHIFT if perturbed.timed else state.t, x, state.p, state.r)
     held = [i for i in range(n) if i not in tangent.free_u]
     values = values_at(numeric, moved)
-    if np.abs(values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
+    if open_shares(eom, values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
         return False
     if len(values.motion):
         x[nq:][held] -= least_squares(values.constraints(n)[:, held], values.motion)

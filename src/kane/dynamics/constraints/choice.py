@@ -12,9 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kane.dynamics.constraints.closure import Closure
 from kane.dynamics.constraints.configurations import Configurations, configurations
 from kane.dynamics.constraints.partition import POOR, Partition, choose, qualities
 from kane.errors import ModelError
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr
+from kane.expr.size import size
 from kane.expr.symbols import Symbol
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
@@ -38,6 +42,19 @@ class Compared:
     at: Configurations
     a: Array
     ranks: Array
+
+    def reach(self, conditions: Closure, system: System) -> Array:
+        """The usual size of the terms of each configuration constraint, 1 where it has none.
+
+        That is of the terms themselves, sines and cosines taken as 1, and of derivatives times lengths, Euler parameters as 1.
+        """
+        at, memo = self.at, dict[Expr, tuple[Expr, ...]]()
+        unit = {e for s in system.euler_parameters for e in s.coordinates}
+        q = np.array([np.broadcast_to(1.0 if c in unit else at.values[c], at.count) for c in system.coordinates]).T
+        own = np.abs(at.matrices(Matrix.column([size(f, memo) for f in conditions.f])))[:, :, 0]
+        moved = (np.abs(at.matrices(conditions.gradient)) @ np.abs(q)[:, :, None])[:, :, 0]
+        found = np.maximum(own, moved).max(axis=0, initial=0)
+        return np.asarray(np.where(found > 0, found, 1.0))
 
     def of_rank(self, rank: int) -> Compared:
         """Those of one rank."""

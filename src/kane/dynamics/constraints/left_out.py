@@ -19,9 +19,8 @@ from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.size import largest
-from kane.expr.symbols import Coordinate
 from kane.model.constraints import Constraint
-from kane.numeric.arrays import Array
+from kane.model.system import System
 
 _HOLDS = 1e-2
 """Share above which a row holds more: beside a place where branches meet it is the root of what a closed state may leave open."""
@@ -56,9 +55,7 @@ class Watch:
         return lambda value: where(all_follow, value, lost), names
 
 
-def watch(
-    embedding: Embedding, compared: Compared, conditions: Closure, coordinates: Sequence[Coordinate]
-) -> Watch | None:
+def watch(embedding: Embedding, compared: Compared, conditions: Closure, system: System) -> Watch | None:
     """The rows that the partition of `embedding` leaves out, if any, measured by the configurations that were compared."""
     rows, redundant = embedding.rows, embedding.partition.redundant
     if not redundant:
@@ -73,7 +70,7 @@ def watch(
         terms = largest(_total(x, by_dependent.rows[k], column) for x, column in pairs)
         limit = mul(constant(_HOLDS), largest([terms, constant(float(usual[k]))]))
         found.append(LeftOut(rows.constraints[r], beyond, limit))
-    reach = _reach(compared, conditions, coordinates)
+    reach = compared.reach(conditions, system)
     off = largest(div(f, constant(float(OFF * r))) for f, r in zip(conditions.f, reach, strict=True) if r > 0)
     return Watch(tuple(found), off)
 
@@ -82,11 +79,3 @@ def _total(own: Expr, row: Sequence[Expr], column: Sequence[Expr]) -> Expr:
     """The sum of the sizes of the terms of a coefficient."""
     absolute = NODE_BUILDERS["abs"]
     return add(absolute(own), dot([absolute(x) for x in row], [absolute(x) for x in column]))
-
-
-def _reach(compared: Compared, conditions: Closure, coordinates: Sequence[Coordinate]) -> Array:
-    """The usual size of the terms of each configuration constraint: of their derivatives times turns of 1 rad, or lengths."""
-    at = compared.at
-    q = np.array([np.broadcast_to(at.values[c], at.count) for c in coordinates]).T
-    gradient = np.abs(at.matrices(conditions.gradient))
-    return np.asarray((gradient @ np.abs(q)[:, :, None])[:, :, 0].max(axis=0, initial=0))
