@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 
-LENGTHS = [1e-6, 1e-3, 1.0, 1e3]
+LENGTHS = [1e-6, 1e-3, 1.0, 1e6]
 
 
 def pendulum(length):

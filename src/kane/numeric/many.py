@@ -66,9 +66,10 @@ def sizes(function: Residuals, x: Array) -> Sizes:
         return Sizes(np.ones(n), np.ones(f.shape[1]), np.zeros(n, dtype=bool))
     j = int(np.argmax(usable))
     more, _ = function(x[j] + 2 * np.pi * np.eye(n), np.full(n, j))
-    change, reach = np.abs(more - f[j]), np.abs(f[j]) + g[j] @ np.maximum(np.abs(x[j]), 1.0)
-    turns = (change <= 1e-9 * reach).all(axis=1)
     typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
+    # beside what a coordinate may change, and what rounding leaves of f, which a large constant in it is part of
+    limit = 1e-9 * (slope @ np.maximum(np.abs(x[j]), 1.0)) + 1e-14 * np.abs(f[usable]).max(axis=0)
+    turns = (np.abs(more - f[j]) <= limit).all(axis=1)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         own = np.where(slope > 0, typical[:, None] / slope, 0.0).max(axis=0, initial=0)
     own = np.where(turns | ~(own > 0) | ~np.isfinite(own), 1.0, own)
