@@ -29,7 +29,6 @@ def uses(eom, q, u):
     yield lambda: kn.assemble(eom, q=q, u=u)
     yield lambda: kn.linearize(eom, q=q, u=u)
     yield lambda: kn.inverse(eom, [s.dt for s in eom.speeds])(q=q, u=u)
-    yield lambda: kn.simulate(eom, (0, 0.01), q=q, u=u, samples=2)
 
 
 @pytest.mark.parametrize("length", LENGTHS)
