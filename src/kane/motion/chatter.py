@@ -6,6 +6,7 @@ Dry friction written −F sign(v) does so at rest: no acceleration of either sid
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Iterable
@@ -49,7 +50,7 @@ class Pace:
 
     def halts(self, now: Routines, steps: int) -> str:
         """Why the motion is not gone on with, in words; "" where it is."""
-        if time.monotonic() - self.begun > self.max_seconds:
+        if self.max_seconds < math.inf and time.monotonic() - self.begun > self.max_seconds:
             return f"max_seconds={self.max_seconds:g} have passed; at t = {self.states[-1][0]:.6g}"
         if steps % RECENT or len(self.states) <= RECENT:
             return ""

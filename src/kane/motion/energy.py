@@ -17,6 +17,7 @@ _PARTS = 10
 _WINDOWS = 12
 _STEPS, _DIGITS, _MOST = 1e3, 1e-5, 0.1
 """How many relative tolerances may be missed, and the shares of the scale below and above which none is asked for."""
+_SHARP = 0.1
 _ROUNDING = 64 * np.finfo(float).eps
 """Share of K and V that is left of their sum by rounding."""
 
@@ -38,6 +39,10 @@ class EnergyCheck:
     def exceeds(self, rtol: float) -> bool:
         """Whether it is more than steps of a tolerance leave, even many of them; the motion is wrong then, or was barely resolved."""
         return self.relative > min(max(_STEPS * rtol, _DIGITS), _MOST)
+
+    def sharply(self, rtol: float) -> bool:
+        """Whether it is so far within the limit that no other samples would change that."""
+        return self.relative <= _SHARP * min(max(_STEPS * rtol, _DIGITS), _MOST)
 
     def __str__(self) -> str:
         return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of what there is at t = {self.at:.4g} s)"

@@ -40,7 +40,8 @@ def missed(
 
     `reach` (m × n) holds the sizes that entries of A have had, `values` gives a number for every symbol.
     """
-    residual, slopes = _residuals(numbers, x, reach, tolerances)
+    with np.errstate(invalid="ignore"):  # of numbers that are not finite nothing is said here
+        residual, slopes = _residuals(numbers, x, reach, tolerances)
     over = np.abs(residual) > slopes
     if not over.any():
         return ""

@@ -122,7 +122,7 @@ def simulate(
     while end is None:
         end = course.advance()
     solution = _solution(course, end, constants, drives)
-    if solution.status != "stopped" and solution.energy_check.exceeds(rtol):
+    if solution.status != "stopped" and not solution.keeps_energy:
         warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=2)
     return solution
 

@@ -92,7 +92,7 @@ class Stepper:
 
     def missed(self, t: float, y: Array, numbers: Numbers | None, tolerances: Tolerances) -> str:
         """Which constraint is missed at y, which was moved onto them, in words; "" where all hold within the tolerances."""
-        if numbers is None or not numbers.finite:
+        if numbers is None:
             return ""
         x = y[: self.now.width]
         return missed(self.eom, numbers, x, self.reach, tolerances, lambda: self.now.values(t, y))
@@ -114,7 +114,8 @@ class Stepper:
         assert self.eom.embedding is not None
         assert self.manifold is not None
         before = (self.eom, self.lost)
-        if self._loses_rank(numbers):
+        lost = self._loses_rank(numbers)
+        if lost:
             given = self.now.p, self.now.inputs(t)
             self.mixes = mixes(self.manifold, t, y[: self.now.width], given, numbers, self.reach)
         other = better(numbers.a, self.eom.embedding.partition, self.reach, not self.segments, self.mixes[1])
@@ -123,7 +124,8 @@ class Stepper:
             self.now = routines(eom, self.now.p, self.now.drives, self.now.settings)
             names = ", ".join(u.name for u in self.eom.dependent_speeds)
             self._note(t, f"dependent speeds {names}", "the dependent speeds were changed")
-        lost = self._loses_rank(numbers)
+        if lost or other is not None:
+            lost = self._loses_rank(numbers)
         if lost and not self.lost:
             self._check_coupling(t)
             told = f"the accelerations of least size were taken, where {self._losing(numbers)} lose rank"
