@@ -4,6 +4,7 @@
 import pytest
 from hypothesis import given
 
+import kane as kn
 from kane.errors import NotAffineError
 from kane.expr.affine import affine, affine_forms
 from kane.expr.evaluate import evaluate, free_symbols
@@ -66,7 +67,6 @@ def test_what_is_made_affine_comes_apart(program: Program) -> None:
         (x / (u1 + 1), "x/(u1 + 1)"),
         (u1.sqrt(), "sqrt(u1)"),
         (u1.less(x).where(1, 2), "u1 < x"),
-        (y.less(x).where(u1, 2), "where(y < x, u1, 2)"),
         (x**u1, "x^u1"),
         (abs(u2), "abs(u2)"),
     ],
@@ -94,3 +94,12 @@ def test_a_deep_graph() -> None:
     for i in range(1, 10_000):
         e = (e + u1) * (1 + 1 / i)
     assert set(affine(e, (u1,))[0]) == {u1}
+
+
+def test_choices_between_affine_forms_are_affine() -> None:
+    x, y, u = kn.coordinates("x y u")
+    form, rest = kn.affine(kn.where(kn.less(x, y), 2 * u + x, x * u), [u])
+    assert form[u] is kn.where(kn.less(x, y), 2, x)
+    assert rest is kn.where(kn.less(x, y), x, 0)
+    with pytest.raises(kn.NotAffineError):
+        kn.affine(kn.where(kn.less(u, y), 2 * u, x), [u])

@@ -62,3 +62,36 @@ def test_a_block_without_mass_on_an_arm(tolerance):
     tip = 0.1 * np.exp(1j * sol["th"]) + 0.25j
     np.testing.assert_allclose(np.exp(1j * sol["ps"]), tip / np.abs(tip), atol=1e-12)
     np.testing.assert_allclose(sol["s"], np.abs(tip), atol=1e-12)
+
+
+def test_parameters_that_no_body_can_have_are_named():
+    """Values of parameters are held to what defaults are."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    q, x = kn.coordinates("q x")
+    m, I = kn.parameter("m", 1.0), kn.parameter("I", 0.5)
+    B = N.rotate("B", q, N.z)
+    body = kn.RigidBody("disk", frame=B, mass_center=O, mass=1, inertia=kn.inertia(B, I, I, I))
+    bob = kn.Particle("bob", O.at("P", x * N.x), m)
+    eom = kn.derive(kn.System(N, bodies=[body, bob], speeds="rates", loads=[kn.Force(bob.point, 2 * N.x)]))
+    start = {"q": [0, 0], "u": [1, 1]}
+    assert kn.simulate(eom, (0, 1), **start, parameters={I: 0.1, m: 2}).status == "finished"
+    with pytest.raises(kn.SimulationError, match=r"principal moments of inertia ≥ 0 for disk, got -0.3 at the values"):
+        kn.simulate(eom, (0, 1), **start, parameters={"I": -0.3})
+    with pytest.raises(kn.SimulationError, match="a mass ≥ 0 for bob, got m = -2"):
+        kn.simulate(eom, (0, 1), **start, parameters={"m": -2})
+    with pytest.raises(
+        kn.SimulationError, match=r"finite rates.*bob without mass and inertia at the values of the parameters"
+    ):
+        kn.simulate(eom, (0, 1), **start, parameters={"m": 0})
+
+
+@pytest.mark.parametrize("varying", ["time", "place", "speed", "input"])
+def test_a_mass_that_varies_is_refused(varying):
+    N = kn.Frame("N")
+    x = kn.coordinate("x")
+    mass = {"time": 2 - kn.time, "place": 1 + x, "speed": 1 + x.dt, "input": kn.input("m")}[varying]
+    with pytest.raises(
+        kn.ModelError, match=r"Expected a constant mass of rocket, got one with .* in it: the momentum .* ṁ v, would"
+    ):
+        kn.Particle("rocket", kn.Point("O", fixed_in=N).at("P", x * N.x), mass)

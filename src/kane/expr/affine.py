@@ -4,9 +4,9 @@
 from collections.abc import Callable, Iterable
 
 from kane.errors import NotAffineError, cut
-from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub, where
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB, WHERE
 from kane.expr.visit import fold, rebuilt
 
 Affine = tuple[dict[Expr, Expr], Expr]
@@ -66,6 +66,10 @@ def combined(node: Expr, parts: list[Affine]) -> Affine | None:
     if op is DIV and not parts[1][0]:
         below = parts[1][1]
         return _scale(parts[0], lambda x: div(x, below))
+    if op is WHERE and not parts[0][0]:
+        (_, condition), (ca, ra), (cb, rb) = parts
+        both = {s: where(condition, ca.get(s, ZERO), cb.get(s, ZERO)) for s in (*ca, *cb)}
+        return {s: c for s, c in both.items() if c is not ZERO}, where(condition, ra, rb)
     return None
 
 

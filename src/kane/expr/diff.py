@@ -4,13 +4,16 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from kane.errors import ExpressionError, alike, cut
-from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
-from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB, SYMBOL
+from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SUB, SYMBOL, WHERE
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
 from kane.expr.visit import fold
 
+MIN, MAX = OPS["min"], OPS["max"]
+_CHOICES = frozenset((WHERE, MIN, MAX))
+less = NODE_BUILDERS["less"]
 Tangents = Mapping[Expr, Expr] | Callable[[Expr], Expr]
 
 
@@ -49,10 +52,24 @@ def _through(node: Expr, derivatives: Mapping[Expr, Expr]) -> Expr:
         return ZERO
     if op is DIV and args[0].op is SIN and args[1].op is COS and args[0].args[0] is args[1].args[0]:
         return div(derivatives[args[0].args[0]], mul(args[1], args[1]))  # tan x, written as sin x / cos x
+    if op in _CHOICES:
+        return _chosen(node, [derivatives[a] for a in args])
     total = ZERO
     for a, p in zip(args, partials(node), strict=True):
         total = add(total, mul(p, derivatives[a]))
     return total
+
+
+def _chosen(node: Expr, changes: Sequence[Expr]) -> Expr:
+    """The derivative of what is chosen, that of the other left alone: it may be infinite there.
+
+    Where both are equal, `max` and `min` change as their first argument does, a number if there is one: as `where(0 < x, x, 0)`.
+    """
+    if node.op is WHERE:
+        return where(node.args[0], changes[1], changes[2])
+    x, y = node.args
+    second = less(x, y) if node.op is MAX else less(y, x)
+    return where(second, changes[1], changes[0])
 
 
 def diff(root: Expr, symbol: Symbol | str) -> Expr:
@@ -86,6 +103,8 @@ def leaves(roots: Iterable[Expr], symbols: Iterable[Expr | str]) -> tuple[Expr, 
 def gradient(root: Expr, symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
     """All ∂root/∂symbol in one reverse sweep."""
     wanted = leaves([root], symbols)
+    if any(node.op in _CHOICES for node in postorder((as_expr(root),))):  # backwards, 0 times infinity would be met
+        return tuple(tangent(as_expr(root), {s: ONE}) for s in wanted)
     order = postorder((as_expr(root),))
     depends = set(wanted)
     for node in order:

@@ -7,7 +7,8 @@ A central inertia is symmetric, its principal moments are not negative, and none
 
 import math
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Protocol
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from kane.errors import KaneWarning, ModelError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Parameter
-from kane.numeric.sample import sample
+from kane.numeric.sample import draw, sample
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, angular_velocity
 
@@ -27,8 +28,17 @@ _PAIRS = ((0, 1), (1, 2), (2, 0))
 _SEED = 20047
 
 
+class HasInertia(Protocol):
+    """A part of a body."""
+
+    @property
+    def inertia(self) -> Dyadic | None:
+        """Central inertia, if any."""
+
+
 def check_mass(name: str, mass: Expr) -> None:
-    """Raise a ModelError for a mass below zero at the defaults of its parameters."""
+    """Raise a ModelError for a mass that varies, or is below zero at the defaults of its parameters."""
+    check_constant(name, "mass", [mass])
     number = mass.default if isinstance(mass, Parameter) else constant_value(mass)
     if number is None:
         if isinstance(mass, Parameter) or any(s.default is None for s in free_symbols([mass])):
@@ -72,6 +82,43 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
             "alone counts, give any Ixx and Iyy with Ixx + Iyy ≥ Izz.",
             KaneWarning,
             stacklevel=3,
+        )
+
+
+def moments(part: HasInertia, constants: Mapping[Expr, float]) -> list[float] | None:
+    """Central principal moments at the values of the parameters, rising; None without inertia, or where it holds other symbols."""
+    inertia = part.inertia
+    frames = inertia.frames() if inertia is not None else ()
+    if inertia is None or not frames:
+        return None
+    rows = inertia.components(frames[0]).rows
+    symbols = free_symbols(x for row in rows for x in row)
+    if any(s not in constants and (isinstance(s, Parameter) or len(frames) == 1) for s in symbols):
+        return None
+    values = {s: constants[s] if s in constants else draw(_SEED, s) for s in symbols}
+    n = np.array([[float(evaluate(x, values)) for x in row] for row in rows])
+    return [float(x) for x in np.linalg.eigvalsh((n + n.T) / 2)] if np.isfinite(n).all() else None
+
+
+def least_moment(part: HasInertia, constants: Mapping[Expr, float]) -> float | None:
+    """The least of them, 0 where it is rounding's; None where they are not known."""
+    found = moments(part, constants)
+    return None if found is None else 0.0 if abs(found[0]) <= SLACK * abs(found[-1]) else found[0]
+
+
+def largest_moment(part: HasInertia, constants: Mapping[Expr, float]) -> float:
+    """The largest of them, 0 without inertia."""
+    found = moments(part, constants)
+    return found[-1] if found is not None else 0.0 if part.inertia is None else 1.0
+
+
+def check_constant(name: str, what: str, exprs: Iterable[Expr]) -> None:
+    """A ModelError for a mass that varies: what leaves or joins takes momentum along, of which nothing is said."""
+    varying = [str(s) for s in free_symbols(exprs) if not isinstance(s, Parameter)]
+    if varying:
+        raise ModelError(
+            f"Expected a constant {what} of {name}, got one with {', '.join(varying)} in it: the momentum that leaves or joins, ṁ v, "
+            "would be missing. Model what moves as bodies of their own, and what is thrown off as the force that it exerts."
         )
 
 

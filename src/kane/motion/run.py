@@ -26,6 +26,7 @@ from kane.motion.start import (
     check_step,
     check_steps,
     check_tolerance,
+    massless,
     sample_times,
 )
 from kane.motion.stepping import SOLVERS, Course, End, Method
@@ -150,7 +151,10 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     start, numbers = stepper.keep(t0, y)
     stepper.settle(t0, start, numbers)
     check_events(stepper.first, stepper.now.watch(t0, start), t0)
-    check_rates(stepper.now.rates.labels[:-1], stepper.rate(t0, start), t0, lambda: stepper.now.explain(t0, start))
+    names = stepper.now.rates.labels[:-1]
+    constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
+    rates = stepper.rate(t0, start)
+    check_rates(names, rates, t0, lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants))
     return start
 
 

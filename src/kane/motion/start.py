@@ -11,6 +11,7 @@ from kane.errors import SimulationError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.model.bodies import parts_of
+from kane.model.plausible import largest_moment, least_moment
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
 
@@ -25,6 +26,22 @@ def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
                     f"Expected a mass ≥ 0 for {part.name}, got {cut(part.mass)} = {value:g} at the values of the parameters. "
                     "Correct them."
                 )
+        least = least_moment(part, constants)
+        if least is not None and least < 0:
+            raise SimulationError(
+                f"Expected central principal moments of inertia ≥ 0 for {part.name}, got {least:g} at the values of the parameters. "
+                "Correct them."
+            )
+
+
+def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:
+    """What is said of bodies without mass and inertia at the values of the parameters; "" where there are none."""
+    names = []
+    for part in parts_of(eom.system.bodies):
+        known = all(s in constants for s in free_symbols([part.mass]))
+        if known and evaluate(part.mass, constants) == 0 and not largest_moment(part, constants):
+            names.append(part.name)
+    return f"; {', '.join(names)} without mass and inertia at the values of the parameters" if names else ""
 
 
 def check_span(span: Any) -> tuple[float, float]:
