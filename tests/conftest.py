@@ -55,7 +55,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         (kept if wanted(item) else left_out).append(item)
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = kept
+    # the longest first: workers that have ended take over what is left of the others' short ones
+    items[:] = sorted(kept, key=lambda i: not i.nodeid.startswith("tests/laws/"))
 
 
 def _draws(item: pytest.Item) -> bool:

@@ -79,6 +79,7 @@ def test_generated_c_in_the_native_loop(name):
 
 
 @pytest.mark.usefixtures("compiles")
+@pytest.mark.slow
 def test_heyokas_object_code_in_the_native_loop():
     require("heyoka")
     heyoka = importlib.import_module("benchmarks.peers.heyoka_cfunc")

@@ -36,6 +36,7 @@ def test_the_order_of_asking_does_not_matter():
     assert together == [sample([s], 7)[0] for s in SYMBOLS] == list(forwards.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hash_seed", ["0", "1"])
 def test_another_process_draws_the_same(hash_seed):
     printed = subprocess.run(

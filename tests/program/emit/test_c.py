@@ -193,6 +193,7 @@ def test_no_text_leaves_its_literal_or_comment(build, texts, name, split):
     assert list(labels) == [*map(utf8, texts[1:3]), None]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("longest", [9, 2000])
 @pytest.mark.parametrize("options", [OPTIMIZED, ("-std=gnu11", "-Wshadow"), ("-std=c++17", "-xc++")])
 def test_names_that_c_cannot_have_or_needs_itself(build, options, longest):
