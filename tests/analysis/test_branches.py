@@ -20,7 +20,7 @@ TURNED = "on the branch that the closures mean, got 'G' with its (axis|frame|thr
 
 def orientation(found, body):
     e = np.array([found.q[q] for q in body.coordinates[3:]])
-    return Rotation.from_quat(e, scalar_first=True).as_matrix()
+    return Rotation.from_quat(np.roll(e, -1)).as_matrix()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -28,7 +28,7 @@ def test_a_start_on_another_branch_is_refused_and_the_cure_works(kind):
     body, system = closed(kind)
     eom = kn.derive(system)
     for turn in EIGHT if kind in ("slider", "weld") else TURNS[::3]:
-        q = dict(zip(body.coordinates, [0, 0, 0, *Rotation.from_matrix(turn).as_quat(scalar_first=True)], strict=True))
+        q = dict(zip(body.coordinates, [0, 0, 0, *np.roll(Rotation.from_matrix(turn).as_quat(), 1)], strict=True))
         rows = np.array(eom.evaluate([c.expr for c in system.constraints], q=q), dtype=float)
         guesses = {s: kn.guess(v) for s, v in q.items()}
         if np.abs(rows).max() < 1e-12 and meant(kind, turn):
@@ -64,7 +64,7 @@ def test_inverse_dynamics_asks_for_the_branch_too(kind):
 
 
 def quaternion(turn):
-    return Rotation.from_matrix(turn).as_quat(scalar_first=True)
+    return np.roll(Rotation.from_matrix(turn).as_quat(), 1)
 
 
 def ends(q):
@@ -114,9 +114,7 @@ def test_operating_points_are_on_the_branch_that_is_meant():
     body, system = closed("slider")
     spring = kn.Force(body.point, -3.0 * body.point.position(O), name="spring")
     eom = kn.derive(system.replace(loads=[spring]))
-    third = dict(
-        zip(body.coordinates, [0, 0, 0, *Rotation.from_matrix(EIGHT[5]).as_quat(scalar_first=True)], strict=True)
-    )
+    third = dict(zip(body.coordinates, [0, 0, 0, *np.roll(Rotation.from_matrix(EIGHT[5]).as_quat(), 1)], strict=True))
     with pytest.raises(kn.SimulationError, match=TURNED):
         kn.linearize(eom, q=third, u=[0] * len(eom.speeds))
     with pytest.raises(kn.SimulationError, match=TURNED):
