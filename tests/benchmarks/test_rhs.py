@@ -19,6 +19,8 @@ require("casadi")
 from benchmarks import rhs_cases  # noqa: E402
 from benchmarks.peers import casadi_ad  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 CASES = {case.name: case for case in rhs_cases.CASES}
 MODELS = {name: case.model() for name, case in CASES.items()}
 TEN = CASES["pendulum, 10 rods"]

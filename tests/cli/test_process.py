@@ -20,6 +20,8 @@ from kane.errors import KaneWarning
 from tests.cli.command import SPRING, written
 from tests.present.page import Page
 
+pytestmark = pytest.mark.slow
+
 
 def process(*words, cwd, **environment):
     """The command in a process of its own, warnings being errors."""

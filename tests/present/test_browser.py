@@ -17,6 +17,8 @@ from kane.gallery import GALLERY
 from tests.present.browser import chromium
 from tests.present.page import Page
 
+pytestmark = pytest.mark.slow
+
 CONTRAST = (Path(__file__).parent / "contrast.js").read_text(encoding="utf-8")
 WIDTHS = (1280, 390)
 PAPER = 688
