@@ -76,8 +76,7 @@ def test_random_choices_against_one_sided_differences(data):
     """Forwards and backwards, away from a corner and on it."""
     y = kn.coordinate("y")
     smooth = [X, X * X - 0.3, kn.sin(2 * X + y), y * X, kn.exp(X) - 1, kn.Rational(1, 3)]
-    draw = lambda: data.draw(st.sampled_from(smooth))  # noqa: E731
-    a, b, c, d = draw(), draw(), draw(), draw()
+    a, b, c, d = (data.draw(st.sampled_from(smooth)) for _ in range(4))
     e = data.draw(
         st.sampled_from(
             [

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.analysis.admissible import check_branch, check_configuration
 from kane.analysis.local import at_false_pole, independent_rows
-from kane.analysis.state import misses, open_shares
-from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -115,8 +114,12 @@ class Inverse:
         n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
         size = n + m + s
         solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
-        _check_configuration(eom, solution.configuration)
-        _check_branch(eom, t, x, p, r)
+        f = solution.configuration
+        worst = np.abs(f).reshape(-1, f.shape[-1]).max(axis=0, initial=0) if f.size else np.zeros(0)
+        check_configuration(eom, worst, "a state", "Assemble it with kn.assemble.")
+        rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, p, strict=True))}
+        rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
+        check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
         whole, right = np.concatenate([solution.matrix, -solution.drive], axis=-1), solution.right
         rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
         columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
@@ -179,33 +182,6 @@ def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
     drive = Matrix(([c.get(s, ZERO) for s in driven] for c, _ in forms), (len(forms), len(driven)))
     groups = {"matrix": Matrix(u.matrix), "drive": drive, "right": [rest for _, rest in forms]}
     return Bundle("inverse", ports(eom.derived), _Mixed, {**groups, "configuration": u.configuration})
-
-
-def _check_configuration(eom: Equations, f: Array) -> None:
-    size = np.abs(f).reshape(-1, f.shape[-1]).max(axis=0, initial=0) if f.size else np.zeros(0)
-    bad = misses([c.name for c in eom.system.holonomic], size, open_shares(eom, size))
-    if bad:
-        raise SimulationError(
-            f"Expected a state on the constraints, got coordinates that miss {bad}. Assemble it with kn.assemble."
-        )
-
-
-def _check_branch(eom: Equations, t: Array, x: Array, p: Array, r: Array) -> None:
-    """No closure is turned away from the branch that it means, at any of the states."""
-    meant = branches(eom.system)
-    if not meant:
-        return
-    rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, p, strict=True))}
-    rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
-    angles = turned_function(eom.system, rest)(x[..., : len(eom.coordinates)])
-    away = angles.any(axis=-1)
-    if away.any():
-        place = tuple(int(i) for i in np.argwhere(away)[0])
-        where = f" at index {place[0] if len(place) == 1 else place}" if place else ""
-        raise SimulationError(
-            f"Expected states on the branch that the closures mean, got {told(meant, angles[place])}{where}. kn.assemble finds one on "
-            "it from guesses, kn.guess(…) of the coordinates."
-        )
 
 
 def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | None = None) -> Inverse:

@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The operating point: complete values on the constraints."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from kane.analysis.admissible import check_branch, check_configuration
 from kane.analysis.assemble import assemble
 from kane.analysis.local import Values, slopes_at, values_at
-from kane.analysis.state import State, entries, misses, open_shares, start_state
+from kane.analysis.state import State, entries, start_state
 from kane.analysis.tangents import perturbations, spread
-from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
@@ -112,9 +112,15 @@ def state_at(
 def closed(numeric: Numeric[Equations], state: State) -> State:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
     eom, perturbed, values = numeric.equations, numeric.value(perturbations), values_at(numeric, state)
-    _check_configuration(eom, values.configuration)
     nq, n = len(eom.coordinates), len(eom.speeds)
-    _check_branch(eom, state)
+    check_configuration(
+        eom,
+        values.configuration,
+        "an operating point",
+        "Assemble one first, kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim.",
+    )
+    rest = zip((*eom.inputs, *eom.parameters, time), (*state.r, *state.p, state.t), strict=True)
+    check_branch(eom, state.x[:nq], dict[Expr, Any](rest), "an operating point", "")
     zero = np.zeros(values.right.shape)
 
     def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
@@ -133,28 +139,3 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
     if len(values.motion):
         x = np.append(x[:nq], x[nq:] - least_squares(values.constraints(n), values.motion))
     return replace(state, x=x)
-
-
-def _check_branch(eom: Equations, state: State) -> None:
-    """No closure is turned away from the branch that it means."""
-    meant = branches(eom.system)
-    if not meant:
-        return
-    rest: Iterable[tuple[Expr, Any]] = zip(
-        (*eom.inputs, *eom.parameters, time), (*state.r, *state.p, state.t), strict=True
-    )
-    turned = told(meant, turned_function(eom.system, dict(rest))(state.x[: len(eom.coordinates)]))
-    if turned:
-        raise SimulationError(
-            f"Expected an operating point on the branch that the closures mean, got {turned}. kn.assemble finds "
-            "one on it from guesses."
-        )
-
-
-def _check_configuration(eom: Equations, residual: Array) -> None:
-    bad = misses([c.name for c in eom.system.holonomic], residual, open_shares(eom, residual))
-    if bad:
-        raise SimulationError(
-            f"Expected an operating point on the constraints, got coordinates that miss {bad}. Assemble one first, "
-            "kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim."
-        )

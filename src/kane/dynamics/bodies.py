@@ -41,6 +41,11 @@ class ConstantInertia:
         a, b, c = (dot(row, components) for row in self.rows)
         return Vector(((self.frame, (a, b, c)),))
 
+    def torque(self, motion: Motion, alpha: Vector) -> Vector:
+        """I·α + ω × I·ω."""
+        w = motion.total.express(self.frame)
+        return self.times(alpha) + w.cross(self.times(w))
+
 
 class Turning(NamedTuple):
     """The rotation of a part's frame, its central inertia, and what is left of dH/dt at u̇ = 0, the `bias`."""
@@ -52,8 +57,7 @@ class Turning(NamedTuple):
 
     def torque(self, alpha: Vector) -> Vector:
         """I·α + ω × I·ω."""
-        w = self.motion.total.express(self.inertia.frame)
-        return self.inertia.times(alpha) + w.cross(self.inertia.times(w))
+        return self.inertia.torque(self.motion, alpha)
 
 
 class Moving(NamedTuple):
@@ -99,10 +103,9 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
 def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> Turning:
     """The rotation of a part; dH/dt in the frame in which it spins where that is shorter, as one writes it for a disk or a top."""
     motion = kinematics.frame(frame)
-    w = motion.total.express(inertia.frame)
-    momentum = inertia.times(w)
-    bias = inertia.times(motion.bias) + w.cross(momentum)
+    bias = inertia.torque(motion, motion.bias)
     if inertia.spun:
+        momentum = inertia.times(motion.total.express(inertia.frame))
 
         def cost(v: Vector) -> int:
             return count_operations(v.components(inertia.frame)).total

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding
@@ -204,6 +204,17 @@ class Solved(Immutable):
     Fr_star_nh = read[Exprs](
         lambda s: s._nonholonomic(s.derived.as_declared.Fr_star), "Nonholonomic generalized inertia forces F̃*_r."
     )
+
+    def mapped(self, change: Callable[[Expr], Expr]) -> Solved:
+        """The same with every expression that was solved for changed."""
+        return replace(
+            self,
+            accelerations=tuple(map(change, self.accelerations)),
+            reactions=tuple(map(change, self.reactions)),
+            pivots=tuple(map(change, self.pivots)),
+            reaction_matrix=self.reaction_matrix.map(change),
+            bare_reaction_matrix=self.bare_reaction_matrix.map(change),
+        )
 
     def written(self, roots: Iterable[Expr]) -> Exprs:
         """What was read of `regular`, without the speeds that vanish."""

@@ -86,8 +86,9 @@ def leaves(roots: Iterable[Expr], symbols: Iterable[Expr | str]) -> tuple[Expr, 
         if something else stands among them, or a name is that of none, or of several, of the symbols in the expressions
     """
     wanted = tuple(symbols)
-    if all(isinstance(s, Symbol) for s in wanted):
-        return wanted  # type: ignore[return-value]
+    known = tuple(s for s in wanted if isinstance(s, Symbol))
+    if len(known) == len(wanted):
+        return known
     own = [n for n in postorder(map(as_expr, roots)) if isinstance(n, Symbol)]
     found = [[n for n in own if n.name == s] if isinstance(s, str) else [s] for s in wanted]
     for s, at in zip(wanted, found, strict=True):

@@ -28,7 +28,7 @@ def guards(divisors: Iterable[tuple[Expr, Expr]], before: Iterable[Expr], after:
     own = {denominator(d): bound for d, bound in divisors}
     parts = [e for d in own for e in factors(d) if e not in own and not never_zero(e)]
     if parts:
-        new = _denominators(after) - _denominators(before)
+        new = denominators(after) - denominators(before)
         memo: Sizes = {}
         own.update((e, size(e, memo)) for e in parts if e in new)
     return own
@@ -46,7 +46,8 @@ def factors(divisor: Expr) -> list[Expr]:
     return list(found)
 
 
-def _denominators(roots: Iterable[Expr]) -> set[Expr]:
+def denominators(roots: Iterable[Expr]) -> set[Expr]:
+    """What `roots` divide by."""
     return {node.args[1] for node in postorder(roots) if node.op is DIV}
 
 

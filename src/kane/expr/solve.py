@@ -203,11 +203,10 @@ def invert(rows: Rows) -> InverseRows:
 
 
 def determinant(a: Rows) -> Expr:
-    """Determinant of a matrix up to 3 × 3."""
+    """Determinant of a matrix by its first row: of a few rows, or sparse ones."""
     if len(a) == 1:
         return a[0][0]
-    cofactors = [cofactor([list(row) for row in a], 0, j) for j in range(len(a))]
-    return dot(a[0], cofactors)
+    return dot(a[0], [ZERO if x is ZERO else cofactor(a, 0, j) for j, x in enumerate(a[0])])
 
 
 def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
@@ -230,11 +229,11 @@ def _block_inverse(a: list[list[Expr]], pivots: list[Expr]) -> list[list[Expr]]:
 
 
 def cofactor(a: Rows, i: int, j: int) -> Expr:
-    """The cofactor of an entry of a matrix of two or three rows."""
+    """The cofactor of an entry of a matrix of two rows or more."""
     minor = [[x for c, x in enumerate(row) if c != j] for r, row in enumerate(a) if r != i]
     if len(minor) == 2:
         (a11, a12), (a21, a22) = minor
         value = sub(mul(a11, a22), mul(a12, a21))
     else:
-        value = minor[0][0]
+        value = determinant(minor)
     return neg(value) if (i + j) % 2 else value

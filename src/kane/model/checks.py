@@ -62,22 +62,21 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
 
 def check_events(events: Iterable[Any]) -> None:
     """Events, no two of one name: a motion names those that it met."""
-    for event in events:
-        if not isinstance(event, Event):
-            raise ModelError(f"Expected events= made by kn.Event(name, quantity), got {cut(repr(event))}.")
-    twice = _repeated([event.name for event in events])
-    if twice:
-        raise ModelError(f"Expected events of different names, got {', '.join(map(repr, twice))} more than once.")
+    _check_named("events", events, Event, "kn.Event(name, quantity)")
 
 
 def check_joints(joints: Iterable[Any]) -> None:
     """Joints, no two of one name."""
-    for joint in joints:
-        if not isinstance(joint, Joint):
-            raise ModelError(f"Expected joints= made by kn.pin, kn.slider, …, got {cut(repr(joint))}.")
-    twice = _repeated([joint.name for joint in joints])
+    _check_named("joints", joints, Joint, "kn.pin, kn.slider, …")
+
+
+def _check_named(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
+    for item in items:
+        if not isinstance(item, kind):
+            raise ModelError(f"Expected {what}= made by {made_by}, got {cut(repr(item))}.")
+    twice = _repeated([item.name for item in items])
     if twice:
-        raise ModelError(f"Expected joints of different names, got {', '.join(map(repr, twice))} more than once.")
+        raise ModelError(f"Expected {what} of different names, got {', '.join(map(repr, twice))} more than once.")
 
 
 def _repeated(names: list[str]) -> list[str]:

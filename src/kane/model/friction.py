@@ -66,15 +66,16 @@ def friction(
             f"Expected the normal force as a reaction, got {cut(repr(normal))}. Bring it into evidence: kn.reaction(name, "
             "at=…, along=…)."
         )
-    place = cut_of(normal)
-    if along is None and place is None:
-        raise ModelError(
-            f"Expected along=unit vector, the normal's direction, as the reaction {normal} does not say it."
-        )
-    n = along if along is not None else place.along  # type: ignore[union-attr]  # one of both
+    if along is None:
+        place = cut_of(normal)
+        if place is None:
+            raise ModelError(
+                f"Expected along=unit vector, the normal's direction, as the reaction {normal} does not say it."
+            )
+        along = place.along
     root = point.root().frame
     v = point.velocity(root) if against is None else point.velocity(root) - against.velocity(root)
-    slip = v.reject(n)
+    slip = v.reject(along)
     force = _direction(slip, slip.dot(slip), _speed("smooth", smooth)) * (-as_expr(mu) * normal)
     name = name or f"friction on {point.name}"
     load = Force(point, force, name) if against is None else action_reaction(point, against, force, name)

@@ -76,6 +76,10 @@ class Routines:
         """Values of the inputs."""
         return np.array([float(f(t)) for f in self.drives])
 
+    def inputs_all(self, t: Array) -> Array:
+        """Values of the inputs (k × inputs) at times (k)."""
+        return np.array([self.inputs(s) for s in t])
+
     def rate(self, t: float, y: Array) -> Array:
         """(q̇, u̇, P)."""
         return self.rates(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
@@ -88,25 +92,27 @@ class Routines:
 
     def watch(self, t: float, y: Array) -> Array:
         """The events' quantities."""
-        if self.events is None:
-            return np.zeros(0)
-        return self.events(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
+        return np.zeros(0) if self.events is None else self._at(self.events, t, y)
 
     def watch_all(self, t: Array, y: Array) -> Array:
         """The events' quantities (k × events) at times (k) and states (k × n)."""
-        if self.events is None:
-            return np.zeros((len(t), 0))
-        return self.events(t, y[:, : self.width], self.p, np.array([self.inputs(s) for s in t]))
+        return np.zeros((len(t), 0)) if self.events is None else self._at_all(self.events, t, y)
 
     def switch(self, t: float, y: Array) -> Array:
         """The quantities of the loads' switches, of which there are some."""
         assert self.switches is not None
-        return self.switches(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
+        return self._at(self.switches, t, y)
 
     def switch_all(self, t: Array, y: Array) -> Array:
         """The quantities of the loads' switches (k × switches) at times (k) and states (k × n)."""
         assert self.switches is not None
-        return self.switches(t, y[:, : self.width], self.p, np.array([self.inputs(s) for s in t]))
+        return self._at_all(self.switches, t, y)
+
+    def _at(self, routine: CompiledRoutine, t: float, y: Array) -> Array:
+        return routine(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
+
+    def _at_all(self, routine: CompiledRoutine, t: Array, y: Array) -> Array:
+        return routine(t, y[:, : self.width], self.p, self.inputs_all(t))
 
     def values(self, t: float, y: Array) -> dict[Expr, Any]:
         """A number for every symbol of the equations."""

@@ -19,11 +19,10 @@ from kane.motion.solution import Solution
 from kane.motion.start import (
     check_breakpoints,
     check_events,
+    check_longest,
     check_masses,
     check_rates,
-    check_seconds,
     check_span,
-    check_step,
     check_steps,
     check_tolerance,
     massless,
@@ -101,9 +100,9 @@ def simulate(
         check_tolerance("rtol", rtol),
         check_tolerance("atol", atol),
         _MOST_STEPS if max_steps is None else check_steps(max_steps),
-        check_step(max_step),
+        check_longest("max_step", "length", "step", max_step),
         check_breakpoints(breakpoints),
-        check_seconds(max_seconds),
+        check_longest("max_seconds", "time", "time by the clock", max_seconds),
         bounded=max_steps is not None,
     )
     constants = parameter_values(eom.system, parameters)

@@ -114,23 +114,13 @@ def check_rates(names: Sequence[str], rates: Array, t: float, why: Callable[[], 
         )
 
 
-def check_seconds(longest: Any) -> float:
-    """The time by the clock above zero, infinite where there is none."""
+def check_longest(name: str, kind: str, what: str, longest: Any) -> float:
+    """The longest step, or time by the clock, above zero; infinite where none is given."""
     if longest is None:
         return float("inf")
-    number = finite_number("time", "max_seconds", longest)
+    number = finite_number(kind, name, longest)
     if not number > 0:
-        raise SimulationError(f"Expected max_seconds > 0, the longest time by the clock in s, got {longest!r}.")
-    return number
-
-
-def check_step(longest: Any) -> float:
-    """The length of a step above zero, infinite where there is none."""
-    if longest is None:
-        return float("inf")
-    number = finite_number("length", "max_step", longest)
-    if not number > 0:
-        raise SimulationError(f"Expected max_step > 0, the longest step in s, got {longest!r}.")
+        raise SimulationError(f"Expected {name} > 0, the longest {what} in s, got {longest!r}.")
     return number
 
 

@@ -155,8 +155,7 @@ class Stepper:
             return False
 
         def along(t: Array) -> Along:
-            inputs = np.array([self.now.inputs(s) for s in t])
-            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, inputs).a
+            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t)).a
             return looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
 
         return crosses(along, start, end)

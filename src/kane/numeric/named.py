@@ -59,8 +59,9 @@ def symbols_named(what: str, symbols: Sequence[Symbol], keys: Any) -> Symbols[An
 
 def symbol_named(symbols: Iterable[Symbol], key: Any) -> Symbol:
     """The one of `symbols` that a symbol or name means."""
+    symbol: Symbol
     (symbol,) = symbols_named("symbols", tuple(symbols), [key])
-    return symbol  # type: ignore[no-any-return]
+    return symbol
 
 
 def unknown(key: Any, symbols: Iterable[Symbol]) -> str:

@@ -89,23 +89,23 @@ def regular_states(eom, rng, count):
     assert found
 
 
-@pytest.mark.parametrize(("name", "dependent"), QUICK)
-def test_mechanisms_at_random_states(name, dependent, rng):
+def check_states(name, dependent, rng, count):
     make, _ = MECHANISMS[name]
     eom = derived(make(), dependent)
     run = kn.compile(eom).rhs
-    for q, u in regular_states(eom, rng, 3):
+    for q, u in regular_states(eom, rng, count):
         check(eom, q, u, run)
+
+
+@pytest.mark.parametrize(("name", "dependent"), QUICK)
+def test_mechanisms_at_random_states(name, dependent, rng):
+    check_states(name, dependent, rng, 3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "dependent"), CHOICES)
 def test_mechanisms_at_50_states(name, dependent, rng):
-    make, _ = MECHANISMS[name]
-    eom = derived(make(), dependent)
-    run = kn.compile(eom).rhs
-    for q, u in regular_states(eom, rng, 50):
-        check(eom, q, u, run)
+    check_states(name, dependent, rng, 50)
 
 
 def test_a_crank_along_its_ground_link(rng):

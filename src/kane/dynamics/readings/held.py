@@ -20,6 +20,7 @@ from kane.expr.node import Expr, constant
 from kane.expr.size import Sizes, largest, size
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substitute
+from kane.numeric.places import first_place
 
 MISSED = 1e-6
 """Share of the terms of a constraint above which speeds miss it: below, six digits of them are right."""
@@ -79,16 +80,15 @@ def check_held(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> 
     anywhere = np.any(off, axis=0)
     if not anywhere.any():
         return
-    place = tuple(int(i) for i in np.argwhere(anywhere)[0])
+    place, index, more = first_place(anywhere)
     miss = ", ".join(f"{n!r} by {r[place]:.3g}" for n, r, x in zip(names, numbers, off, strict=False) if x[place])
     own = ", ".join(u.name for u in solved.independent_speeds)
     cure = f"Give the independent speeds alone, u= of {own}: the others follow." if own else _NONE_FREE
     expected = "Expected speeds that satisfy the constraints A u + b = 0"
     if not place:
         raise SimulationError(f"{expected}, got some that miss {miss}. {cure}")
-    more = int(anywhere.sum()) - 1
     warnings.warn(
-        f"{expected} at every state, got some that miss {miss} at index {place[0] if len(place) == 1 else place}"
+        f"{expected} at every state, got some that miss {miss} at index {index}"
         f"{f', and at {more} more' if more else ''}: the values there do not belong to one motion. {cure}",
         KaneWarning,
         stacklevel=4,

@@ -16,6 +16,7 @@ from kane.errors import KaneWarning, SingularError, ValueMissingError
 from kane.expr.evaluate import Walk, at, of_one_shape
 from kane.expr.node import Expr, postorder
 from kane.numeric.arrays import Mask
+from kane.numeric.places import first_place
 
 _CURE = (
     "It is on another branch of the mechanism than those that were compared: derive with kn.derive(system, near=…) of this "
@@ -62,17 +63,16 @@ def check_left_out(
     wrong = rows.any(axis=-1)
     if not wrong.any():
         return kept
-    first = tuple(int(i) for i in np.argwhere(wrong)[0])
-    names = ", ".join(repr(c.name) for c, x in zip(solved.redundant, rows[first], strict=True) if x)
+    first = first_place(wrong)
+    names = ", ".join(repr(c.name) for c, x in zip(solved.redundant, rows[first.place], strict=True) if x)
     told = f"got {names}, which were left out as redundant and hold more"
     if not wrong.ndim:
         raise SingularError(
             f"Expected constraints that follow from the others at this state as where they were compared, {told}. {_CURE}"
         )
-    index = first[0] if len(first) == 1 else first
     warnings.warn(
-        f"Expected constraints that follow from the others at every state, {told} at index {index}"
-        f"{f' and {int(wrong.sum()) - 1} more' if wrong.sum() > 1 else ''}: the values there are NaN. {_CURE}",
+        f"Expected constraints that follow from the others at every state, {told} at {first}: the values there are NaN. "
+        f"{_CURE}",
         KaneWarning,
         stacklevel=4,
     )

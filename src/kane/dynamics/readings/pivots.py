@@ -21,6 +21,7 @@ from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, WHERE
 from kane.expr.regular import factors, guards_below, unguarded
+from kane.numeric.places import First, first_place
 from kane.numeric.rank import STATE_RANK, balanced
 
 
@@ -36,8 +37,7 @@ def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, An
     for g, where in zip(below, _vanishing(below, values), strict=True):
         where = where & lost
         if where.any():
-            place = tuple(int(i) for i in np.argwhere(where)[0])
-            _tell(solved, pivot_of(solved, g), values, where.shape, place, int(where.sum()))
+            _tell(solved, pivot_of(solved, g), values, where.shape, first_place(where))
 
 
 def _vanishing(below: Sequence[Expr], values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
@@ -62,19 +62,16 @@ def divided_by(p: Pivot, who: str = "the constraints") -> str:
     return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{cut(p.value, 80)}'}"
 
 
-def _tell(
-    solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], place: tuple[int, ...], count: int
-) -> None:
-    here = {s: np.broadcast_to(v, shape)[place] for s, v in values.items()}
+def _tell(solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], first: First) -> None:
+    here = {s: np.broadcast_to(v, shape)[first.place] for s, v in values.items()}
     undetermined = f"{divided_by(p, 'they')} = {float(evaluate(p.value, here)) + 0.0:.3g}"
-    if not place:
+    if not first.place:
         raise SingularError(
             f"Expected dependent speeds that the constraints give at this state, got {undetermined}. {_cure(solved, here)}"
         )
-    index = place[0] if len(place) == 1 else place
     warnings.warn(
-        f"Expected dependent speeds that the constraints give at every state, got {undetermined} at index {index}"
-        f"{f' and {count - 1} more' if count > 1 else ''}: the values there are NaN. {_cure(solved, here)}",
+        f"Expected dependent speeds that the constraints give at every state, got {undetermined} at {first}: the values there "
+        f"are NaN. {_cure(solved, here)}",
         KaneWarning,
         stacklevel=5,
     )

@@ -17,6 +17,7 @@ from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.expr.ops import GONE
 from kane.expr.regular import guarding, unguarded
+from kane.numeric.places import first_place
 
 _CURE = (
     "Take a state beside it, or choose coordinates that are regular here (another sequence of angles, Euler parameters) or speeds "
@@ -52,14 +53,12 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
             gone = np.broadcast_to(np.abs(value) <= GONE * size, lost.shape) & lost
         if not gone.any():
             continue
-        place = tuple(int(i) for i in np.argwhere(gone)[0])
-        what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[place]) + 0.0:.3g}"
+        first = first_place(gone)
+        what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[first.place]) + 0.0:.3g}"
         if not lost.ndim:
             raise SingularError(f"Expected speeds that give the rates at this state, got {what}. {_CURE}")
-        index = place[0] if len(place) == 1 else place
         warnings.warn(
-            f"Expected speeds that give the rates at every state, got {what} at index {index}"
-            f"{f' and {int(gone.sum()) - 1} more' if gone.sum() > 1 else ''}: the values there are NaN. {_CURE}",
+            f"Expected speeds that give the rates at every state, got {what} at {first}: the values there are NaN. {_CURE}",
             KaneWarning,
             stacklevel=5,
         )

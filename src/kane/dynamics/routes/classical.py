@@ -32,17 +32,9 @@ def classical(derived: Derived, partition: Partition | None) -> Solved:
     inner = _reduced(e, blocks)
     check_mass(system, [speeds[i] for i in e.independent], inner.mass)
     solution = block_solution(inner)
+    every = solution._replace(accelerations=all_accelerations(e, solution.accelerations))
     guard = guarding(e.guards)
-    return Solved(
-        "classical",
-        derived,
-        e.guarded(guard),
-        tuple(map(guard, all_accelerations(e, solution.accelerations))),
-        tuple(map(guard, solution.reactions)),
-        tuple(map(guard, solution.pivots)),
-        solution.reaction_matrix.map(guard),
-        solution.bare_reaction_matrix.map(guard),
-    )
+    return Solved("classical", derived, e.guarded(guard), *every).mapped(guard)
 
 
 def _reduced(e: Embedding, blocks: Blocks) -> Blocks:

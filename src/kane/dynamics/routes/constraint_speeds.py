@@ -10,19 +10,17 @@ speeds are u_D = Y_D q̇ + z_D of these rates:
 The state's u_D stand only in loads that were declared with them.
 """
 
-from collections.abc import Mapping
+from dataclasses import replace
 
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived, by_other_speeds
-from kane.dynamics.poles import constraint_rate
 from kane.dynamics.routes.classical import all_accelerations, classical
+from kane.dynamics.routes.rates import ConstraintRates, constraint_rates
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Speed, rate
-from kane.expr.visit import substitute
+from kane.expr.node import ZERO
 from kane.kinematics.constraints import ConstraintRows
 
 
@@ -30,56 +28,41 @@ def constraint_speeds(derived: Derived, partition: Partition | None) -> Solved:
     """u̇ and the reactions, free of the poles that W alone has; without constraints by the classical route."""
     if partition is None:
         return classical(derived, partition)
-    w = {d: Speed.declare(f"w{k + 1}", None, "", "rate of a constraint") for k, d in enumerate(partition.dependent)}
-    twin = classical(_twin(derived, partition, w), partition)
-    zero: dict[Expr, Expr] = {x: ZERO for s in w.values() for x in (s, rate(s))}
-    memo: dict[Expr, Expr] = {}
-
-    def held(e: Expr) -> Expr:
-        return substitute(e, zero, memo)
-
-    e = _embedding(derived, partition, twin.derived, w, zero)
-    own = [held(twin.accelerations[i]) for i in e.independent]
-    return Solved(
-        "constraint speeds",
-        derived,
-        e,
-        all_accelerations(e, own),
-        tuple(map(held, twin.reactions)),
-        tuple(map(held, twin.pivots)),
-        twin.reaction_matrix.map(held),
-        twin.bare_reaction_matrix.map(held),
-        twin,
-        zero,
+    w = constraint_rates(dict(zip(partition.dependent, partition.rows, strict=True)))
+    twin = classical(_twin(derived, w), partition)
+    e = _embedding(derived, partition, twin.derived, w)
+    found = twin.mapped(w.held)
+    own = [found.accelerations[i] for i in e.independent]
+    return replace(
+        found,
+        route="constraint speeds",
+        derived=derived,
+        embedding=e,
+        accelerations=all_accelerations(e, own),
+        twin=twin,
+        vanishing=w.vanishing,
     )
 
 
-def _twin(derived: Derived, partition: Partition, w: Mapping[int, Speed]) -> Derived:
+def _twin(derived: Derived, w: ConstraintRates) -> Derived:
     """The same with the rates of the constraints in the places of the dependent speeds."""
     rows = derived.constraints
-    constraint = dict(zip(partition.dependent, partition.rows, strict=True))
-    definitions = {
-        w.get(i, u): constraint_rate(rows.constraints[constraint[i]]) if i in w else definition
-        for i, (u, definition) in enumerate(derived.system.speeds.items())
-    }
-    a = [
-        [ONE if constraint.get(j) == r else ZERO for j in range(rows.a.shape[1])] for r in range(len(rows.constraints))
-    ]
-    nothing = (ZERO,) * len(rows.constraints)
-    held = ConstraintRows(rows.constraints, Matrix(a, rows.a.shape), rows.a_auxiliary, nothing, nothing)
-    return by_other_speeds(derived, definitions, held)
+    m, n = rows.a.shape
+    nothing = (ZERO,) * m
+    held = ConstraintRows(
+        rows.constraints, Matrix([w.row(r, n) for r in range(m)], (m, n)), rows.a_auxiliary, nothing, nothing
+    )
+    return by_other_speeds(derived, w.definitions(derived), held)
 
 
-def _embedding(
-    derived: Derived, partition: Partition, twin: Derived, w: Mapping[int, Speed], zero: Mapping[Expr, Expr]
-) -> Embedding:
+def _embedding(derived: Derived, partition: Partition, twin: Derived, w: ConstraintRates) -> Embedding:
     """The declared dependent speeds by the independent ones: A_n, b_n from Y_D q̇ + z_D with q̇ of the twin."""
     speeds = derived.speeds
     free = partition.independent(len(speeds))
     definitions = [derived.system.speeds[speeds[d]] for d in partition.dependent]
     forms = twin.kinematical.forms(definitions)
     released = derived.constraints.a_auxiliary.take(partition.rows)  # w = −A_a u_a
-    by_w = Matrix([[f.coefficients.get(s, ZERO) for s in w.values()] for f in forms])
+    by_w = Matrix([[f.coefficients.get(s, ZERO) for s in w.speeds.values()] for f in forms])
     a_n = Matrix([[f.coefficients.get(speeds[i], ZERO) for i in free] for f in forms], (len(forms), len(free)))
     own = [speeds[i] for i in free]
     b_n = tuple(f.rest for f in forms)
@@ -91,5 +74,5 @@ def _embedding(
         a_n,
         -(by_w @ released),
         b_n,
-        tuple(substitute(c, zero) for c in drift),
+        tuple(map(w.held, drift)),
     )

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether coordinates satisfy the constraints, on the branch that closures mean."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from kane.analysis.state import misses, open_shares
+from kane.dynamics.constraints.branches import branches, told, turned_function
+from kane.equations.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.node import Expr
+from kane.numeric.arrays import Array
+from kane.numeric.places import first_place
+
+
+def check_configuration(eom: Equations, residual: Array, what: str, cure: str) -> None:
+    """The configuration constraints hold: `residual` (m) is what is left of them."""
+    bad = misses([c.name for c in eom.system.holonomic], residual, open_shares(eom, residual))
+    if bad:
+        raise SimulationError(f"Expected {what} on the constraints, got coordinates that miss {bad}. {cure}")
+
+
+def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, cure: str) -> None:
+    """No closure is turned away from the branch that it means, at any of the coordinates q (… × n); `rest` holds all other values."""
+    meant = branches(eom.system)
+    if not meant:
+        return
+    angles = turned_function(eom.system, rest)(q)
+    away = angles.any(axis=-1)
+    if away.any():
+        first = first_place(away)
+        where = f" at index {first.written}" if first.place else ""
+        raise SimulationError(
+            f"Expected {what} on the branch that the closures mean, got {told(meant, angles[first.place])}{where}. kn.assemble finds "
+            f"one on it from guesses{cure}."
+        )
