@@ -81,5 +81,5 @@ def test_zero_dyads_are_left_out():
 def test_frozen():
     with pytest.raises(AttributeError, match="frozen"):
         D1.dyads = ()
-    with pytest.raises(TypeError):
+    with pytest.raises(kn.SpaceError, match="Expected a dyadic"):
         D1 + N.x

@@ -8,18 +8,18 @@ from functools import reduce
 from typing import Any, NoReturn
 
 from kane import show
-from kane.errors import SpaceError, cut
+from kane.errors import SpaceError
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.diff import time_derivative
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.space.operands import check_connected, divided_by, not_a_dyadic, not_a_vector, raised, scalar_beside
 from kane.space.rotation import (
     NOTHING,
     UNITS,
     Triple,
     common_base,
-    connected,
     cost,
     cross3,
     express,
@@ -85,12 +85,13 @@ class Vector(Immutable):
             return NotImplemented
         return self._joined(other, sub)
 
+    def __rsub__(self, other: object) -> Vector:
+        self._refuse_scalar("subtract it from,", other)
+        return NotImplemented
+
     def _refuse_scalar(self, verb: str, other: object) -> None:
         if isinstance(other, Expr | int | float):
-            raise SpaceError(
-                f"Expected a vector to {verb} {cut(self)}, got the scalar {cut(other)}. Give it a direction, such as "
-                f"{cut(other, 20)}*{self.parts[0][0].name if self.parts else 'N'}.x."
-            )
+            raise scalar_beside(verb, self, other, self.parts[0][0].name if self.parts else "N")
 
     def _joined(self, other: Vector, join: Callable[[Expr, Expr], Expr]) -> Vector:
         if not other.parts:
@@ -114,13 +115,23 @@ class Vector(Immutable):
     __array_ufunc__ = None
 
     def __truediv__(self, divisor: Any) -> Vector:
+        if isinstance(divisor, Vector | Dyadic):
+            raise divided_by(divisor)
         d = as_expr(divisor)
         return Vector([(f, (div(x, d), div(y, d), div(z, d))) for f, (x, y, z) in self.parts])
 
-    def dot(self, other: Vector | Dyadic) -> Expr:
+    def __rtruediv__(self, other: object) -> NoReturn:
+        raise divided_by(self)
+
+    def __pow__(self, other: object) -> NoReturn:
+        raise raised(self)
+
+    __rpow__ = __pow__
+
+    def dot(self, other: Vector) -> Expr:
         """Scalar product self · other."""
-        if isinstance(other, Dyadic):
-            raise SpaceError("Expected a vector in a.dot(b), got a dyadic: write dyadic.dot(vector).")
+        if type(other) is not Vector:
+            raise not_a_vector("a.dot(b)", other)
         total = ZERO
         for f, v in self.parts:
             for g, w in other.parts:
@@ -129,6 +140,8 @@ class Vector(Immutable):
 
     def cross(self, other: Vector) -> Vector:
         """Vector product self × other."""
+        if type(other) is not Vector:
+            raise not_a_vector("a.cross(b)", other)
         total = Vector()
         if len(self.parts) == 1 == len(other.parts):
             frame, a, b = _together(*self.parts[0], *other.parts[0])
@@ -141,6 +154,8 @@ class Vector(Immutable):
 
     def outer(self, other: Vector) -> Dyadic:
         """The dyad self other."""
+        if type(other) is not Vector:
+            raise not_a_vector("a.outer(b)", other)
         return Dyadic(((self, other),))
 
     def components(self, frame: Frame) -> Triple:
@@ -149,11 +164,11 @@ class Vector(Immutable):
             return NOTHING
         if len(self.parts) == 1:
             f, v = self.parts[0]
-            _check_connected(f, frame)
+            check_connected(f, frame)
             return express(v, f, frame)
         total = NOTHING
         for f, v in self.parts:
-            _check_connected(f, frame)
+            check_connected(f, frame)
             x, y, z = express(v, f, frame)
             total = (add(total[0], x), add(total[1], y), add(total[2], z))
         return total
@@ -178,7 +193,7 @@ class Vector(Immutable):
         """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), in rates."""
         total = Vector()
         for f, (x, y, z) in self.parts:
-            _check_connected(f, frame)
+            check_connected(f, frame)
             total = total + Vector(((f, (time_derivative(x), time_derivative(y), time_derivative(z))),))
             if f is not frame:
                 total = total + angular_velocity(f, frame).cross(Vector(((f, (x, y, z)),)))
@@ -245,19 +260,11 @@ def angular_velocity(frame: Frame, base: Frame) -> Vector:
     return spin
 
 
-def _check_connected(f: Frame, g: Frame) -> None:
-    if not connected(f, g):
-        raise SpaceError(
-            f"Expected frames of one tree, got {f.name} and {g.name}, which have no common root. Make one from the other "
-            "with rotate(...)."
-        )
-
-
 def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, Triple]:
     """Both triples along one frame, whichever is cheaper; ties go to the deeper frame's axes."""
     if f is g:
         return f, v, w
-    _check_connected(f, g)
+    check_connected(f, g)
     if cost(w, g, f) < cost(v, f, g):
         return f, v, express(w, g, f)
     return g, express(v, f, g), w
@@ -269,11 +276,11 @@ def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
         return dot(v, w)
     i, j = single(v), single(w)
     if i is not None:
-        _check_connected(f, g)
+        check_connected(f, g)
         row = express(UNITS[i], f, g)
         return mul(mul(v[i], w[j]), row[j]) if j is not None else mul(v[i], dot(row, w))
     if j is not None:
-        _check_connected(f, g)
+        check_connected(f, g)
         return mul(w[j], dot(express(UNITS[j], g, f), v))
     _, a, b = _together(f, v, g, w)
     return dot(a, b)
@@ -302,11 +309,11 @@ class Dyadic(Immutable):
             (units[i] * entries[i][j], units[j]) for i in range(3) for j in range(3) if entries[i][j] is not ZERO
         )
 
-    def __add__(self, other: Dyadic | int) -> Dyadic:
+    def __add__(self, other: object) -> Dyadic:
         if isinstance(other, int) and other == 0:  # sum() starts with the integer 0
             return self
         if not isinstance(other, Dyadic):
-            return NotImplemented
+            raise not_a_dyadic(other)
         return Dyadic(self.dyads + other.dyads)
 
     __radd__ = __add__
@@ -314,8 +321,11 @@ class Dyadic(Immutable):
     def __neg__(self) -> Dyadic:
         return Dyadic((-a, b) for a, b in self.dyads)
 
-    def __sub__(self, other: Dyadic) -> Dyadic:
-        return self + -other
+    def __sub__(self, other: object) -> Dyadic:
+        return self + (-other if isinstance(other, Dyadic) else other)
+
+    def __rsub__(self, other: object) -> NoReturn:
+        raise not_a_dyadic(other)
 
     def __mul__(self, factor: Any) -> Dyadic:
         return Dyadic((a * factor, b) for a, b in self.dyads)
@@ -324,10 +334,14 @@ class Dyadic(Immutable):
     __array_ufunc__ = None
 
     def __truediv__(self, divisor: Any) -> Dyadic:
+        if isinstance(divisor, Vector | Dyadic):
+            raise divided_by(divisor)
         return Dyadic((a / divisor, b) for a, b in self.dyads)
 
     def dot(self, w: Vector) -> Vector:
         """I · w."""
+        if type(w) is not Vector:
+            raise not_a_vector("dyadic.dot(w)", w)
         total = Vector()
         for a, b in self.dyads:
             total = total + a * b.dot(w)
