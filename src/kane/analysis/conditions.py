@@ -13,7 +13,7 @@ import numpy as np
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import slopes_at, solver, values_at
 from kane.analysis.state import State
-from kane.analysis.steady import dependence
+from kane.analysis.steady import dependence, scaled
 from kane.analysis.tangents import Perturbations, perturbations
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -168,4 +168,4 @@ def freest(flow: Flow) -> Flow:
 def _matter(flow: Flow) -> Mask:
     """Which of the independent coordinates matter to the speeds."""
     count = len(flow.tangents.free_q)
-    return dependence(flow.a, count)[:count]
+    return dependence(scaled(flow.a, flow), count)[:count]

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.analysis.local import Slopes, Values, slopes_at, solver, unknowns, values_at
+from kane.analysis.magnitudes import Magnitudes, magnitudes
 from kane.analysis.state import State
 from kane.analysis.tangents import Tangents, in_numbers, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import POOR, quality
@@ -39,7 +40,11 @@ class Choice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
-    """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, r) of δ(ξ_I, u_I, r)."""
+    """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, r) of δ(ξ_I, u_I, r).
+
+    `terms` are the sizes of the terms of F. `scale` says how far equal energies move each x, in the time 1/`pace`: D⁻¹ A D with the
+    diagonal D is the same in any units.
+    """
 
     numeric: Numeric[Equations]
     state: State
@@ -54,6 +59,9 @@ class Flow:
     mass: Array
     moves: Array
     answers: Array
+    magnitudes: Magnitudes
+    terms: Array
+    scale: Array
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -95,7 +103,11 @@ def flow_at(numeric: Numeric[Equations], state: State, choice: Choice) -> Flow:
     rest = np.concatenate([rates[list(tangent.free_q)], z[:n][list(tangent.free_u)]])
     mass = tangent.b.T @ m @ tangent.b
     a, b = rows[:, : len(rows)], rows[:, len(rows) :]
-    return Flow(numeric, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers)
+    size = magnitudes(values, slopes, z, state.x[nq:])
+    terms, far = np.append(size.rates[plain], size.spins), np.linalg.norm(rate_slopes[:, nq : nq + n] @ root, axis=1)
+    terms = np.append(terms[list(tangent.free_q)], size.accelerations[list(tangent.free_u)])
+    scale = np.append(far[list(tangent.free_q)] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[list(tangent.free_u)])
+    return Flow(numeric, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers, size, terms, scale)
 
 
 def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:

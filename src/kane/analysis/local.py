@@ -16,6 +16,7 @@ from kane.equations.routines import ports
 from kane.errors import SingularError, cut
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import Matrix
+from kane.expr.size import Sizes, size
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.rank import POLE_RANK, SOLVE_RANK, SURE_RANK, balanced, singular
@@ -27,10 +28,11 @@ _TOLD = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Values:
-    """K, k, f, A u + b, q̇ and spins at a state (or at many: leading axes)."""
+    """K, k and the sizes of its `terms`, f, A u + b, q̇ and spins at a state (or at many: leading axes)."""
 
     matrix: Array
     right: Array
+    terms: Array
     configuration: Array
     motion: Array
     rates: Array
@@ -44,8 +46,10 @@ class Values:
 
 def values(eom: Equations) -> Bundle[Values]:
     """K, k, and what the state must satisfy."""
-    u = unsolved(eom.derived)
-    groups = {"matrix": Matrix(u.matrix), "right": u.right, "configuration": u.configuration, "motion": u.motion}
+    u, memo = unsolved(eom.derived), Sizes()
+    terms = [size(k, memo) for k in u.right]
+    groups = {"matrix": Matrix(u.matrix), "right": u.right, "terms": terms}
+    groups |= {"configuration": u.configuration, "motion": u.motion}
     return Bundle("values", ports(eom.derived), Values, {**groups, "rates": u.rates, "spins": u.spins})
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.local import values_at
+from kane.analysis.magnitudes import share
 from kane.analysis.state import GIVEN, State, open_shares
 from kane.analysis.tangents import perturbations, turning
 from kane.numeric.arrays import Array, Mask
@@ -19,8 +20,8 @@ from kane.numeric.projection import least_squares
 from kane.numeric.rank import ROUNDING
 
 _SAME, _LINK = 1e-7, 1e-10
-_SHIFT = 0.71
-"""How far what moves is displaced, in rad or m: any one place would show a dependence."""
+_SHIFTS = (0.71, -1.13)
+"""For how long what moves is followed, in the time in which the state changes: any one place would show a dependence."""
 
 
 def dependence(a: Array, count: int) -> Mask:
@@ -62,39 +63,46 @@ class Steadiness:
 def steadiness(flow: Flow, tolerance: float) -> Steadiness:
     """Whether nothing that matters changes."""
     count = len(flow.tangents.free_q)
-    matters = dependence(flow.a, count)
-    constant = np.abs(flow.rest) <= tolerance
+    matters = dependence(scaled(flow.a, flow), count)
+    constant = share(flow.rest, flow.terms) <= tolerance
     left = tuple(np.flatnonzero(matters & ~constant).tolist())
     moving = np.flatnonzero(~matters & ~constant)
     if left or not (len(moving) or flow.numeric.value(perturbations).timed):
         return Steadiness(matters, left, ())
-    same = _same(flow, matters, moving)
+    same = all(_same(flow, matters, moving, shift / (flow.magnitudes.pace or 1.0), tolerance) for shift in _SHIFTS)
     return Steadiness(matters, (), () if same else tuple(moving.tolist()) or (-1,))
 
 
 def changing(flow: Flow, tolerance: float) -> tuple[int, ...]:
     """The speeds that change, u̇ ≠ 0, or turn back at this instant, u̇ = 0 ≠ ü, of all whether dependent or not."""
     n, count = len(flow.numeric.equations.speeds), len(flow.rest)
-    slopes = flow.answers[:n, :count]
-    first, second = np.abs(flow.z[:n]), np.abs(slopes @ flow.rest)
+    slopes, size = flow.answers[:n, :count], flow.magnitudes
+    turns = slopes @ flow.rest
     noise = _SAME * (np.abs(slopes) @ np.abs(flow.rest))
-    return tuple(np.flatnonzero((first > tolerance) | (second > np.maximum(tolerance, noise))).tolist())
+    least = np.maximum(tolerance * size.pace * size.accelerations, noise)
+    changed = share(flow.z[:n], size.accelerations) > tolerance
+    return tuple(np.flatnonzero(changed | (np.abs(turns) > least)).tolist())
 
 
-def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp]) -> bool:
-    """Whether the flow of what matters is the same, displaced along what moves."""
+def scaled(a: Array, flow: Flow) -> Array:
+    """D⁻¹ A D with the scale D of the states, the same in any units."""
+    return np.asarray(a * flow.scale / flow.scale[:, None])
+
+
+def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float, tolerance: float) -> bool:
+    """Whether the flow of what matters is the same a while later, as far as what moves goes."""
     numeric, state, tangent = flow.numeric, flow.state, flow.tangents
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     nq, n = len(eom.coordinates), len(eom.speeds)
     x = state.x.copy()
     step = np.zeros(len(perturbed.names))
-    step[[tangent.free_q[i] for i in moving]] = _SHIFT * (1 + 0.3 * np.arange(len(moving)))
+    step[[tangent.free_q[i] for i in moving]] = shift * flow.rest[moving]
     for at, place in enumerate(perturbed.coordinates):
         x[place] += step[at]
     for k, places in enumerate(perturbed.sets):
         angles = step[len(perturbed.coordinates) + 3 * k :][:3]
         x[list(places)] = _turned(x[list(places)], angles)
-    moved = State(state.t + _SHIFT if perturbed.timed else state.t, x, state.p, state.r)
+    moved = State(state.t + shift if perturbed.timed else state.t, x, state.p, state.r)
     held = [i for i in range(n) if i not in tangent.free_u]
     values = values_at(numeric, moved)
     if open_shares(eom, values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
@@ -104,11 +112,12 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp]) -> bool:
     there = flow_at(numeric, moved, Choice(flow.choice.q, tuple(held)))
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
-    size = np.abs(flow.a).max(initial=1.0)
     inner = np.ix_(matters, matters)
+    before, after = scaled(flow.a, flow)[inner], scaled(there.a, flow)[inner]
+    change = (there.rest - flow.rest)[matters]
     return bool(
-        np.abs(there.a[inner] - flow.a[inner]).max(initial=0) <= _SAME * size
-        and np.abs(there.rest[matters] - flow.rest[matters]).max(initial=0) <= _SAME * size
+        np.abs(after - before).max(initial=0) <= _SAME * np.abs(before).max(initial=0)
+        and share(change, flow.terms[matters]).max(initial=0) <= max(_SAME, tolerance)
     )
 
 
