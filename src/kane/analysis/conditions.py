@@ -4,14 +4,15 @@
 f = 0,   eᵀe = 1,   A u + b = 0,   u̇_I = 0,   q̇ = 0 of the coordinates that matter
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from kane.analysis.flow import Choice, Flow, flow_at
-from kane.analysis.local import slopes_at, solver, values_at
+from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
+from kane.analysis.magnitudes import magnitudes
 from kane.analysis.state import State
 from kane.analysis.steady import dependence, scaled
 from kane.analysis.tangents import Perturbations, perturbations
@@ -73,42 +74,92 @@ class Conditions:
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """F and ∂F/∂X."""
-        eom, perturbed, state = self.eom, self.perturbed, self.state(x)
-        nq, n, wide = len(eom.coordinates), len(eom.speeds), len(x)
-        values = values_at(self.numeric, state)
-        if self.constraints_only:
-            z = np.zeros(values.right.shape)
-        else:
-            solve = solver(eom, values)
-            z = solve(values.right)
-        first = slopes_at(self.numeric, state, z)
-        second = slopes_at(self.numeric, state, z, *eom.parameters) if eom.parameters else None
-
-        def both(name: str) -> Array:
-            left: Array = getattr(first, name)
-            return np.hstack([left, getattr(second, name)]) if second is not None else left
-
-        norms, norm_slopes = np.zeros(len(perturbed.sets)), np.zeros((len(perturbed.sets), wide))
-        for k, places in enumerate(perturbed.sets):
-            e = x[list(places)]
-            norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
-        f = [values.configuration, norms, values.motion]
-        j = [both("configuration"), norm_slopes, both("motion")]
+        values, z, first, second, solve = self._numbers(x)
+        places, slopes = self._places(x, values, first, second)
+        f, j = list(places), list(slopes)
         if not self.constraints_only:
-            plain = list(perturbed.coordinates)
-            rates, moved = (
-                np.append(values.rates[plain], values.spins),
-                np.vstack([both("rates")[plain], both("spins")]),
-            )
+            plain, n = list(self.perturbed.coordinates), len(self.eom.speeds)
+            rates = np.append(values.rates[plain], values.spins)
+            moved = np.vstack([_both("rates", first, second)[plain], _both("spins", first, second)])
             free = list(self.steady)
             f += [rates[list(self.constant)], z[:n][free]]
-            j += [moved[list(self.constant)], -solve(both("residual"))[:n][free]]
-        assert nq + n + len(eom.inputs) + len(eom.parameters) == wide
+            j += [moved[list(self.constant)], -solve(_both("residual", first, second))[:n][free]]
         return np.concatenate(f), np.vstack(j)
+
+    def sizes(self, x: Array) -> tuple[Array, Array]:
+        """How large the terms of F are at X; and how far each X must move to change some terms by their size, 1 where none change."""
+        values, z, first, second, _ = self._numbers(x)
+        nq, n = len(self.eom.coordinates), len(self.eom.speeds)
+        size = magnitudes(values, first, z, x[nq : nq + n])
+        plain = list(self.perturbed.coordinates)
+        held = [self.eom.derived.reach[: len(values.configuration)], np.ones(len(self.perturbed.sets)), size.motion]
+        _, slopes = self._places(x, values, first, second)
+        rows = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations])
+        own = [_both("rates", first, second)[plain], _both("spins", first, second)]
+        j = np.abs(np.vstack([*slopes, *own, size.inverse @ _both("residual", first, second)[:n]]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
+        columns = np.where(np.isfinite(reach) & (reach > 0), reach, 1.0)
+        rows = np.where(rows > 0, rows, (j * columns).max(axis=1, initial=0))
+        first_rate = sum(map(len, held))
+        if self.constraints_only:
+            taken = np.arange(first_rate)
+        else:
+            accelerations = len(rows) - n
+            taken = np.array(
+                [
+                    *range(first_rate),
+                    *(first_rate + i for i in self.constant),
+                    *(accelerations + i for i in self.steady),
+                ],
+                dtype=int,
+            )
+        return np.where(rows > 0, rows, 1.0)[taken], columns
+
+    def _numbers(self, x: Array) -> tuple[Values, Array, Slopes, Slopes | None, Callable[[Array], Array]]:
+        """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
+        eom, state = self.eom, self.state(x)
+        values = values_at(self.numeric, state)
+        solve = np.zeros_like if self.constraints_only else solver(eom, values)
+        z = solve(values.right)
+        first = slopes_at(self.numeric, state, z)
+        return values, z, first, slopes_at(self.numeric, state, z, *eom.parameters) if eom.parameters else None, solve
+
+    def _places(
+        self, x: Array, values: Values, first: Slopes, second: Slopes | None
+    ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        """f, eᵀe − 1, A u + b and their derivatives."""
+        sets = self.perturbed.sets
+        norms, norm_slopes = np.zeros(len(sets)), np.zeros((len(sets), len(x)))
+        for k, places in enumerate(sets):
+            e = x[list(places)]
+            norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
+        f = values.configuration, norms, values.motion
+        return f, (_both("configuration", first, second), norm_slopes, _both("motion", first, second))
+
+
+def _both(name: str, first: Slopes, second: Slopes | None) -> Array:
+    """Derivatives in q, u and inputs, then those in parameters."""
+    left: Array = getattr(first, name)
+    return np.hstack([left, getattr(second, name)]) if second is not None else left
 
 
 def _unit(s: Symbol | None) -> str:
     return f"{s.unit}/s" if s is not None and s.unit else ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """F over the sizes of its `rows` and ∂F/∂Y, of Y = X over the sizes of its `columns`: the same in any units."""
+
+    conditions: Conditions
+    rows: Array
+    columns: Array
+
+    def __call__(self, y: Array) -> tuple[Array, Array]:
+        """F and ∂F/∂Y."""
+        f, j = self.conditions(y * self.columns)
+        return f / self.rows, j * self.columns / self.rows[:, None]
 
 
 def conditions(
@@ -120,13 +171,14 @@ def conditions(
     bare = Conditions(numeric, t, symbols, (), (), constraints_only=True)
     nq, n = len(eom.coordinates), len(eom.speeds)
     constant: set[int] = set()
-    steady = set(range(n))
+    steady, (rows, columns) = set(range(n)), bare.sizes(start)
+    measured = Measured(bare, rows, columns)
     for seed in _NEAR:
-        x = start.copy()
-        x[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
+        y = start / columns
+        y[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
         if eom.constraints.constraints or bare.perturbed.sets:
-            x = close(bare, x, range(nq + n)).x
-        flow = flow_at(numeric, bare.state(x), choice)
+            y = close(measured, y, range(nq + n)).x
+        flow = flow_at(numeric, bare.state(y * columns), choice)
         if not choice.u:
             flow = freest(flow)
             choice = flow.choice

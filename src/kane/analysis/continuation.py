@@ -153,7 +153,8 @@ class _Unknowns:
     def function(self, y: Array) -> tuple[Array, Array]:
         """F and ∂F/∂Y."""
         f, j = self.problem.conditions(self.spread(y))
-        return f, j[:, list(self.places)] * self.scale
+        rows = self.problem.measured.rows
+        return f / rows, j[:, list(self.places)] * self.scale / rows[:, None]
 
     def where(self, y: Array) -> str:
         """The value that changes, by name."""
@@ -174,7 +175,7 @@ def _unknowns(task: Problem, place: int, start: Array, span: float) -> _Unknowns
         part = {i: abs(row[task.free.index(i)]) for i in inert if i not in frozen}
         frozen.update(sorted(part, key=part.__getitem__)[-1:])
     places = (*(i for i in task.free if i not in frozen), place)
-    return _Unknowns(task, places, np.array([*[1.0] * (len(places) - 1), abs(span)]), start)
+    return _Unknowns(task, places, np.append(task.measured.columns[list(places[:-1])], abs(span)), start)
 
 
 def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:

@@ -106,8 +106,12 @@ def flow_at(numeric: Numeric[Equations], state: State, choice: Choice) -> Flow:
     size = magnitudes(values, slopes, z, state.x[nq:])
     terms, far = np.append(size.rates[plain], size.spins), np.linalg.norm(rate_slopes[:, nq : nq + n] @ root, axis=1)
     terms = np.append(terms[list(tangent.free_q)], size.accelerations[list(tangent.free_u)])
-    scale = np.append(far[list(tangent.free_q)] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[list(tangent.free_u)])
-    return Flow(numeric, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers, size, terms, scale)
+    scale = np.append(
+        far[list(tangent.free_q)] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[list(tangent.free_u)]
+    )
+    return Flow(
+        numeric, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers, size, terms, scale
+    )
 
 
 def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:

@@ -116,7 +116,7 @@ def linearize(
     independent : coordinates and speeds to be independent; by default those of the equations, coordinates by rank
     leave_out : states that nothing depends on, or "cyclic" for all of them
     steady : False to linearize at any state of a motion; `rates` then tells what changes there
-    tolerance : up to which accelerations and rates count as zero
+    tolerance : up to which share of their terms accelerations and rates count as zero
     settings : how to compile
 
     Raises

@@ -19,11 +19,13 @@ from kane.expr.matrix import Matrix
 from kane.expr.size import Sizes, size
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
+from kane.numeric.projection import mobility
 from kane.numeric.rank import POLE_RANK, SOLVE_RANK, SURE_RANK, balanced, singular
 from kane.program.bundle import Bundle
 from kane.program.program import Port
 
 _TOLD = 3
+_TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,6 +131,23 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     return partition.rows
 
 
+def _units(values: Values, n: int) -> Array:
+    """How large the entries of K (rows × columns) are by their units alone, those of each kind of unknown together.
+
+    What rounding left of zero is told by the largest entries beside it, and m r² of a satellite is 10¹⁵ times its m.
+    """
+    own = 1 / np.maximum(np.linalg.norm(mobility(values.matrix[:n, :n], values.constraints(n)), axis=1), _TINY)
+    sizes = np.abs(values.matrix)
+    m = n + len(values.motion)
+
+    def kind(part: Array) -> Array:
+        return np.full(len(part), part.max(initial=0) or 1.0)
+
+    columns = np.concatenate([own, *(kind((sizes[:n, k] / own[:, None]).T) for k in (slice(n, m), slice(m, None)))])
+    rows = np.concatenate([own, *(kind(sizes[k, :n] / own) for k in (slice(n, m), slice(m, None)))])
+    return np.outer(rows, columns)
+
+
 def solver(eom: Equations, values: Values) -> Callable[[Array], Array]:
     """z of K z = right, multipliers of the constraints that follow from the others zero; K must be regular at this state."""
     n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
@@ -141,7 +160,7 @@ def solver(eom: Equations, values: Values) -> Callable[[Array], Array]:
             or "Expected equations of motion that are finite at this state, got infinity or NaN: coordinates, speeds or "
             "parameters are singular here."
         )
-    found = singular(balanced(matrix))
+    found = singular(balanced(matrix / _units(values, n)[keep][:, keep]))
     if matrix.size and not found.regular(POLE_RANK if eom.solved.twin else SOLVE_RANK):
         raise SingularError(
             at_false_pole(eom)

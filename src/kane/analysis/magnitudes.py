@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How large what is compared with zero could be at a state: the terms that cancel in it, whatever the units are.
 
-A force of 1 N is nothing beside weights of 10⁹ N that cancel, and everything where it stands alone. So u̇ is measured by |M⁻¹| times the
-sizes of the terms of M u̇ = f + Aᵀλ + G R, sines and cosines taken as 1 and A as large as it can be elsewhere; speeds by themselves and by what such accelerations
-make of them in the time 1/p, p being the pace at which the state changes; q̇ = W u + X and A u + b by their terms at such speeds.
+A force of 1 N is nothing beside weights of 10⁹ N that cancel, and everything where it stands alone. So u̇ is measured by |M⁻¹| times
+the sizes of the terms of M u̇ = f + Aᵀλ + G R, sines and cosines taken as 1 and A as large as it can be elsewhere; speeds by themselves
+and by what such accelerations make of them in the time 1/p, p being the pace at which the state changes; q̇ = W u + X and A u + b by
+their terms at such speeds.
 """
 
 from dataclasses import dataclass
@@ -21,13 +22,14 @@ _REMOTE = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Magnitudes:
-    """Sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m); the `pace` (1/s)."""
+    """Sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m); the `pace` (1/s), and M⁻¹ (n × n)."""
 
     accelerations: Array
     rates: Array
     spins: Array
     motion: Array
     pace: float
+    inverse: Array
 
 
 def magnitudes(values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes:
@@ -53,6 +55,7 @@ def magnitudes(values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes
         terms(slopes.spins[:, nq : nq + n], values.spins),
         terms(held, values.motion),
         fastest,
+        inverse,
     )
 
 

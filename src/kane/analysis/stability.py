@@ -68,7 +68,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
     spectrum : the eigenvalues at a point
     """
     size = max((float(np.abs(r).max(initial=0)) for r in roots), default=0.0)
-    least = GROWS * max(size, 1.0)
+    least = GROWS * size
     crossings = []
     for k, (first, last) in enumerate(pairwise(roots)):
         before, after = tracked([first, last])

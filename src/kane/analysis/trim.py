@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.conditions import Conditions, conditions
+from kane.analysis.conditions import Conditions, Measured, conditions
 from kane.analysis.linearize import choice_of
+from kane.analysis.magnitudes import share
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.state import entries
 from kane.analysis.tangents import perturbations
@@ -20,23 +21,29 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
-from kane.numeric.newton import closest, starts
+from kane.numeric.newton import Closed, closest, starts
 from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
 from kane.program.native.machine import Settings
 
 _TRIES, _SEED = 12, 20049
+_ROUNDED = 1e-12
+"""Share of what would change some terms by their size below which a value is zero but for rounding."""
 KINDS = {"q": "coordinates", "u": "speeds", "inputs": "inputs", "parameters": "parameters"}
 """Groups of values by the arguments that give them, in the order of X."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Conditions, a start X, and which entries of X may move; `missing` are those that were left out."""
+    """Conditions, a start X, and which entries of X may move; `missing` are those that were left out.
+
+    `measured` are the conditions over their sizes at the start.
+    """
 
     conditions: Conditions
     start: Array
     free: tuple[int, ...]
     missing: tuple[int, ...]
+    measured: Measured
 
     @property
     def mattering(self) -> tuple[int, ...]:
@@ -76,7 +83,7 @@ def problem(
     if unknown:
         raise ValueMissingError(f"Expected moving= to name coordinates or speeds, got {', '.join(map(str, unknown))}.")
     held = conditions(numeric, float(t), x, choice_of(numeric, independent), names)
-    return Problem(held, x, tuple(free), tuple(missing))
+    return Problem(held, x, tuple(free), tuple(missing), Measured(held, *held.sizes(x)))
 
 
 def trim(
@@ -103,7 +110,7 @@ def trim(
     q, u, parameters, inputs : values and guesses by symbol or name; parameters left out take their defaults
     moving : further coordinates and speeds that may change
     independent : speeds to be independent, where those of the equations are not constant in a steady motion
-    tolerance : what may remain of rates and accelerations
+    tolerance : what may remain of rates, accelerations and constraints, as a share of the terms that cancel in them
     settings : how to compile
 
     Raises
@@ -145,19 +152,43 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
 
     A SimulationError says what remains where there is none.
     """
+    measured, turned = task.measured, _astray(task.conditions)
     spreads = [0.2 * k for k in range(1, _TRIES)] if task.missing else []
-    tries = starts(task.start, task.missing, _SEED, spreads)
-    astray = _astray(task.conditions)
-    best = closest(task.conditions, tries, task.free, tolerance, limit=1e-14, astray=astray)
-    if best.size <= tolerance:
-        turned = told(branches(task.conditions.eom.system), astray(best.x))
-        if turned:
-            raise SimulationError(
-                f"Expected a steady motion on the branch that the closures mean, got {turned}. Guess coordinates on that branch: "
-                "kn.assemble finds them."
-            )
+    tries = starts(task.start / measured.columns, task.missing, _SEED, spreads)
+
+    def astray(y: Array) -> Array:
+        x = y * measured.columns
+        return np.append(turned(x), _shares(task.conditions, x).max(initial=0) > tolerance)
+
+    best = closest(measured, tries, task.free, np.inf, limit=1e-14, astray=astray)
+    x = _plain(task, best) * measured.columns
+    left = _shares(task.conditions, x)
+    if not left.max(initial=0) <= tolerance:
+        raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
+    away = told(branches(task.conditions.eom.system), turned(x))
+    if away:
+        raise SimulationError(
+            f"Expected a steady motion on the branch that the closures mean, got {away}. Guess coordinates on that branch: "
+            "kn.assemble finds them."
+        )
+    return x
+
+
+def _shares(conditions: Conditions, x: Array) -> Array:
+    """What is left of each condition, over the size of its terms."""
+    return share(conditions(x)[0], conditions.sizes(x)[0])
+
+
+def _plain(task: Problem, best: Closed) -> Array:
+    """Y with what is zero but for rounding made zero: where nothing else has a size, no number is small."""
+    free = np.array(task.free, dtype=int)
+    tiny = free[np.abs(best.x[free]) <= _ROUNDED]
+    if not best.x[tiny].any():
         return best.x
-    raise SimulationError(_failed(task, best.residual, best.steps))
+    y = best.x.copy()
+    y[tiny] = 0.0
+    left = np.abs(task.measured(y)[0]).max(initial=0)
+    return y if left <= max(best.size, _ROUNDED) else best.x
 
 
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
@@ -173,14 +204,13 @@ def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     return angles
 
 
-def _failed(task: Problem, residual: Array, steps: int) -> str:
+def _failed(task: Problem, residual: Array, shares: Array, steps: int) -> str:
     labels = task.conditions.labels
-    order = np.argsort(-np.abs(residual))
-    largest = np.abs(residual).max()
+    order = np.argsort(-shares, kind="stable")
     remains = [
         f"{labels[i][0]} = {residual[i]:.6g}{' ' + labels[i][1] if labels[i][1] else ''}"
         for i in order[:4]
-        if abs(residual[i]) > 1e-3 * largest
+        if shares[i] > 1e-3 * shares.max()
     ]
     solved = [task.conditions.symbols[i].name for i in task.free]
     return (
@@ -191,7 +221,7 @@ def _failed(task: Problem, residual: Array, steps: int) -> str:
 
 def null_space(task: Problem, x: Array) -> Array:
     """Directions of the free entries in which the conditions stay satisfied, one a row (k × free)."""
-    _, j = task.conditions(x)
+    _, j = task.measured(x / task.measured.columns)
     return singular(level(j[:, list(task.free)])).kernel(STATE_RANK)
 
 
