@@ -25,6 +25,7 @@ from kane.equations.equations import Equations
 from kane.equations.handle import Handle
 from kane.errors import (
     ArgumentError,
+    CornerError,
     ExpressionError,
     KaneError,
     KaneWarning,
@@ -220,6 +221,6 @@ __all__ = [
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
-    "SingularError", "ValueMissingError", "SimulationError", "ProgramError", "ArgumentError", "NotFiniteError", "KaneWarning",
-    "show_versions", "__version__",
+    "SingularError", "ValueMissingError", "SimulationError", "CornerError", "ProgramError", "ArgumentError", "NotFiniteError",
+    "KaneWarning", "show_versions", "__version__",
 ]  # fmt: skip

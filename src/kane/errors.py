@@ -69,6 +69,15 @@ class SimulationError(KaneError, RuntimeError):
     """A simulation cannot start or cannot go on."""
 
 
+class CornerError(SimulationError):
+    """Equations have no derivative at a state, as a switch (|x|, max, where, …) stands there whose sides differ; or no value.
+
+    `names` are the states and inputs in which side= says a direction.
+    """
+
+    names: tuple[str, ...] = ()
+
+
 class ProgramError(KaneError, RuntimeError):
     """A program is not well formed, or cannot be compiled on this machine."""
 

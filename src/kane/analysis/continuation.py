@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues."""
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearize import Linearizer, linearizer
 from kane.analysis.point import OperatingPoint, closed, point_of
@@ -15,11 +17,14 @@ from kane.analysis.stability import Crossing, changes, tracked
 from kane.analysis.trim import KINDS, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import SimulationError, ValueMissingError, cut
+from kane.errors import CornerError, KaneWarning, SimulationError, ValueMissingError, cut
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import CLOSED, Curve, Path
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
+
+_ROUNDED = 1e-14
+"""Share of what counts as 1 below which a value of a point is zero but for rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,21 +183,52 @@ def _unknowns(task: Problem, place: int, start: Array, span: float) -> _Unknowns
     return _Unknowns(task, places, np.append(task.measured.columns[list(places[:-1])], abs(span)), start)
 
 
+def _linear(
+    lin: Linearizer, point: OperatingPoint, independent: Sequence[Any], side: Callable[[], Side]
+) -> tuple[Linear, str]:
+    """The linearization at a point of a branch; on a corner that of the side on which the branch goes on, and what is said of it."""
+    try:
+        return lin(**point.arguments, independent=independent, steady=False), ""
+    except CornerError as error:
+        way = {name: d for name, d in side().items() if name in error.names}
+        try:
+            return lin(**point.arguments, independent=independent, steady=False, side=way), str(error)
+        except (CornerError, ValueMissingError):
+            raise error from None
+
+
 def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
     conditions = unknowns.problem.conditions
     kept = {conditions.perturbed.names[i] for i in conditions.constant}
     scale = float(unknowns.scale[-1])
+    states = len(conditions.eom.coordinates) + len(conditions.eom.speeds)
 
-    def at(y: Array) -> tuple[OperatingPoint, Linear]:
+    def beside(y: Array) -> dict[str, float]:
+        """The direction to the nearest other point of the branch."""
+        others = [other for other in path.points if not np.array_equal(other, y)]
+        change = min((other - y for other in others), key=lambda d: float(np.linalg.norm(d)))
+        moved = zip(unknowns.places, change * unknowns.scale, strict=True)
+        return {conditions.symbols[i].name: float(d) for i, d in moved if i < states}
+
+    def at(y: Array) -> tuple[OperatingPoint, Linear, str]:
+        y = np.where(np.abs(y) <= _ROUNDED, 0.0, y)
         point = point_of(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
-        at_point = lin(**point.arguments, independent=independent, steady=False)
+        at_point, corner = _linear(lin, point, independent, lambda: beside(y))
         gone = [n for n in at_point.coordinates if n not in kept]
-        return point, replace(at_point, cyclic=tuple(gone)).without("cyclic")
+        return point, replace(at_point, cyclic=tuple(gone)).without("cyclic"), corner
 
     every = [at(y) for y in path.points]
-    spectra = [linear.eigenvalues for _, linear in every]
+    spectra = [linear.eigenvalues for _, linear, _ in every]
     met = changes(path.points, spectra, curve.middle, lambda y: at(y)[1].eigenvalues)
-    points, linear = zip(*(every[k] for k in path.marked), strict=True)
+    points, linear, corners = zip(*(every[k] for k in path.marked), strict=True)
+    if any(corners):
+        where = ", ".join(unknowns.where(path.points[k]) for k, told in zip(path.marked, corners, strict=True) if told)
+        warnings.warn(
+            f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are those of the "
+            f"side on which the branch has its nearest other point. {next(filter(None, corners))}",
+            KaneWarning,
+            stacklevel=3,
+        )
     after = np.searchsorted(
         path.marked, [c.interval for c in met], side="right"
     ).tolist()  # the marked points after them

@@ -4,30 +4,21 @@
 δẋ = A δx + B δr,   y = h(q, u, u̇, λ, R, r):   δy = C δx + D δr
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.local import Slopes, Values, slopes_at, solver, unknowns, values_at
+from kane.analysis.local import Slopes, Values, solver
 from kane.analysis.magnitudes import Magnitudes, magnitudes
+from kane.analysis.numbers import Coded, Numbers
+from kane.analysis.outputs import Outputs
 from kane.analysis.state import State
 from kane.analysis.tangents import Tangents, in_numbers, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import POOR, quality
-from kane.dynamics.readings.asked import asked
-from kane.dynamics.readings.unsolved import partials
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.equations.routines import ports
-from kane.errors import ArgumentError, ValueMissingError, cut
-from kane.expr.evaluate import free_symbols
-from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import time
-from kane.expr.visit import substitute
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility, sizes
-from kane.program.bundle import Bundle
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,10 +34,11 @@ class Flow:
     """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, r) of δ(ξ_I, u_I, r).
 
     `terms` are the sizes of the terms of F. `scale` says how far equal energies move each x, in the time 1/`pace`: D⁻¹ A D with the
-    diagonal D is the same in any units.
+    diagonal D is the same in any units. `answers` is δ(u̇, λ, R) of the same; all is read off `numbers`.
     """
 
     numeric: Numeric[Equations]
+    numbers: Numbers
     state: State
     choice: Choice
     values: Values
@@ -70,14 +62,15 @@ class Flow:
         return (*(names[i] for i in self.tangents.free_q), *(speeds[i].name for i in self.tangents.free_u))
 
 
-def flow_at(numeric: Numeric[Equations], state: State, choice: Choice) -> Flow:
-    """F and its derivatives at a state on the constraints."""
+def flow_at(numeric: Numeric[Equations], state: State, choice: Choice, numbers: Numbers | None = None) -> Flow:
+    """F and its derivatives at a state on the constraints, from compiled code unless other `numbers` are given."""
+    numbers = numbers or Coded(numeric)
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     nq, n = len(eom.coordinates), len(eom.speeds)
-    values = values_at(numeric, state)
+    values = numbers.values(state)
     solve = solver(eom, values)
     z = solve(values.right)
-    slopes = slopes_at(numeric, state, z)
+    slopes = numbers.slopes(state, z)
     held = values.constraints(n)
     m = values.matrix[:n, :n]
     given_u = choice.u or _own(eom, held, m)
@@ -110,7 +103,23 @@ def flow_at(numeric: Numeric[Equations], state: State, choice: Choice) -> Flow:
         far[list(tangent.free_q)] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[list(tangent.free_u)]
     )
     return Flow(
-        numeric, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers, size, terms, scale
+        numeric,
+        numbers,
+        state,
+        choice,
+        values,
+        slopes,
+        z,
+        tangent,
+        rest,
+        a,
+        b,
+        mass,
+        moves,
+        answers,
+        size,
+        terms,
+        scale,
     )
 
 
@@ -122,65 +131,9 @@ def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
     return partition.dependent if quality(a, partition, sizes(a, mobility(m, a))) > POOR else ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Outputs:
-    """Named expressions of q, u, u̇, λ, R, inputs and t."""
-
-    names: tuple[str, ...]
-    roots: tuple[Expr, ...]
-
-
-def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None) -> Outputs:
-    """The outputs with every rate written in speeds; a sequence is named by its expressions."""
-    if outputs is None:
-        return Outputs((), ())
-    pairs = outputs.items() if isinstance(outputs, Mapping) else [(e, e) for e in _listed(outputs)]
-    names, roots = [], []
-    for key, e in pairs:
-        name = str(key)
-        try:
-            wanted = asked(eom.derived, e)
-        except TypeError as error:
-            raise ArgumentError(
-                f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}."
-            ) from error
-        if wanted.shape not in ((), (3,)) or wanted.parts is not None:
-            raise ArgumentError(f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}.")
-        names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
-        roots += [substitute(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
-    allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
-    unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
-    if unknown:
-        raise ValueMissingError(
-            f"Expected outputs in symbols of the system, got {', '.join(unknown)}. A reaction must be listed in System(reactions=…)."
-        )
-    return Outputs(tuple(names), tuple(roots))
-
-
-def _listed(outputs: Any) -> Sequence[Any]:
-    if isinstance(outputs, str | Expr) or not isinstance(outputs, Sequence):
-        raise ArgumentError(f"Expected outputs as a list or a dict {{name: expression}}, got {cut(repr(outputs))}.")
-    return outputs
-
-
-class Answers(NamedTuple):
-    """h, and ∂h/∂(q, u, r, z), a row for each output."""
-
-    values: Array
-    slopes: Array
-
-
-def answers(eom: Equations, *roots: Expr) -> Bundle[Answers]:
-    """Outputs h and their derivatives; z is an argument."""
-    z = unknowns(eom)
-    slopes = partials(roots, (*eom.coordinates, *eom.speeds, *eom.inputs, *z.symbols))
-    return Bundle("outputs", (*ports(eom.derived), z), Answers, {"values": roots, "slopes": slopes})
-
-
 def output_slopes(flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
     """(h, δh of δ(ξ_I, u_I, r)) at the state."""
     if not outputs.roots:
         return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
-    state = flow.state
-    found = flow.numeric.routine(answers, *outputs.roots)(state.t, state.x, state.p, state.r, flow.z)
+    found = flow.numbers.answers(flow.state, flow.z, outputs)
     return found.values, found.slopes @ np.vstack([flow.moves, flow.answers])

@@ -5,8 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kane.analysis.flow import Choice, Flow, Outputs, flow_at, output_slopes, outputs_of
+from kane.analysis.differentiable import Side, differentiable
+from kane.analysis.flow import Choice, Flow, flow_at, output_slopes
 from kane.analysis.linear import Linear
+from kane.analysis.outputs import Outputs, outputs_of
 from kane.analysis.point import point_of, state_at
 from kane.analysis.state import State
 from kane.analysis.steady import Steadiness, changing, steadiness
@@ -38,11 +40,15 @@ class Linearizer:
         leave_out: Sequence[Any] = (),
         steady: bool = True,
         tolerance: float = 1e-8,
+        side: Side | None = None,
     ) -> Linear:
         """See `linearize`."""
         numeric = self.eom.numeric(self.settings)
         state = state_at(numeric, q, u, parameters, inputs, t)
         flow, verdict = _flow(numeric, state, choice_of(numeric, independent), bool(independent), tolerance)
+        smooth = differentiable(flow, self.outputs, tolerance if verdict.holds else 0.0, side)
+        if smooth is not flow:
+            flow, verdict = smooth, steadiness(smooth, tolerance)
         if steady and not verdict.holds:
             raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(independent), tolerance)))
         _check_independent(flow, independent)
@@ -100,6 +106,7 @@ def linearize(
     leave_out: Sequence[Any] = (),
     steady: bool = True,
     tolerance: float = 1e-8,
+    side: Side | None = None,
     settings: Settings | None = None,
 ) -> Linear:
     """ẋ = A x + B r about an equilibrium or a steady motion, all constraints included.
@@ -117,19 +124,23 @@ def linearize(
     leave_out : states that nothing depends on, or "cyclic" for all of them
     steady : False to linearize at any state of a motion; `rates` then tells what changes there
     tolerance : up to which share of their terms accelerations and rates count as zero
+    side : where a switch (|x|, max, where, …) stands at the state, the direction in states and inputs into which the derivative is
+        taken, such as {"x": 1}
     settings : how to compile
 
     Raises
     ------
     SimulationError
         if the point is off the constraints, or neither at rest nor in steady motion; says what remains
+    CornerError
+        if a switch stands there whose sides have other derivatives, or other values, and no `side` is given
     SingularError
         if the constraints lose rank there
     """
     evaluate = linearizer(eom, outputs=outputs, settings=settings)
     return evaluate(
         q=q, u=u, parameters=parameters, inputs=inputs, t=t, independent=independent, leave_out=leave_out, steady=steady,
-        tolerance=tolerance,
+        tolerance=tolerance, side=side,
     )  # fmt: skip
 
 

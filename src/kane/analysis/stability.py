@@ -24,6 +24,7 @@ _ALIKE = 1e-7
 class Crossing:
     """An eigenvalue on the imaginary axis: i ω of a pair where swinging sets in, 0 where the motion begins to fall over.
 
+    Where a switch of the equations takes it across at once, `eigenvalue` is that on the side nearer to the axis, and has a real part.
     `value` is that of the symbol that changes, `point` the steady motion there, `between` the indices of the branch's points before
     and after it; `grows` says whether the mode grows after it, or no longer.
     """
@@ -95,7 +96,10 @@ def _same(one: Change, other: Change, least: float) -> bool:
 def _bisected(
     a: tuple[Array, Complex], b: tuple[Array, Complex], k: int, least: float, middle: Middle, spectrum: Spectrum
 ) -> tuple[Array, complex]:
-    """Y and i |ω| where Re λ of mode k passes zero; where one end lies on the axis but for rounding, where it leaves it."""
+    """Y and i |ω| where Re λ of mode k passes zero; where one end lies on the axis but for rounding, where it leaves it.
+
+    Where Re λ jumps over zero, λ beside it.
+    """
     level = 0.0 if min(abs(a[1][k].real), abs(b[1][k].real)) > least else least
     for _ in range(_BISECTIONS):
         y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > _CLOSE else None
@@ -110,6 +114,8 @@ def _bisected(
             a = y, roots
     y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
     frequency = abs(roots[k].imag)
+    if np.linalg.norm(b[0] - a[0]) <= 10 * _CLOSE and abs(b[1][k].real - a[1][k].real) > 100 * least:
+        return y, complex(roots[k])  # a switch takes it across
     return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
 
 

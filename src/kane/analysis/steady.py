@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.analysis.flow import Choice, Flow, flow_at
-from kane.analysis.local import values_at
 from kane.analysis.magnitudes import share
 from kane.analysis.state import GIVEN, State, open_shares
 from kane.analysis.tangents import perturbations, turning
@@ -104,12 +103,12 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
         x[list(places)] = _turned(x[list(places)], angles)
     moved = State(state.t + shift if perturbed.timed else state.t, x, state.p, state.r)
     held = [i for i in range(n) if i not in tangent.free_u]
-    values = values_at(numeric, moved)
+    values = flow.numbers.values(moved)
     if open_shares(eom, values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
         return False
     if len(values.motion):
         x[nq:][held] -= least_squares(values.constraints(n)[:, held], values.motion)
-    there = flow_at(numeric, moved, Choice(flow.choice.q, tuple(held)))
+    there = flow_at(numeric, moved, Choice(flow.choice.q, tuple(held)), flow.numbers)
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
     inner = np.ix_(matters, matters)

@@ -19,13 +19,14 @@ from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import unsolved
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.errors import CornerError, SimulationError, cut
 from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import solve_lu
-from kane.expr.symbols import Symbol
+from kane.expr.switches import on_sides, switches
+from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substitute
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
@@ -60,6 +61,8 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     ------
     SimulationError
         if the point is off the constraints, or neither at rest nor in steady motion, at a sample of what stays a symbol
+    CornerError
+        if a switch (|x|, max, where, …) stands there whose sides have other derivatives
     """
     perturbed, equations = perturbations(eom), unsolved(eom.derived)
     plain = [equations.rates[i] for i in perturbed.coordinates]
@@ -67,7 +70,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     turned = spread(perturbed, np.array(eom.coordinates, dtype=object)).T
     seeds: list[dict[Expr, Expr]] = [dict(zip(eom.coordinates, map(as_expr, row), strict=True)) for row in turned]
     seeds += [{s: ONE} for s in (*eom.speeds, *eom.inputs)]
-    values, slopes = _at_point(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
+    values, slopes = _of_either_side(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
     width, n, rates, c = len(perturbed.names), len(eom.speeds), len(flow), len(equations.configuration)
     slopes[:width, :width] = slopes[:width, :width] - turning_rates(values[:width], len(plain))
     point_values = values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), _SEED)
@@ -101,12 +104,36 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     return SymbolicLinear(states, inputs, len(tangent.free_q), Matrix(a, a.shape), Matrix(b, b.shape))
 
 
-def _at_point(
+def _of_either_side(
     eom: Equations, point: Mapping[Any, Any], roots: Sequence[Expr], seeds: Sequence[Mapping[Expr, Expr]]
 ) -> tuple[Entries, Entries]:
-    """The roots, and their derivatives along each of the seeds (roots × seeds), at the point."""
+    """The roots and their derivatives as `_at_point` has them, which must be the same on all sides of what switches at the point."""
     symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs)
     at = {s: as_expr(e) for s, e in named_values("the point", symbols, point).items()}
+    standing = [s for s in switches(roots) if substitute(s.quantity, at) is ZERO]
+    sides = {s.quantity: Parameter.declare(f"side{k}", description="of a switch") for k, s in enumerate(standing)}
+    memo: dict[Expr, Expr] = {}
+    either = [on_sides(root, sides, memo) for root in roots]
+
+    def on(signs: Sequence[int]) -> tuple[Entries, Entries]:
+        return _at_point({**at, **dict(zip(sides.values(), map(as_expr, signs), strict=True))}, either, seeds)
+
+    first = on([1] * len(standing))
+    for k, s in enumerate(standing):
+        for others in (1, -1):
+            one, other = (on([sign if j == k else others for j in range(len(standing))]) for sign in (1, -1))
+            if any(a is not b for x, y in zip(one, other, strict=True) for a, b in zip(x.flat, y.flat, strict=True)):
+                raise CornerError(
+                    f"Expected a point at which the equations have one derivative, got a corner: {cut(str(s.nodes[0]), 80)} turns at "
+                    f"{cut(str(s.quantity))} = 0. kn.linearize(eom, …, side=…) takes the derivative of one side in numbers."
+                )
+    return first
+
+
+def _at_point(
+    at: Mapping[Expr, Expr], roots: Sequence[Expr], seeds: Sequence[Mapping[Expr, Expr]]
+) -> tuple[Entries, Entries]:
+    """The roots, and their derivatives along each of the seeds (roots × seeds), at the point."""
     memo: dict[Expr, Expr] = {}
     columns = [list(roots)]
     for seed in seeds:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.conditions import Conditions, Measured, conditions
+from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.linearize import choice_of
 from kane.analysis.magnitudes import share
 from kane.analysis.point import OperatingPoint, closed, point_of
@@ -129,7 +130,9 @@ def trim(
             f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "
             "some of them, or a guess for each: kn.guess(value)."
         )
-    return point_of(eom, closed(numeric, task.conditions.state(x)))
+    state = closed(numeric, task.conditions.state(x))
+    warn_of_jumps(numeric, state, tolerance)
+    return point_of(eom, state)
 
 
 def equilibrium(

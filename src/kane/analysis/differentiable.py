@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The derivative at a state where switches stand: the one there is, that of a side which is asked for, or an error that names them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kane.analysis.corners import Difference, Sides, difference, different_slopes, sides_at
+from kane.analysis.flow import Choice, Flow, flow_at, output_slopes
+from kane.analysis.outputs import Outputs
+from kane.analysis.sides import Piece
+from kane.analysis.state import State
+from kane.analysis.turning import all_switches
+from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
+from kane.errors import CornerError, KaneWarning, SingularError, ValueMissingError, cut
+from kane.expr.node import Expr, postorder
+from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number
+
+_TOLD = 3
+
+Side = Mapping[Any, float]
+
+
+def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | None = None) -> Flow:
+    """The flow where it has one derivative, else that of the `side`; `tolerance` is that of a steady state, 0 of another.
+
+    Raises
+    ------
+    CornerError
+        if sides differ, and none is given, or the direction leads into none of them
+    """
+    if side is not None:
+        check_side((*flow.states, *(r.name for r in flow.numeric.equations.inputs)), side)
+    sides = sides_at(flow, outputs, tolerance)
+    if sides is None:
+        return flow
+    if difference(sides):
+        if side is None:
+            raise corner_error(sides)
+        return one_side(sides, side)
+    # at the corner itself the graph may have another derivative than beside it: that of sign x |x| is sign² x
+    own, first = Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0)), sides.pieces[:1]
+    return first[0].flow if first and different_slopes((own, *first)).any() else flow
+
+
+def check_side(names: Sequence[str], side: Side) -> dict[str, float]:
+    """The direction by name; `names` are the states and inputs."""
+    told = {(k.name if isinstance(k, Symbol) else k): finite_number("direction", str(k), v) for k, v in side.items()}
+    unknown = [str(n) for n in told if n not in names]
+    if unknown or not any(told.values()):
+        raise ValueMissingError(
+            f"Expected side= as a direction in states and inputs ({', '.join(names)}), such as {{{names[0]!r}: 1}}, got "
+            f"{', '.join(unknown) or 'none'}. independent= chooses which of the perturbations are states."
+        )
+    return told
+
+
+def one_side(sides: Sides, side: Side) -> Flow:
+    """The flow of the side into which the direction leads.
+
+    Raises
+    ------
+    CornerError
+        if the direction leaves a switch that makes a difference where it is
+    """
+    d = np.array([check_side(sides.names, side).get(n, 0.0) for n in sides.names])
+    along = _led_into(sides.pieces, d)
+    first = along[0] if along else None
+    left = difference(Sides(sides.corner, sides.switches, tuple(along)))
+    if first is None or left or not first.finite:
+        open_ = left.switches or range(len(sides.switches))
+        what = ", ".join(cut(str(sides.switches[k].quantity)) for k in open_)
+        raise CornerError(
+            f"Expected side= as a direction in which {what} becomes positive or negative, got one along which it stays zero, or "
+            f"where nothing is finite: {dict(side)!r}. {_offer(sides)}"
+        )
+    return first.flow
+
+
+def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:
+    found = []
+    for p in every:
+        change = p.gradients @ d
+        noise = np.finfo(float).eps * (np.abs(p.gradients) @ np.abs(d))
+        if (np.array(p.signs) * change >= -noise).all() and not np.isnan(change).any():
+            found.append(p)
+    return found
+
+
+def warn_of_jumps(numeric: Numeric[Equations], state: State, tolerance: float) -> None:
+    """Warn where the accelerations at a state jump, so that it holds at a switch alone."""
+    if not numeric.value(all_switches):
+        return
+    try:
+        sides = sides_at(flow_at(numeric, state, Choice()), Outputs((), ()), tolerance)
+    except SingularError:
+        return
+    found = difference(sides) if sides else None
+    if sides and found and found.jumps.any():
+        warnings.warn(
+            f"Expected a steady motion that small disturbances leave near itself, got one at which {told(sides, found)}: "
+            f"{jumping(sides, found)}. It lasts where both sides lead back, as dry friction does at rest.",
+            KaneWarning,
+            stacklevel=3,
+        )
+
+
+# What is said ------------------------------------------------------------------------------------------------------------
+
+
+def corner_error(sides: Sides) -> CornerError:
+    """Which switches leave the derivative open, and what to do."""
+    found = difference(sides)
+    what = told(sides, found)
+    if found.jumps.any():
+        error = CornerError(
+            f"Expected a state at which the equations have a value and a derivative, got one at which {what}: "
+            f"{jumping(sides, found)}. {_offer(sides, 'steady=False')} Or make it smooth: kn.friction(…, smooth=…), "
+            "kn.dry_friction(…, smooth=…), tanh(c/eps)."
+        )
+    else:
+        error = CornerError(
+            f"Expected a state at which the equations have one derivative, got one on a corner: {what}, and derivatives are others "
+            f"on its sides. {_offer(sides)} Or take a state beside it."
+        )
+    error.names = sides.names
+    return error
+
+
+def told(sides: Sides, found: Difference) -> str:
+    """The switches that make a difference, with what they turn at and where they stand."""
+    eom = sides.corner.flow.numeric.equations
+    texts = []
+    for k in found.switches[:_TOLD]:
+        s = sides.switches[k]
+        node, place = _place(eom, sides.corner.outputs, s.nodes)
+        texts.append(f"{cut(str(node), 80)}{place} turns at {cut(str(s.quantity))} = 0")
+    more = len(found.switches) - _TOLD
+    return "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
+
+
+def _place(eom: Equations, outputs: Outputs, nodes: Sequence[Expr]) -> tuple[Expr, str]:
+    """Which of the nodes stands in a declaration, and in which."""
+    wanted = set(nodes)
+    loads = eom.solved.regular.declared_loads
+    declared: list[tuple[str, Iterable[Expr]]] = [
+        *((f" in the {x.name}", (e for _, v in (*x.forces, *x.torques) for e in v.scalars())) for x in loads),
+        *((f" in the constraint {c.name!r}", [c.expr]) for c in eom.system.holonomic),
+        *((f" in the output {n!r}", [e]) for n, e in zip(outputs.names, outputs.roots, strict=True)),
+    ]
+    for place, roots in declared:
+        for node in postorder(roots):
+            if node in wanted:
+                return node, place
+    return nodes[0], ""
+
+
+def jumping(sides: Sides, found: Difference) -> str:
+    """What jumps, from where to where."""
+    flow, every = sides.corner.flow, sides.pieces
+    names = [*(f"{s}'" for s in flow.states), *sides.corner.outputs.names]
+    texts = []
+    for k in np.flatnonzero(found.jumps)[:_TOLD]:
+        values = [p.level[k] for p in every]
+        texts.append(f"{names[k]} jumps between {min(values):.6g} and {max(values):.6g}")
+    return ", ".join(texts)
+
+
+def _offer(sides: Sides, also: str = "") -> str:
+    """Directions that lead into one side: of one state or input if one is enough."""
+    names, tail = sides.names, f", {also}" if also else ""
+
+    def leads(d: Array) -> bool:
+        into = _led_into(sides.pieces, d)
+        return bool(into) and into[0].finite and not difference(Sides(sides.corner, sides.switches, tuple(into)))
+
+    for j, name in enumerate(names):
+        d = np.eye(len(names))[j]
+        if leads(d) and leads(-d):
+            one, other = ({name: sign} for sign in (1, -1))
+            return f"For the derivative of one side say in which direction the state is left: side={one} or side={other}{tail}."
+    for p in sides.pieces:
+        d = np.round(p.away, 1)
+        if leads(d):
+            such = {n: float(v) for n, v in zip(names, d, strict=True) if v}
+            return (
+                f"For the derivative of one side say in which direction the state is left, such as side={such}{tail}."
+            )
+    return "No direction leads to a derivative that is finite."
