@@ -88,6 +88,8 @@ def test_names_and_units():
     [
         (lambda: kn.coincident(P, N.x, along=N.x), r"Expected points to keep together, got N.x"),
         (lambda: kn.distance(A, P, 1), "Expected points to hold at a distance, got"),
+        (lambda: kn.distance(P, Q, kn.parameter("m", 1, "kg")), r"Expected a length .m. of P Q, got m .kg.. Correct it"),
+        (lambda: kn.distance(P, Q, kn.parameter("b", 1, "m") ** 2), r"got b\^2 .m\^2."),
         (lambda: kn.no_slip(A, along=N.x), "Expected points to keep from slipping, got"),
         (lambda: kn.coincident(P, Q, along=2 * N.x), r"direction of 'P = Q', got 2 N.x of length 2. Use .normalized\(\)"),
         (lambda: kn.coincident(P, Q, along=kn.Vector()), "Expected a unit vector as the direction of 'P = Q', got"),

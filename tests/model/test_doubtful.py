@@ -23,8 +23,10 @@ CENTER = P.at("C*", R * B.z)
 DISK = kn.RigidBody("disk", frame=C, mass_center=CENTER, mass=2, inertia=kn.thin_disk(C, 2, R, axis=C.y))
 
 
-def said(point: kn.Point | None, normal: kn.Vector = N.z, gravity: Any = None, bodies: Any = (DISK,)) -> list[str]:
-    held = kn.rolling(point, normal=normal) if point is not None else ()
+def said(
+    point: kn.Point | None, normal: kn.Vector = N.z, gravity: Any = None, bodies: Any = (DISK,), held: Any = ()
+) -> list[str]:
+    held = kn.rolling(point, normal=normal) if point is not None else held
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         kn.System(N, bodies=bodies, speeds="rates", nonholonomic=held, loads=[kn.gravity(gravity or -g * N.z)])
@@ -60,6 +62,39 @@ def test_another_frame_or_side(point, message):
     (told,) = said(point)
     with pytest.raises(kn.KaneWarning, match=message):
         raise kn.KaneWarning(told)
+
+
+@pytest.mark.parametrize(
+    ("point", "along", "message"),
+    [
+        (
+            CENTER.fixed_in(B, "D", -R * B.z),
+            Y.x,
+            "particle of 'disk' that touches the ground in 'edge', got D, a particle of B.*fixed_in.C",
+        ),
+        (CENTER.fixed_in(N, "D", -R * N.z), Y.x, "got D, a particle of N, which does not turn with it"),
+        (CENTER.at("D", -R * B.z), N.x, "got D, a geometric point"),
+        (CENTER.fixed_in(C, "D", -R * B.z), Y.x, ""),
+        (CENTER.fixed_in(C, "D", R * B.z), Y.x, ""),  # a ceiling
+        (CENTER.at("D", -R * B.z), Y.y, ""),  # across the heading the trace moves as the particle there
+        (CENTER, Y.x, ""),
+        (P, Y.y, ""),
+    ],
+)
+def test_an_edge_is_a_particle_of_the_wheel(point, along, message):
+    told = said(None, held=kn.no_slip(point, along=along, name="edge"))
+    assert bool(told) == bool(message)
+    if message:
+        with pytest.raises(kn.KaneWarning, match=message):
+            raise kn.KaneWarning(*told)
+
+
+def test_a_blade_on_a_frame_without_mass():
+    blade, wheel = N.rotate("blade", q1, N.z), N.rotate("rotor", q2, N.z)
+    G = O.at("G", x * N.x + y * N.y)
+    rotor = kn.RigidBody("rotor", frame=wheel, mass_center=G, mass=1, inertia=kn.thin_disk(wheel, 1, R, wheel.z))
+    held = kn.no_slip(G.at("edge", -R * blade.x), along=blade.y)
+    assert said(None, bodies=[rotor], held=held) == []
 
 
 def test_the_normal_to_the_other_side():

@@ -143,6 +143,24 @@ def test_names():
         (lambda: kn.gravity(9.81), "got 9.81. Give it a direction, downwards: -g\\*N.z"),
         (lambda: kn.action_reaction(P, A, N.x), "force on a Point, got Frame"),
         (lambda: kn.torque_pair(A, P, N.x), "torque on a Frame, got Point"),
+        (lambda: kn.linear_spring(A, P, k), r"two of Point for the spring, got Frame\('A'"),
+        (lambda: kn.linear_damper(P, A, c), r"two of Point for the damper, got Frame\('A'"),
+        (
+            lambda: kn.torsional_spring(A, P, q[0], k, N.x),
+            r"two of Frame for the axis of the torsional spring, got Point\('P'",
+        ),
+        (
+            lambda: kn.torsional_damper(P, A, c, N.x),
+            r"two of Frame for the axis of the torsional damper, got Point\('P'",
+        ),
+        (
+            lambda: kn.torsional_spring(A, N, q[0], k, 2 * N.x),
+            "axis of the torsional spring between A and N, got 2 N.x of length 2",
+        ),
+        (
+            lambda: kn.torsional_damper(A, N, c, N.x + N.y),
+            "axis of the torsional damper between A and N, got .* of length 1.41",
+        ),
     ],
 )
 def test_errors(make, message):

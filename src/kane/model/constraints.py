@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from kane.errors import ModelError, cut
+from kane.errors import ModelError, UnitError, cut
 from kane.expr.build import neg
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
@@ -25,6 +25,8 @@ from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
+from kane.units.parse import parse
+from kane.units.rules import unit_of
 
 Kind = Literal["configuration", "motion"]
 
@@ -169,6 +171,11 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
         raise ModelError(
             f"Expected a length of {p.name} {q.name} in parameters, inputs and time, got {', '.join(moving)} in it: what then changes "
             "the length would feel the rod. Use kn.configuration_constraint(name, f)."
+        )
+    told = unit_of(size)
+    if told and free_symbols([size]) and parse(told).exponents != parse("m").exponents:
+        raise UnitError(
+            f"Expected a length (m) of {p.name} {q.name}, got {cut(size)} [{told}]. Correct it, or the unit of a symbol in it."
         )
     pull, square = r / size, r.dot(r)
     own = ZERO if is_constant_in_time([size]) else neg(time_derivative(size) * (square / size**2 + 1) / 2)

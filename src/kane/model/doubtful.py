@@ -14,6 +14,8 @@ from kane.model.loads import Gravity
 from kane.numeric.sample import sample, value_of
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.rotation import Basis
+from kane.space.vector import Vector, angular_velocity
 
 _SEEDS = (20092, 20093, 20094, 20095)
 _SLACK = 1e-9
@@ -27,6 +29,12 @@ def warn_of_doubts(
     contacts = {c.forces[0][0]: c for c in constraints if c.normal is not None and c.forces}
     for p, c in contacts.items():
         told += _contact(p, c, parts)
+    edges: dict[Point, list[Constraint]] = {}
+    for c in constraints:
+        if c.kind == "motion" and c.normal is None and c.forces:
+            edges.setdefault(c.forces[0][0], []).append(c)
+    for p, held in edges.items():
+        told += next(filter(None, ([*_edge(p, c, parts, inertial)] for c in held)), [])
     for message in told:
         warnings.warn(message, KaneWarning, stacklevel=4)
 
@@ -66,13 +74,7 @@ def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
     home = p.body or _home(p)
     label = c.name.rpartition(" ")[0] or c.name
     if near and not any(x.frame is not None and home is not None and _fixed(x.frame, home) for x in near):
-        body = near[-1]
-        assert body.frame is not None
-        kind = f"a particle of {p.body.name}" if p.body is not None else "a geometric point"
-        yield (
-            f"Expected the particle of {body.name!r} that touches the ground in {label!r}, got {p.name}, {kind}, which does not turn "
-            f"with it. Make it by {p.parent.name if p.parent else p.name}.fixed_in({body.frame.name}, …)."
-        )
+        yield _of_another(p, near[-1], label)
         return
     for x in near:
         heights = [sample([x.mass_center.position(p).dot(c.normal)], seed)[0] for seed in _SEEDS]
@@ -81,6 +83,45 @@ def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
                 f"Expected the contact of {x.name!r} in {label!r} on the side from which the normal {c.normal} points to it, got "
                 f"{p.name} beyond its mass centre. Change the sign of the offset of {p.name}, or of the normal."
             )
+
+
+def _edge(p: Point, c: Constraint, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
+    """A wheel's contact that moves otherwise, along what it must not slip, than the wheel whose centre it hangs on does there.
+
+    An edge along a direction of its own frame may be that of a frame without mass.
+    """
+    on = [x for x in parts if x.frame is not None and p.parent in (x.mass_center, x.mass_center.parent)]
+    wheels = [x for x in on if p.parent is x.mass_center]
+    for q, e in c.forces if wheels else ():
+        home = q.body or _home(q)
+        own = [f for f, _ in e.parts]
+        if home is not None and home is not inertial and all(f is not inertial and _fixed(home, f) for f in own):
+            return
+        if any(_moves_with(q, x, e, inertial) for x in on):
+            return
+    if wheels:
+        yield _of_another(p, wheels[-1], c.name)
+
+
+def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:
+    """Whether the velocity of the point along e is that of the body's particle there, at random states."""
+    assert body.frame is not None
+    center = body.mass_center
+    turned = body.frame.angular_velocity(inertial).cross(p.position(center))
+    numbers = [p.velocity(inertial).dot(e), center.velocity(inertial).dot(e), turned.dot(e)]
+    rows = [sample(numbers, seed) for seed in _SEEDS]
+    return all(
+        abs(own - moved - round_) <= _SLACK * (abs(own) + abs(moved) + abs(round_)) for own, moved, round_ in rows
+    )
+
+
+def _of_another(p: Point, body: Part, label: str) -> str:
+    assert body.frame is not None
+    kind = f"a particle of {p.body.name}" if p.body is not None else "a geometric point"
+    return (
+        f"Expected the particle of {body.name!r} that touches the ground in {label!r}, got {p.name}, {kind}, which does not turn "
+        f"with it. Make it by {p.parent.name if p.parent else p.name}.fixed_in({body.frame.name}, …)."
+    )
 
 
 def _belongs(center: Point, p: Point) -> bool:
@@ -95,5 +136,5 @@ def _home(p: Point) -> Frame | None:
     return frames[0] if stays and isinstance(frames[0], Frame) else None
 
 
-def _fixed(frame: Frame, other: Frame) -> bool:
-    return frame is other or frame.angular_velocity(other).is_zero
+def _fixed(frame: Basis, other: Basis) -> bool:
+    return frame is other or angular_velocity(frame, other).is_zero

@@ -14,6 +14,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Reaction
 from kane.model.bodies import Body
+from kane.model.directions import check_unit
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -91,6 +92,15 @@ def _frame_instead(item: Any) -> str:
     return "Name the frame of a rigid body."
 
 
+def _between(what: str, a: Any, b: Any, kind: type[Point] | type[Frame]) -> str:
+    """“`what` between a and b”, where both are of this kind."""
+    for x in (a, b):
+        if not isinstance(x, kind):
+            instead = _point_instead(x) if kind is Point else _frame_instead(x)
+            raise ModelError(f"Expected two of {kind.__name__} for the {what}, got {cut(repr(x))}. {instead}")
+    return f"{what} between {a.name} and {b.name}"
+
+
 def Force(point: Point, vector: Vector, name: str = "") -> Load:
     """A force on a point: on a body's particle, write it on a point made with `fixed_in`."""
     pair = _force(point, vector)
@@ -131,6 +141,7 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
 
     A stiffness or free length that changes with time or place leaves it without a potential: its work counts as power.
     """
+    _between("spring", a, b, Point)
     r, k, free = a.position(b), as_expr(stiffness), as_expr(free_length)
     if free is as_expr(0):
         pull, potential = r * -k, k * r.dot(r) / 2
@@ -143,6 +154,7 @@ def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name
 
 def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     """Damper between two points: force c d|r|/dt against the change of their distance."""
+    _between("damper", a, b, Point)
     r = a.position(b)
     if r.is_zero:
         raise ModelError(
@@ -162,6 +174,7 @@ def torsional_spring(
 
     `angle` is the rotation of `on` in `from_` about `axis`, a unit vector.
     """
+    check_unit(axis, _between("axis of the torsional spring", on, from_, Frame))
     k, stretch = as_expr(stiffness), as_expr(angle) - as_expr(rest)
     torque = axis * (-k * stretch)
     spring = torque_pair(on, from_, torque, name or f"torsional spring between {on.name} and {from_.name}")
@@ -170,5 +183,6 @@ def torsional_spring(
 
 def torsional_damper(on: Frame, from_: Frame, damping: Any, axis: Vector, name: str = "") -> Load:
     """Damper: torque c times the relative angular speed about `axis`, a unit vector."""
+    check_unit(axis, _between("axis of the torsional damper", on, from_, Frame))
     torque = axis * (-as_expr(damping) * on.angular_velocity(from_).dot(axis))
     return torque_pair(on, from_, torque, name or f"torsional damper between {on.name} and {from_.name}")

@@ -6,12 +6,13 @@ dimension one.
 """
 
 from collections.abc import Iterable, Iterator
+from fractions import Fraction
 
 from kane.errors import UnitError, cut
 from kane.expr.build import mul
 from kane.expr.evaluate import free_symbols
-from kane.expr.node import Expr
-from kane.expr.ops import CONST
+from kane.expr.node import Expr, constant_value, postorder
+from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
 from kane.model.bodies import parts_of
 from kane.model.declarations import Declarations
@@ -41,6 +42,11 @@ _GIVEN = (AuxiliarySpeed, QuasiRate, Reaction, Time)
 _FOLLOWING = (Rate, QuasiRate, AuxiliarySpeed)
 """Symbols whose units follow from others, or that are zero in any unit."""
 
+_SUMS = (ADD, SUB)
+_JOINED = (*_SUMS, MUL, DIV)
+_LARGEST = 12
+"""The largest number in formulas: a box has m (a² + b²)/12."""
+
 Quantity = tuple[str, Unit | None, Iterable[Expr]]
 """What it is, the unit that it must have up to a scale (None: any), its measure numbers."""
 
@@ -53,7 +59,7 @@ def check_units(system: Declarations, symbols: Iterable[Symbol]) -> None:
     if all(isinstance(s, _GIVEN) or s in unasked for s in carriers):
         return
     _check_scales(carriers, unasked)
-    _check_quantities(system, dict.fromkeys(unasked))
+    _check_quantities(system, unasked)
     for r in system.reactions:
         _check_reaction(r)
 
@@ -64,11 +70,35 @@ def _unasked(system: Declarations) -> set[Symbol]:
     return {*named, *map(rate, named)}
 
 
-def _check_quantities(system: Declarations, inferred: Known) -> None:
+def _check_quantities(system: Declarations, unasked: Iterable[Symbol]) -> None:
+    told: Known = {}
+    bare: Known = dict.fromkeys(unasked)
     for what, wanted, exprs in _quantities(system):
         for e in exprs:
             if e.op is not CONST:
-                _check(e, what, wanted, inferred)
+                _check(e, what, wanted, bare if bare and _may_lack(e, bare) else told)
+
+
+def _may_lack(e: Expr, bare: Known) -> bool:
+    """Whether units that nobody asked for are left open: alone in an expression, or where a number beside them may be a quantity."""
+    others = [s for s in free_symbols((e,)) if s.unit and s not in bare and not isinstance(s, (*_GIVEN, *_FOLLOWING))]
+    return not others or any(
+        other is None or not _is_of_formulas(value) or any(s in bare for s in free_symbols((other,)))
+        for value, other in _numbers(e)
+    )
+
+
+def _numbers(e: Expr) -> Iterator[tuple[object, Expr | None]]:
+    """Numbers in an expression with what they multiply or divide, None where they are added; exponents are none."""
+    for node in postorder((e,)):
+        for k, a in enumerate(node.args):
+            if a.op is CONST and node.op in _JOINED:
+                yield constant_value(a), None if node.op in _SUMS else node.args[1 - k]
+
+
+def _is_of_formulas(value: object) -> bool:
+    """Whether a number stands in formulas, such as 2 and 1/12; 9.81 is a quantity."""
+    return isinstance(value, int | Fraction) and max(abs(value.numerator), value.denominator) <= _LARGEST
 
 
 def _check_scales(carriers: Iterable[Symbol], unasked: set[Symbol]) -> None:
@@ -208,7 +238,7 @@ def _is_complete(system: Declarations) -> bool:
         return False
     try:
         if _unasked(system):  # the units that joints chose fit the others
-            _check_quantities(system, {})
+            _check_quantities(system, ())
     except UnitError:
         return False
     inferred: Known = {}

@@ -306,6 +306,26 @@ class TestUnits:
         whole = kn.derive(self.block(lambda p: kn.linear_spring(p, O, k, l)))
         assert whole.unit(whole.energy) == "J"
 
+    def test_units_that_others_carry_are_held_against_what_a_joint_chose(self):
+        k, l = kn.parameter("k", 30.0, "N/m"), kn.parameter("l", 0.2, "m")
+        for wrong in (
+            lambda p: kn.linear_spring(p, O, l, k),
+            lambda p: kn.Force(p, -l * p.velocity(N)),
+            lambda p: kn.Force(p, -k * p.velocity(N)),
+        ):
+            with pytest.raises(kn.UnitError, match=r"\[m"):
+                self.block(wrong)
+
+    def test_numbers_beside_them_are_not(self):
+        k = kn.parameter("k", 30.0, "N/m")
+        for right in (
+            lambda p: kn.linear_spring(p, O, k, 0.2),
+            lambda p: kn.Force(p, -12.5 * p.velocity(N)),
+            lambda p: kn.Force(p, -k * 0.037 * p.velocity(N)),
+            lambda p: kn.Force(p.at("P", 0.5 * N.x), -k * p.at("P", 0.5 * N.x).position(O)),
+        ):
+            self.block(right)
+
     def test_what_is_declared_is_checked(self):
         with pytest.raises(kn.UnitError, match="Give the number a unit"):
             self.block(lambda p: kn.linear_spring(p, O, 30.0, 0.2), coordinates=kn.coordinate("q", "m"))

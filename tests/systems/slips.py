@@ -1,0 +1,437 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Slips of the pen, one edit of a draft each: those that a machine can see, and those that it cannot."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tests.systems.drafts import FORMULAS, Draft
+
+Rng = np.random.Generator
+Slip = Callable[[Draft, Rng], Draft | None]
+"""The draft with the slip, None where there is no occasion for it."""
+
+
+# Edits ----------------------------------------------------------------------------------------------------------------
+
+
+def _one(rng: Rng, items: Any) -> Any:
+    found = list(items)
+    return found[int(rng.integers(len(found)))] if found else None
+
+
+def _with(d: Draft, group: str, name: str, value: Any) -> Draft:
+    """One entry changed or added."""
+    return replace(d, **{group: {**getattr(d, group), name: value}})
+
+
+def _without(d: Draft, group: str, *names: str) -> Draft:
+    return replace(d, **{group: {n: v for n, v in getattr(d, group).items() if n not in names}})
+
+
+def formulas(d: Draft) -> Iterator[tuple[str, str, str]]:
+    """(group, name, text) of every formula."""
+    for group in FORMULAS:
+        for name, value in getattr(d, group).items():
+            yield group, name, value[1] if group == "speeds" else value
+
+
+def _rewritten(d: Draft, group: str, name: str, text: str) -> Draft:
+    return _with(d, group, name, (d.speeds[name][0], text) if group == "speeds" else text)
+
+
+def _uses(text: str, names: Any) -> list[str]:
+    """Which of these names stand in a formula."""
+    return [n for n in names if re.search(rf"(?<![\w\".]){re.escape(n)}(?![\w\"=])", text)]
+
+
+def _swapped(text: str, a: str, b: str) -> str:
+    marks = re.compile(rf"(?<![\w\".])({re.escape(a)}|{re.escape(b)})(?![\w\"=])")
+    return marks.sub(lambda m: b if m[1] == a else a, text)
+
+
+# What can be seen -----------------------------------------------------------------------------------------------------
+
+_OTHERS = {
+    "kg": ("m", "N"), "m": ("kg", "rad", "s"), "m/s^2": ("m/s", "N"), "N/m": ("N*m/rad", "N"), "N*s/m": ("N/m", "kg"),
+    "N": ("N*m", "kg"), "N*m": ("N", "N/m"), "N*m/rad": ("N/m", "N"), "N*m*s/rad": ("N*s/m", "N"), "kg*m^2": ("kg", "kg*m"),
+    "rad": ("m", "deg"), "1": ("m",), "rad/s": ("m/s", "1/s^2"),
+}  # fmt: skip
+
+
+def unit_of_a_parameter(d: Draft, rng: Rng) -> Draft | None:
+    """A parameter in another unit."""
+    known = [
+        n for n, (_, unit) in d.parameters.items() if not n.startswith("w")
+    ]  # the time's own functions have no units
+    name = _one(rng, known)
+    value, unit = d.parameters[name]
+    return _with(d, "parameters", name, (value, _one(rng, _OTHERS[unit])))
+
+
+def unit_of_a_coordinate(d: Draft, rng: Rng) -> Draft | None:
+    """A length for an angle, an angle for a length, degrees."""
+    name = _one(rng, d.coordinates)
+    if name is None:
+        return None
+    other = {"rad": ("m", "deg"), "m": ("rad", "kg"), "1": ("m",)}[d.coordinates[name]]
+    return _with(d, "coordinates", name, _one(rng, other))
+
+
+def unit_of_a_speed(d: Draft, rng: Rng) -> Draft | None:
+    """A speed in the unit of another kind."""
+    name = _one(rng, d.speeds)
+    if name is None:
+        return None
+    unit, text = d.speeds[name]
+    return _with(d, "speeds", name, ({"rad/s": "m/s", "m/s": "rad/s"}[unit], text))
+
+
+def factor_left_out(d: Draft, rng: Rng) -> Draft | None:
+    """A factor with a unit left out of a product, or a division for it."""
+    found = []
+    for group, name, text in formulas(d):
+        for n in _uses(text, d.parameters):
+            product = (
+                rf"(?<![\w\".]){n}(\*|/2\*)(?=\w)(?![A-Z]\d?(\.frame)?\.[xyz])"  # a length of 1 has no unit to see
+            )
+            found += [(group, name, text, m) for m in re.finditer(product, text)]
+    chosen = _one(rng, found)
+    if chosen is None:
+        return None
+    group, name, text, m = chosen
+    return _rewritten(d, group, name, text[: m.start()] + text[m.end() :])
+
+
+def force_for_torque(d: Draft, rng: Rng) -> Draft | None:
+    """A force where a torque is due, or the other way round."""
+    name = _one(rng, [n for n, text in d.loads.items() if text.startswith(("kn.Torque", "kn.Force"))])
+    if name is None:
+        return None
+    text = d.loads[name]
+    return _with(
+        d, "loads", name, text.replace("Torque", "Force") if "Torque" in text else text.replace("Force", "Torque")
+    )
+
+
+def exchanged_parameters(d: Draft, rng: Rng) -> Draft | None:
+    """Two parameters of different units, or a parameter and a coordinate, exchanged in one formula."""
+    units = {n: unit for n, (_, unit) in d.parameters.items()} | dict(d.coordinates)
+    found = []
+    for group, name, text in formulas(d):
+        used = _uses(text, units)
+        for i, a in enumerate(used):
+            found += [(group, name, text, a, b) for b in used[i + 1 :] if units[a] != units[b]]
+    chosen = _one(rng, found)
+    if chosen is None:
+        return None
+    group, name, text, a, b = chosen
+    return _rewritten(d, group, name, _swapped(text, a, b))
+
+
+def another_parameter(d: Draft, rng: Rng) -> Draft | None:
+    """A parameter of another unit in the place of the one that is meant."""
+    found = [(g, n, text, a) for g, n, text in formulas(d) for a in _uses(text, d.parameters)]
+    chosen = _one(rng, found)
+    if chosen is None:
+        return None
+    group, name, text, a = chosen
+    others = [n for n, (_, unit) in d.parameters.items() if unit != d.parameters[a][1]]
+    b = _one(rng, others)
+    return None if b is None else _rewritten(d, group, name, re.sub(rf"(?<![\w\".]){a}(?![\w\"=])", b, text, count=1))
+
+
+def speed_left_out(d: Draft, rng: Rng) -> Draft | None:
+    """A speed not defined."""
+    return _without(d, "speeds", _one(rng, d.speeds)) if len(d.speeds) > 1 else None
+
+
+def rate_forgotten(d: Draft, rng: Rng) -> Draft | None:
+    """A coordinate for its rate."""
+    name = _one(rng, [u for u, (_, text) in d.speeds.items() if ".dt" in text])
+    return None if name is None else _rewritten(d, "speeds", name, d.speeds[name][1].replace(".dt", "", 1))
+
+
+def rate_of_another(d: Draft, rng: Rng) -> Draft | None:
+    """One definition written twice."""
+    if len(d.speeds) < 2:
+        return None
+    a, b = rng.permutation(list(d.speeds))[:2]
+    return _with(d, "speeds", str(a), (d.speeds[a][0], d.speeds[b][1])) if d.speeds[a][1] != d.speeds[b][1] else None
+
+
+def _misspelled(name: str, rng: Rng) -> str:
+    return str(_one(rng, (name + "_", name.upper() + "0", name + "1", "my_" + name)))
+
+
+def unknown_name(d: Draft, rng: Rng) -> Draft | None:
+    """A misspelled name among the start values, the values of parameters or inputs."""
+    group = _one(rng, [g for g in ("q", "u", "values", "forces") if getattr(d, g)] + ["values"])
+    given = dict(getattr(d, group)) or {_one(rng, d.parameters): 1.0}
+    name = _one(rng, given)
+    given[_misspelled(name, rng)] = given.pop(name)
+    return replace(d, **{group: given})
+
+
+def exchanged_values(d: Draft, rng: Rng) -> Draft | None:
+    """The values of coordinates and speeds exchanged."""
+    return replace(d, q=d.u, u=d.q) if d.u else None
+
+
+def value_in_the_wrong_place(d: Draft, rng: Rng) -> Draft | None:
+    """A value for a parameter among the coordinates, or for a coordinate among the parameters."""
+    if rng.random() < 0.5:
+        return _with(d, "q", _one(rng, d.parameters), 0.5)
+    return _with(d, "values", _one(rng, d.q), 0.5)
+
+
+def value_missing(d: Draft, rng: Rng) -> Draft | None:
+    """A start value left out, where nothing gives it."""
+    if d.constraints:
+        return None
+    group = _one(rng, ("q", "u"))
+    return _without(d, group, _one(rng, getattr(d, group)))
+
+
+def default_missing(d: Draft, rng: Rng) -> Draft | None:
+    """A parameter without a value."""
+    name = _one(rng, [n for n in d.parameters if any(_uses(text, [n]) for *_, text in formulas(d))])
+    return _with(d, "parameters", name, (None, d.parameters[name][1]))
+
+
+def wrong_particle(d: Draft, rng: Rng) -> Draft | None:
+    """A geometric point, or a particle of a frame that does not spin, in the place of the wheel's particle in contact."""
+    if "K" not in d.places:
+        return None
+    frames = [n for n in ("L", "Y", "N") if n in d.places or n == "N"]
+    text = _one(rng, ["at", *frames])
+    own = d.places["K"]
+    return _with(
+        d, "places", "K", own.replace("fixed_in(A, ", "at(") if text == "at" else own.replace("(A,", f"({text},")
+    )
+
+
+def wrong_side(d: Draft, rng: Rng) -> Draft | None:
+    """The top of the wheel in the place of its lowest particle."""
+    if "K" not in d.places or "no_slip" in d.nonholonomic["contact"]:  # which does not say where the ground is
+        return None
+    return _with(d, "places", "K", re.sub(r'"K", -', '"K", ', d.places["K"]))
+
+
+def turning_gravity(d: Draft, rng: Rng) -> Draft | None:
+    """Gravity along an axis of a body."""
+    axis = re.search(r"N\.(\w)", d.loads.get("gravity", ""))
+    if axis is None:
+        return None
+    frames = [n for n, text in d.places.items() if "rotate" in text and _turns(d, n, axis[1])]
+    frame = _one(rng, frames)
+    return frame and _with(d, "loads", "gravity", d.loads["gravity"].replace(axis[0], f"{frame}.{axis[1]}"))
+
+
+def _turns(d: Draft, frame: str, axis: str) -> bool:
+    """Whether coordinates turn the axis of that frame."""
+    text = d.places.get(frame) or d.places.get(frame.removesuffix(".frame")) or ""
+    if not text:
+        return False
+    own = bool(_uses(text, d.coordinates)) and f".{axis})" not in text and f".{axis}, coordinates" not in text
+    base = re.match(r"(?:kn\.pin\(\"\w+\", \w+, )?([\w.]+?)(?:\.rotate|,)", text)
+    return own or (base is not None and _turns(d, base[1], axis))
+
+
+def start_off_the_constraints(d: Draft, rng: Rng) -> Draft | None:
+    """A start value that contradicts the constraints."""
+    if not d.holonomic:
+        return _speeds_off(d, rng)
+    name = _one(rng, [n for n in d.q if n in ("q1", "q2", "q3", "z") and ("contact" not in d.places or n == "z")])
+    return _with(d, "q", name, d.q[name] + float(rng.choice([-1, 1])) * float(rng.uniform(0.01, 0.2)))
+
+
+def _speeds_off(d: Draft, rng: Rng) -> Draft | None:
+    if not d.nonholonomic:
+        return None
+    return replace(d, u={u: float(rng.uniform(0.5, 1.5)) for u in d.speeds})
+
+
+def contradictory_constraint(d: Draft, rng: Rng) -> Draft | None:
+    """A second constraint that cannot hold beside the first."""
+    if "closing" in d.holonomic:
+        text = d.holonomic["closing"]
+        end = "E2" if "E2" in text else "E3"
+        extra = _one(
+            rng,
+            [f'kn.coincident({end}, O, along=(N.x, N.y), name="second")', f'kn.distance({end}, H, l1, name="second")'],
+        )
+        if "distance" in text:
+            extra = 'kn.distance(E2, H, l3 + l1, name="second")'
+        return _with(d, "holonomic", "second", extra)
+    if "height" in d.holonomic:
+        return _with(d, "holonomic", "second", "z + 0*C.position(O).dot(N.z)")
+    if d.nonholonomic:  # what stands still must move
+        name = _one(rng, d.nonholonomic)
+        place = re.search(r"\((\w+), (?:along|normal)=(?:\(|)([\w.]+)", d.nonholonomic[name])
+        if place is None:
+            return None
+        e = "N.x" if place[2] == "N.z" else place[2]
+        return _with(d, "nonholonomic", "second", f"{place[1]}.velocity(N).dot({e}) - {_length(d)}")
+    return None
+
+
+def _length(d: Draft) -> str:
+    return next(n for n, (_, unit) in d.parameters.items() if unit == "m") + "/kn.time"
+
+
+def dropped_constraint(d: Draft, rng: Rng) -> Draft | None:
+    """A constraint left out where dependent speeds are named, or start values are left to it."""
+    group = _one(rng, [g for g in ("holonomic", "nonholonomic") if getattr(d, g)])
+    return None if group is None else _without(d, group, _one(rng, getattr(d, group)))
+
+
+def direction_left_out(d: Draft, rng: Rng) -> Draft | None:
+    """One of the directions of a closure or of rolling left out, where its speeds or start values are left to it."""
+    name = _one(rng, [n for n, text in d.constraints.items() if "(N.x, N.y)" in text or "kn.rolling" in text])
+    if name is None:
+        return None
+    group = "holonomic" if name in d.holonomic else "nonholonomic"
+    text = getattr(d, group)[name]
+    e = _one(rng, ("N.x", "N.y"))
+    return _with(
+        d, group, name, text.replace("(N.x, N.y)", e).replace("rolling", "no_slip").replace("normal=N.z", f"along={e}")
+    )
+
+
+def start_values_exchanged(d: Draft, rng: Rng) -> Draft | None:
+    """The start values of two coordinates of a closed loop exchanged."""
+    if "closing" not in d.holonomic:
+        return None
+    a, b = (str(n) for n in rng.permutation(list(d.q))[:2])
+    return replace(d, q={**d.q, a: d.q[b], b: d.q[a]})
+
+
+def negative_mass(d: Draft, rng: Rng) -> Draft | None:
+    """A mass or moment of inertia below zero by value."""
+    name = _one(rng, [n for n, (_, unit) in d.parameters.items() if unit in ("kg", "kg*m^2")])
+    if rng.random() < 0.5:
+        return _with(d, "values", name, -d.parameters[name][0])
+    return _with(d, "parameters", name, (-d.parameters[name][0], d.parameters[name][1]))
+
+
+def body_left_out(d: Draft, rng: Rng) -> Draft | None:
+    """A body declared, but not listed."""
+    return None if d.constraints else _without(d, "bodies", list(d.bodies)[-1])  # loops may have links without mass
+
+
+def scalar_for_vector(d: Draft, rng: Rng) -> Draft | None:
+    """An axis left out of a sum or product."""
+    found = []
+    for group, name, text in formulas(d):
+        found += [(group, name, text, m) for m in re.finditer(r"\*[NA]\d?\.[xyz]", text)]
+    chosen = _one(rng, found)
+    if chosen is None:
+        return None
+    group, name, text, m = chosen
+    return _rewritten(d, group, name, text[: m.start()] + text[m.end() :])
+
+
+def axis_not_unit(d: Draft, rng: Rng) -> Draft | None:
+    """An axis or direction that is no unit vector."""
+    found = []
+    for group, name, text in formulas(d):
+        found += [
+            (group, name, text, m)
+            for m in re.finditer(r"(?<=[=,] )[NA]\d?\.[xyz](?=[,)])|(?<==)[NAL]\d?\.[xyz](?=[,)])", text)
+        ]
+    chosen = _one(rng, found)
+    if chosen is None:
+        return None
+    group, name, text, m = chosen
+    return _rewritten(d, group, name, f"{text[: m.start()]}2*{m[0]}{text[m.end() :]}")
+
+
+SEEN: Mapping[str, Slip] = {
+    f.__name__.replace("_", " "): f
+    for f in (
+        unit_of_a_parameter, unit_of_a_coordinate, unit_of_a_speed, factor_left_out, force_for_torque, exchanged_parameters,
+        another_parameter, speed_left_out, rate_forgotten, rate_of_another, unknown_name, exchanged_values, value_in_the_wrong_place,
+        value_missing, default_missing, wrong_particle, wrong_side, turning_gravity, start_off_the_constraints,
+        contradictory_constraint, dropped_constraint, direction_left_out, start_values_exchanged,
+        negative_mass, body_left_out, scalar_for_vector, axis_not_unit,
+    )
+}  # fmt: skip
+"""Slips that a machine can see."""
+
+
+def slipped(d: Draft, rng: Rng, table: Mapping[str, Slip] = SEEN) -> tuple[str, Draft]:
+    """A random slip of those that there is an occasion for, and the draft with it."""
+    for name in rng.permutation(list(table)):
+        made = table[str(name)](d, rng)
+        if made is not None and made != d:
+            return str(name), made
+    raise AssertionError(f"Expected a slip of the table in {d}.")
+
+
+# What cannot be seen --------------------------------------------------------------------------------------------------
+
+
+def sign_of_a_force(d: Draft, rng: Rng) -> Draft | None:
+    """A spring written by hand that pushes away, a drag or a drive to the other side."""
+    name = _one(rng, [n for n, text in d.loads.items() if re.match(r"kn\.(Force|Torque)\(", text)])
+    if name is None:
+        return None
+    head, _, rest = d.loads[name].partition(", ")
+    return _with(d, "loads", name, f"{head}, {rest[1:] if rest.startswith('-') else '-' + rest}")
+
+
+def sign_of_a_value(d: Draft, rng: Rng) -> Draft | None:
+    """A stiffness or damping below zero."""
+    stems = {"N/m", "N*s/m", "N*m/rad", "N*m*s/rad"}
+    name = _one(rng, [n for n, (_, unit) in d.parameters.items() if unit in stems])
+    return name and _with(d, "values", name, -d.parameters[name][0])
+
+
+def value_of_a_length(d: Draft, rng: Rng) -> Draft | None:
+    """A length ten times as long."""
+    if d.holonomic:
+        return None
+    name = _one(rng, [n for n, (_, unit) in d.parameters.items() if unit == "m"])
+    return name and _with(d, "values", name, 10 * d.parameters[name][0])
+
+
+def parameters_of_one_unit(d: Draft, rng: Rng) -> Draft | None:
+    """A parameter in the place of another of its unit."""
+    found = [(g, n, text, a) for g, n, text in formulas(d) if g != "nonholonomic" for a in _uses(text, d.parameters)]
+    chosen = _one(rng, found)
+    if chosen is None or d.holonomic:
+        return None
+    group, name, text, a = chosen
+    b = _one(rng, [n for n, (_, unit) in d.parameters.items() if n != a and unit == d.parameters[a][1]])
+    return b and _rewritten(d, group, name, re.sub(rf"(?<![\w\".]){a}(?![\w\"=])", b, text, count=1))
+
+
+def gravity_upwards(d: Draft, rng: Rng) -> Draft | None:
+    """Gravity of the wrong sign."""
+    return _with(d, "loads", "gravity", d.loads["gravity"].replace("(-", "(")) if "gravity" in d.loads else None
+
+
+def load_left_out(d: Draft, rng: Rng) -> Draft | None:
+    """A load forgotten."""
+    name = _one(rng, d.loads)
+    return name and _without(d, "loads", name)
+
+
+UNSEEN: Mapping[str, Slip] = {
+    f.__name__.replace("_", " "): f
+    for f in (
+        sign_of_a_force,
+        sign_of_a_value,
+        value_of_a_length,
+        parameters_of_one_unit,
+        gravity_upwards,
+        load_left_out,
+    )
+}
+"""Slips that leave another sound model."""

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Random models with one slip of the pen each: refused or warned of, and without the slip sound.
+
+A slip that a machine can see is one after which the model contradicts itself: a unit, a name, a start, a contact, a constraint.
+Others, such as the sign of a force, leave another sound model; they are counted apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.systems.draft_kinds import KINDS, drafted
+from tests.systems.drafts import verdict
+from tests.systems.slips import SEEN, UNSEEN, slipped
+
+BLOCK = 50
+LEAST = 0.99
+"""Share of the slips that must be told."""
+
+few = pytest.mark.parametrize("seed", range(24))
+many = pytest.mark.parametrize("block", range(1000 // BLOCK))
+
+
+def seeds(block: int) -> range:
+    return range(1000 + block * BLOCK, 1000 + (block + 1) * BLOCK)
+
+
+def told(seed: int) -> str:
+    """What is wrong with what is said of the slip with this seed; "" where all is well."""
+    sound = drafted(seed)
+    name, wrong = slipped(sound, np.random.default_rng([seed, 1]))
+    found = verdict(wrong)
+    where = f"{seed}, {sound.kind}, {name}"
+    if not found.said:
+        return f"{where}: not seen"
+    return "" if "xpected" in found.said and "got" in found.said else f"{where}: {found.said}"
+
+
+@few
+def test_a_slip_is_told(seed):
+    assert told(seed) == ""
+
+
+@pytest.mark.parametrize("seed", range(len(KINDS)))
+def test_a_sound_model_passes_without_a_word(seed):
+    assert verdict(drafted(seed)).said == ""
+
+
+@pytest.mark.slow
+@many
+def test_slips_are_told(block):
+    missed = [said for seed in seeds(block) if (said := told(seed))]
+    assert len(missed) <= (1 - LEAST) * BLOCK, missed
+
+
+@pytest.mark.slow
+@many
+def test_sound_models_pass_without_a_word(block):
+    alarms = [(seed, said) for seed in seeds(block)[::4] if (said := verdict(drafted(seed)).said)]
+    assert alarms == []
+
+
+def test_every_slip_has_an_occasion():
+    """Each slip of the tables can be made in some kind of model."""
+    drafts = [drafted(seed) for seed in range(10 * len(KINDS))]
+    for name, slip in {**SEEN, **UNSEEN}.items():
+        assert any(slip(d, np.random.default_rng(1)) is not None for d in drafts), name
+
+
+@pytest.mark.slow
+def test_what_cannot_be_seen_is_another_sound_model():
+    """Signs and values of one unit: neither refused nor warned of, but by chance."""
+    said = []
+    for seed in range(2000, 2060):
+        sound = drafted(seed)
+        if any(slip(sound, np.random.default_rng(seed)) for slip in UNSEEN.values()):
+            said.append(verdict(slipped(sound, np.random.default_rng([seed, 2]), UNSEEN)[1]).said)
+    assert sum(not x for x in said) >= 0.9 * len(said)
