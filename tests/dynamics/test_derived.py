@@ -49,7 +49,7 @@ def test_routes_are_rows_of_a_table(monkeypatch):
     found = table.solved(parts, Partition((0, 1), (1, 2), ()), "counted")
     assert calls
     assert found.derived is parts
-    assert kn.derive(four_bar.system()).solved.route == "classical"
+    assert kn.derive(four_bar.system()).solved.route == "embedded"
 
 
 def test_all_readings_of_the_terms_agree():

@@ -15,15 +15,20 @@ from kane.dynamics.bodies import Moving
 from kane.dynamics.terms import sum_of
 from kane.expr.affine import affine_forms
 from kane.expr.build import add
+from kane.expr.content import Contents, content, divider, over_number
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import CONST
 from kane.expr.symbols import Reaction
 from kane.kinematics.motion import Motion
 from kane.space.vector import Parts, Vector
 
 Rows = list[list[Expr]]
 Place = tuple[int, int]
+
+_FEW = 6
+"""Equations up to which what their terms have in common is looked for."""
 
 
 class Blocks(NamedTuple):
@@ -116,3 +121,44 @@ def _carried(masses: Mapping[Vector, Expr], vectors: dict[tuple[Any, ...], Vecto
     if key not in vectors:
         vectors[key] = sum((v * mass for v, mass in masses.items()), start=Vector()).gathered()
     return vectors[key]
+
+
+def primitive(blocks: Blocks) -> Blocks:
+    """M, f and G of the speeds without the parameters that all terms of equations with common u̇ hold; M stays symmetric.
+
+    An equation with one u̇, which a number multiplies, is divided by that, too.
+    """
+    count = len(blocks.forcing)
+    memo: Contents = {}
+    divided = divider(memo)
+    mass, coupling = ([list(row) for row in m.rows] for m in (blocks.mass, blocks.coupling))
+    forcing, changed = list(blocks.forcing), False
+    for rows in _groups(blocks.mass):
+        common = content((x for i in rows for x in (*mass[i], *coupling[i], forcing[i])), memo)
+        if not common:
+            continue
+        changed = True
+        for i in rows:
+            mass[i] = [divided(x, common) for x in mass[i]]
+            coupling[i] = [divided(x, common) for x in coupling[i]]
+            forcing[i] = divided(forcing[i], common)
+        i = rows[0]
+        number = mass[i][i]
+        if len(rows) == 1 and number.op is CONST and all(x is ZERO for x in coupling[i]):
+            mass[i][i], forcing[i] = ONE, over_number(forcing[i], number)
+    if not changed:
+        return blocks
+    return blocks._replace(
+        mass=Matrix(mass, (count, count)), forcing=tuple(forcing), coupling=Matrix(coupling, blocks.coupling.shape)
+    )
+
+
+def _groups(mass: Matrix) -> list[list[int]]:
+    """Rows of M that are connected by entries; none of those that are too many to gain by it."""
+    group = list(range(mass.shape[0]))
+    for i in range(len(group)):
+        for j in range(i):
+            if mass[i, j] is not ZERO and group[i] != group[j]:
+                group = [group[j] if g == group[i] else g for g in group]
+    found = [[i for i, g in enumerate(group) if g == one] for one in dict.fromkeys(group)]
+    return [rows for rows in found if len(rows) <= _FEW]

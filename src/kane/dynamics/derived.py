@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from kane.dynamics import terms
 from kane.dynamics.blocks import Blocks, blocks, mass_rows
-from kane.dynamics.bodies import Moving, homes, inertias_of, moving_parts
+from kane.dynamics.bodies import Inertias, Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.choice import Compared, compared
 from kane.dynamics.constraints.closure import Closure, closure
@@ -55,7 +55,7 @@ class Derived(Immutable):
     pairs: Pairs
     kinematical: Speeds
     kinematics: Kinematics
-    bodies: tuple[Moving, ...]
+    inertias: Inertias
     constraints: ConstraintRows
     near: Mapping[Symbol, float] | None = None
 
@@ -71,8 +71,12 @@ class Derived(Immutable):
         """The same along the declared frames, to be read; what is solved is written along bases aligned with the axes of rotation."""
         if not self.kinematics.aligned.places:
             return self
-        kinematics, bodies = _motions(self.system, self.kinematical, self.auxiliary_speeds, AS_DECLARED)
-        return replace(self, kinematics=kinematics, bodies=bodies)
+        kinematics, inertias = _motions(self.system, self.kinematical, self.auxiliary_speeds, AS_DECLARED)
+        return replace(self, kinematics=kinematics, inertias=inertias)
+
+    bodies = read[tuple[Moving, ...]](
+        lambda d: moving_parts(d.inertias, d.kinematics), "The parts of the bodies with their motions."
+    )
 
     # Steps 3 and 4: kinematics -------------------------------------------------------------------------------------------
 
@@ -162,14 +166,23 @@ class Derived(Immutable):
 
     # Step 7: dynamical equations -----------------------------------------------------------------------------------------
 
+    left = read[tuple[terms.Term, ...]](
+        lambda d: d.left_by(d.kinematics, d.bodies), "Forces and torques, those of inertia too, at u̇ = 0."
+    )
+
+    def left_by(
+        self, kinematics: Kinematics, bodies: Sequence[Moving], u_dot: Mapping[Expr, Expr] = MappingProxyType({})
+    ) -> tuple[terms.Term, ...]:
+        """`left` by other motions, or at other accelerations."""
+        loads = [term for load in self.declared_loads for term in terms.active_terms(load, kinematics)]
+        fall = sum((g.acceleration for g in self.system.gravities), start=Vector())
+        return tuple(terms.bias_terms(loads, bodies, fall, u_dot))
+
     @read
     def blocks(self) -> Blocks:
         """M, f and G by speeds and auxiliary speeds."""
         mass = mass_rows(self.bodies, self.speeds, self.auxiliary_speeds)
-        loads = [term for load in self.declared_loads for term in terms.active_terms(load, self.kinematics)]
-        fall = sum((g.acceleration for g in self.system.gravities), start=Vector())
-        biased = terms.bias_terms(loads, self.bodies, fall)
-        right = [terms.generalized_by_motion(biased, s) for s in self.all_speeds]
+        right = [terms.generalized_by_motion(self.left, s) for s in self.all_speeds]
         return blocks(mass, right, self.auxiliary_speeds, self.reactions, self.pairs)
 
     mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
@@ -202,11 +215,11 @@ def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Deriv
     """Speeds, motions of bodies and rows of constraints of a system; what it must satisfy is said by `kane.derive`."""
     speeds = generalized_speeds(system)
     auxiliary, pairs = _auxiliary_speeds(system)
-    kinematics, bodies = _motions(system, speeds, auxiliary, aligned_bases(system.frames))
+    kinematics, inertias = _motions(system, speeds, auxiliary, aligned_bases(system.frames))
     check_reaction_places(system, kinematics)
     rows = constraint_rows(system, kinematics, auxiliary)
     check_released(system, rows)
-    return Derived(system, auxiliary, pairs, speeds, kinematics, bodies, rows, near)
+    return Derived(system, auxiliary, pairs, speeds, kinematics, inertias, rows, near)
 
 
 def by_other_speeds(
@@ -218,9 +231,9 @@ def by_other_speeds(
     """The same motions by other speeds, with the rows of the constraints in them, and of particles of `contacts` taken as known."""
     system = d.system.redefined(definitions)
     speeds = generalized_speeds(system)
-    kinematics, bodies = _motions(system, speeds, d.auxiliary_speeds, d.kinematics.aligned, contacts)
+    kinematics, inertias = _motions(system, speeds, d.auxiliary_speeds, d.kinematics.aligned, contacts)
     rows = constraint_rows(system, kinematics, d.auxiliary_speeds) if rows is None else rows
-    return replace(d, system=system, kinematical=speeds, kinematics=kinematics, bodies=bodies, constraints=rows)
+    return replace(d, system=system, kinematical=speeds, kinematics=kinematics, inertias=inertias, constraints=rows)
 
 
 def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs]:
@@ -250,7 +263,7 @@ def _motions(
     auxiliary: Iterable[AuxiliarySpeed],
     aligned: Aligned,
     contacts: Mapping[Point, Contact] = MappingProxyType({}),
-) -> tuple[Kinematics, tuple[Moving, ...]]:
+) -> tuple[Kinematics, Inertias]:
     inertias = inertias_of(system.bodies, aligned)
     kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned, contacts)
-    return kinematics, moving_parts(inertias, kinematics)
+    return kinematics, inertias

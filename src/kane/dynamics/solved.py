@@ -17,7 +17,7 @@ from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.regular import Guards, factors
+from kane.expr.regular import Guards, factors, guarding
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substitute
@@ -215,6 +215,14 @@ class Solved(Immutable):
             reaction_matrix=self.reaction_matrix.map(change),
             bare_reaction_matrix=self.bare_reaction_matrix.map(change),
         )
+
+    def guarded(self) -> Solved:
+        """The same with NaN where what the constraints are solved by vanishes; to be done last, when nothing cancels any more."""
+        e = self.embedding
+        if e is None:
+            return self
+        guard = guarding(e.guards)
+        return replace(self.mapped(guard), embedding=e.guarded(guard))
 
     def written(self, roots: Iterable[Expr]) -> Exprs:
         """What was read of `regular`, without the speeds that vanish."""

@@ -9,8 +9,9 @@ summed before the product with its partial velocity:
     f_r = Σ v_r·(F − m a_b) + Σ ω_r·(T − I·α_b − ω × I·ω)
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 from kane.dynamics.bodies import Moving
@@ -53,8 +54,10 @@ def inertia_terms(moving: Moving) -> tuple[Term, ...]:
     return shift, Term(rotation.frame, -rotation.torque(acceleration_form(rotation.motion)), rotation.motion)
 
 
-def bias_terms(loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector) -> list[Term]:
-    """The terms of f: loads, gravity's acceleration `fall`, and inertia at u̇ = 0, one a place, forces before torques."""
+def bias_terms(
+    loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector, u_dot: Mapping[Expr, Expr] = MappingProxyType({})
+) -> list[Term]:
+    """The terms of f: loads, gravity's acceleration `fall`, and inertia at u̇ = 0 or `u_dot`; one a place, forces first."""
     by_place: dict[Point | Frame, Term] = {}
     for term in loads:
         before = by_place.get(term.place)
@@ -62,16 +65,27 @@ def bias_terms(loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector) ->
     forces: list[Term] = []
     torques: list[Term] = []
     for _, part, center, rotation in reversed(bodies):
-        own = (fall - center.bias).gathered() * part.mass
+        own = (fall - center.bias).gathered()
+        if u_dot:
+            own = (own - _acceleration(center, u_dot)).gathered()
+        own = own * part.mass
         load = by_place.pop(part.mass_center, None)
         forces.append(Term(part.mass_center, (own if load is None else own + load.vector).gathered(), center))
         if rotation is not None:
             load = by_place.pop(rotation.frame, None)
             torque = Vector() if load is None else load.vector
-            torques.append(Term(rotation.frame, torque - rotation.bias, rotation.motion))
+            torque = torque - rotation.bias
+            if u_dot:
+                torque = (torque - rotation.inertia.times(_acceleration(rotation.motion, u_dot))).gathered()
+            torques.append(Term(rotation.frame, torque, rotation.motion))
     forces += [term for place, term in by_place.items() if isinstance(place, Point)]
     torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
     return [*forces, *torques]
+
+
+def _acceleration(motion: Motion, u_dot: Mapping[Expr, Expr]) -> Vector:
+    """Σ v_r u̇_r."""
+    return sum((v * u_dot[s] for s, v in motion.partials.items() if s in u_dot), start=Vector()).gathered()
 
 
 def met(terms: Iterable[Term], speed: Expr) -> Iterator[tuple[Term, Vector]]:

@@ -49,3 +49,18 @@ def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
             totals[tier[node]] += node.op.cost
             kinds[node.op.name] += node.op.cost
     return Operations(totals[_PARAMETER], totals[_STATE], tuple(sorted(kinds.items())))
+
+
+def price(roots: Iterable[Expr]) -> int:
+    """What `count_operations` gives in total, sooner; to compare ways by. Operations on constants alone, which are rare, count."""
+    seen: set[Expr] = set()
+    waiting = list(roots)
+    total = 0
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            if node.args:
+                total += node.op.cost
+                waiting.extend(node.args)
+    return total

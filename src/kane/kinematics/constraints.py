@@ -58,20 +58,28 @@ def constraint_rows(system: System, kinematics: Kinematics, auxiliary: Sequence[
             [[_released(form, c, a, released[a]) for a in auxiliary] for c, form in forms], (len(forms), len(auxiliary))
         ),
         tuple(form.rest for _, form in forms),
-        tuple(_placed_drift(c, kinematics) if c.placed else kinematics.drift(_total(form)) for c, form in forms),
+        tuple(
+            _placed_drift(c, kinematics, kinematics) if c.placed else kinematics.drift(_total(form))
+            for c, form in forms
+        ),
     )
 
 
-def _placed_drift(constraint: Constraint, kinematics: Kinematics) -> Expr:
-    """d/dt (Σ F·v + Σ T·ω) at u̇ = 0."""
-    total = kinematics.drift(constraint.own)
+def drift_of(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Expr:
+    """d/dt (A u + b) with the accelerations that `given` has, velocities by `usual`."""
+    if constraint.placed:
+        return _placed_drift(constraint, given, usual)
+    return given.drift(_total(_bare(constraint, usual)))
+
+
+def _placed_drift(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Expr:
+    """d/dt (Σ F·v + Σ T·ω)."""
+    total = given.drift(constraint.own)
     for p, f in constraint.forces:
-        total = add(
-            total, add(kinematics.velocity_bias(p).dot(f), kinematics.point(p).total.dot(kinematics.turning(f)))
-        )
+        total = add(total, add(given.velocity_bias(p).dot(f), usual.point(p).total.dot(usual.turning(f))))
     for frame, t in constraint.torques:
-        motion = kinematics.frame(frame)
-        total = add(total, add(motion.bias.dot(t), motion.total.dot(kinematics.turning(t))))
+        motion = given.frame(frame)
+        total = add(total, add(motion.bias.dot(t), motion.total.dot(usual.turning(t))))
     return total
 
 

@@ -9,6 +9,7 @@ The partial velocities are first-class: they are built along the tree, never by 
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from kane.expr.diff import tangent, time_derivative
 from kane.expr.evaluate import free_symbols
@@ -60,12 +61,22 @@ class Contact:
     directions: Mapping[Speed, Vector]
 
 
+class Following(NamedTuple):
+    """A speed that follows from others, u = Σ row · u_I + rest, and what u̇ is at u̇_I = 0."""
+
+    row: Mapping[Expr, Expr]
+    rest: Expr
+    bias: Expr
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
     """Memoised forms of one system; every method is a pure function of the system and its speeds.
 
     `homes` names, for the frames of some bodies, the frame along which their angular velocity is best written; `contacts` the points
-    whose velocity is taken from that of a particle of their body, which is known.
+    whose velocity is taken from that of a particle of their body, which is known. Speeds that are `following` others have no
+    partial velocities: those of the others are then the nonholonomic ones, ṽ_r = v_r + Σ_D v_D A_n[D, r] (Kane & Levinson 1985,
+    sec. 2.14).
     """
 
     speeds: Speeds
@@ -74,6 +85,7 @@ class Kinematics:
     homes: dict[Basis, Basis] = field(default_factory=dict)
     aligned: Aligned = AS_DECLARED
     contacts: Mapping[Point, Contact] = field(default_factory=dict)
+    following: Mapping[Expr, Following] = field(default_factory=dict)
     _frames: dict[Basis, Motion] = field(default_factory=dict)
     _points: dict[Point, Motion] = field(default_factory=dict)
     _drift: dict[Expr, Expr] = field(default_factory=dict)
@@ -91,6 +103,8 @@ class Kinematics:
     def _leaf_drift(self, leaf: Expr) -> Expr:
         if isinstance(leaf, Time):
             return ONE
+        if leaf in self.following:
+            return self.following[leaf].bias
         return rate(leaf) if isinstance(leaf, Symbol) and input_of(leaf) is not None else self._rates.get(leaf, ZERO)
 
     def _forms(self, rates: Triple) -> Forms:
@@ -98,6 +112,20 @@ class Kinematics:
             return (_NO_FORM, _NO_FORM, _NO_FORM)
         a, b, c = self.speeds.forms(rates)
         return (a, b, c)
+
+    def _vectors(self, forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:
+        partials, rest = _vectors(forms, frame)
+        for u, by in self.following.items():
+            v = partials.pop(u, None)
+            if v is not None:
+                for s, c in by.row.items():
+                    _accumulate(partials, s, v * c)
+                rest = rest + v * by.rest
+        return partials, rest
+
+    def with_following(self, following: Mapping[Expr, Following], contacts: Mapping[Point, Contact]) -> "Kinematics":
+        """The same motions where some speeds follow from others, without auxiliary speeds."""
+        return Kinematics(self.speeds, {}, self.sample, self.homes, self.aligned, contacts, following)
 
     # Frames ---------------------------------------------------------------------------------------------------------
 
@@ -127,7 +155,7 @@ class Kinematics:
         basis, rates = self.aligned.rates(frame)
         home = self.homes.get(frame, basis)
         own = self._forms(rates)
-        partials, rest = _vectors(own, basis)
+        partials, rest = self._vectors(own, basis)
         for s, v in base.partials.items():
             if s not in auxiliary:
                 partials[s] = (v + partials[s]).gathered() if s in partials else v
@@ -157,7 +185,7 @@ class Kinematics:
         if best is None:
             return None
         _, target, chosen = best
-        partials, rest = _vectors(chosen, target)
+        partials, rest = self._vectors(chosen, target)
         partials.update(auxiliary)
         return self._direct(frame, target, partials, rest, chosen)
 
@@ -199,11 +227,12 @@ class Kinematics:
             bias = bias + spin.bias.cross(arm) + spin.total.cross(spin.total.cross(arm))
             if point.body is None and _moves(r):
                 forms = self._forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
-                slide, slide_rest = _vectors(forms, f)
+                slide, slide_rest = self._vectors(forms, f)
                 for s, v in slide.items():
                     _accumulate(partials, s, v)
                 rest = rest + slide_rest
-                a, b, c = (form.total() for form in forms)
+                # at constant speeds the rate of what is not a sum of speeds is short, and what else reads it has it, too
+                a, b, c = (form.total() if form.exact else self.drift(x) for form, x in zip(forms, r, strict=True))
                 sliding = Vector(((f, (a, b, c)),))
                 swing = Vector(((f, (self.drift(a), self.drift(b), self.drift(c))),))
                 bias = bias + spin.total.cross(sliding) * 2 + swing
@@ -216,7 +245,10 @@ class Kinematics:
             if matched is not None:
                 return matched
         partials = {s: v for s, v in partials.items() if not v.is_zero}
-        return Motion(partials, rest.gathered(), bias.gathered())
+        # the bias meets the partial velocities: where these have one frame, it is written there
+        frames = {f for s, v in partials.items() if not isinstance(s, AuxiliarySpeed) for f, _ in v.parts}
+        bias = bias.express(*frames) if len(frames) == 1 else bias.gathered()
+        return Motion(partials, rest.gathered(), bias)
 
     def _through(self, contact: Contact, along_the_tree: Partials) -> Motion:
         """v = v^Ĉ + ω × r of the point from which the particle Ĉ of its body lies at −r, where v^Ĉ is known."""
@@ -273,7 +305,7 @@ class Kinematics:
                 if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(
                     f.exact for f in forms
                 ):
-                    own, rest = _vectors(forms, target)
+                    own, rest = self._vectors(forms, target)
                     own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
                     return self._direct(None, target, own, rest, forms)
         return None

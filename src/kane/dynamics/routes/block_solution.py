@@ -14,9 +14,10 @@ a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an a
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from kane.dynamics.blocks import Blocks
+from kane.dynamics.blocks import Blocks, primitive
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
+from kane.expr.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import finish, forward, ldl, solve_lu
@@ -33,7 +34,18 @@ class BlockSolution(NamedTuple):
 
 
 def block_solution(blocks: Blocks) -> BlockSolution:
-    """Solve for u̇ and R; a SingularError where a pivot of M, or of what R is solved from, is zero whatever the state."""
+    """Solve for u̇ and R; a SingularError where a pivot of M, or of what R is solved from, is zero whatever the state.
+
+    Equations that hold each other's u̇ are divided by what parameters and numbers all of their terms have in common, where that is
+    shorter.
+    """
+    usual, shorter = _solution(blocks), primitive(blocks)
+    if shorter is blocks:
+        return usual
+    return min(usual, _solution(shorter), key=lambda s: price((*s.accelerations, *s.reactions)))
+
+
+def _solution(blocks: Blocks) -> BlockSolution:
     factors = ldl(blocks.mass.rows)
     d = factors.pivots
     y = forward(factors.lower, blocks.forcing)
@@ -49,7 +61,7 @@ def block_solution(blocks: Blocks) -> BlockSolution:
             [[sub(g, dot(r, c)) for g, c in zip(row, z, strict=True)] for row, r in zip(matrix, x, strict=True)]
         )
         right = [sub(dot(r, y), f) for r, f in zip(x, blocks.forcing_a, strict=True)]
-    reactions = _reactions(matrix, right)
+    reactions = solved_reactions(matrix, right)
     if coupled:
         for reaction, column in zip(reactions, z, strict=True):
             y = [v if c is ZERO else add(v, mul(c, reaction)) for v, c in zip(y, column, strict=True)]
@@ -57,7 +69,8 @@ def block_solution(blocks: Blocks) -> BlockSolution:
     return BlockSolution(tuple(u_dot), tuple(reactions), tuple(d), matrix, blocks.coupling_a)
 
 
-def _reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:
+def solved_reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:
+    """R of G_a R = `right`."""
     diagonal = [row[i] for i, row in enumerate(matrix)]
     if any(x is not ZERO for i, row in enumerate(matrix) for j, x in enumerate(row) if i != j):
         return solve_lu(matrix.rows, [right])[0]

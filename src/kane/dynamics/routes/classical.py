@@ -19,11 +19,15 @@ from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.solved import Solved
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
-from kane.expr.regular import guarding
 
 
 def classical(derived: Derived, partition: Partition | None) -> Solved:
     """u̇ and the reactions from M u̇ = f + G R; a speed, or a combination of speeds, that moves no mass is a ModelError."""
+    return unguarded_classical(derived, partition).guarded()
+
+
+def unguarded_classical(derived: Derived, partition: Partition | None) -> Solved:
+    """The same, where what is divided by is not watched yet."""
     system, speeds, blocks = derived.system, derived.speeds, derived.blocks
     if partition is None:
         check_mass(system, speeds, blocks.mass)
@@ -33,8 +37,7 @@ def classical(derived: Derived, partition: Partition | None) -> Solved:
     check_mass(system, [speeds[i] for i in e.independent], inner.mass)
     solution = block_solution(inner)
     every = solution._replace(accelerations=all_accelerations(e, solution.accelerations))
-    guard = guarding(e.guards)
-    return Solved("classical", derived, e.guarded(guard), *every).mapped(guard)
+    return Solved("classical", derived, e, *every)
 
 
 def _reduced(e: Embedding, blocks: Blocks) -> Blocks:

@@ -8,7 +8,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.constraint_speeds import constraint_speeds
-from kane.dynamics.routes.contacts import shortest
+from kane.dynamics.routes.shortest import shortest
 from kane.dynamics.solved import Solved
 from kane.errors import ReactionError, SingularError
 

@@ -8,12 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.dynamics.derived import Derived
+from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Speed
 from kane.kinematics.motion import Contact, Kinematics
 from kane.kinematics.sample import Sample
 from kane.model.constraints import Constraint
 from kane.space.point import Point
+from kane.space.rotation import Basis
 from kane.space.vector import Vector
 
 _SEEDS = range(20501, 20506)
@@ -31,9 +33,8 @@ class Touch(NamedTuple):
 
 
 def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: Kinematics) -> list[Touch]:
-    """The motion constraints among `rows`, and what else keeps their points, those of one point together."""
+    """The constraints among `rows` that hold points, those of one point together, and motion constraints without one."""
     found: dict[tuple[Point | int, Point | None], list[tuple[int, Vector]]] = {}
-    moving = set()
     for r in sorted(rows):
         c = constraints[r]
         if c.torques or c.own is not ZERO or len(c.forces) > 2 or not (c.forces or c.kind == "motion"):
@@ -42,12 +43,9 @@ def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: 
         other = points[1] if len(points) == 2 and not _rests(points[1], kinematics) else None
         key = (points[0] if points else r, other)
         found.setdefault(key, []).append((r, c.forces[0][1] if points else Vector()))
-        if c.kind == "motion":
-            moving.add(key)
     return [
         Touch(tuple(r for r, _ in held), p if isinstance(p, Point) else None, other, tuple(n for _, n in held))
         for (p, other), held in found.items()
-        if (p, other) in moving
     ]
 
 
@@ -57,19 +55,42 @@ def _rests(point: Point, kinematics: Kinematics) -> bool:
 
 
 def contacts(held: Iterable[Touch], w: Mapping[int, Speed], derived: Derived) -> dict[Point, Contact]:
-    """Points of bodies with the particles through which their velocities go."""
+    """Points of bodies with the particles through which their velocities go; `w` are the rates of rows that vanish but are speeds."""
     found: dict[Point, Contact] = {}
     for t in held:
-        if t.point is None or t.point.body is None or t.point.parent is None:
+        body = None if t.point is None else _body(t.point)
+        if t.point is None or t.point.parent is None or body is None:
             continue
         start = t.point.parent
         if start.parent is None or start in found:
             continue
-        if (t.other is None or start not in t.other.ancestry()) and _is_known(t, t.point, derived):
-            found[start] = Contact(
-                t.point, t.point.body, t.other, {w[r]: n for r, n in zip(t.rows, t.directions, strict=True)}
-            )
+        if start not in _needed(t.other, found) and _is_known(t, t.point, derived):
+            directions = {w[r]: n for r, n in zip(t.rows, t.directions, strict=True) if r in w}
+            found[start] = Contact(t.point, body, t.other, directions)
     return found
+
+
+def _body(point: Point) -> Basis | None:
+    """The frame in which the particle at a point is fixed, as its point before is; None where there is none."""
+    if point.body is not None:
+        return point.body
+    frames = [f for f, _ in point.offset.parts]
+    return frames[0] if len(frames) == 1 and is_constant_in_time(point.offset.scalars()) else None
+
+
+def _needed(point: Point | None, found: Mapping[Point, Contact]) -> set[Point]:
+    """The points from whose velocities that of a point is taken."""
+    needed: set[Point] = set()
+    waiting = [point]
+    while waiting:
+        p = waiting.pop()
+        if p is None:
+            continue
+        for x in p.ancestry():
+            if x not in needed:
+                needed.add(x)
+                waiting.append(found[x].other if x in found else None)
+    return needed
 
 
 def _is_known(t: Touch, point: Point, derived: Derived) -> bool:

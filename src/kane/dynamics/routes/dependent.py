@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The accelerations of the dependent speeds, once those of the independent ones are known.
+
+By A_n and c_D, u̇_D = A_n u̇_I + c_D, each speed's share is differentiated by itself. With u̇_I put in first, the whole is at once:
+
+    A_D u̇_D = −(d/dt)(A u + b) at u̇_D = 0
+
+along the tree, from the accelerations of what is held, or of the rates A_q q̇ + b_q as they are written, with q̈ of each coordinate.
+"""
+
+from collections.abc import Iterator, Sequence
+
+from kane.dynamics.constraints.embed import Embedding
+from kane.dynamics.derived import Derived
+from kane.dynamics.poles import constraint_rate
+from kane.expr.build import neg
+from kane.expr.diff import tangent
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.square import square
+from kane.expr.symbols import QuasiRate, Symbol, Time, input_of, rate
+from kane.expr.visit import substitute
+from kane.kinematics.constraints import drift_of
+from kane.kinematics.motion import Following, Kinematics
+
+Exprs = tuple[Expr, ...]
+
+
+def dependent_accelerations(derived: Derived, e: Embedding, u_dot: Sequence[Expr]) -> Iterator[Exprs]:
+    """u̇ of all speeds in two ways, `u_dot` being those of the independent ones."""
+    own = dict(zip(e.independent, u_dot, strict=True))
+    usual = derived.kinematics
+    given = usual.with_following({u: Following({}, ZERO, own.get(i, ZERO)) for i, u in enumerate(derived.speeds)}, {})
+    held = [derived.constraints.constraints[r] for r in e.partition.rows]
+    solver = square(derived.constraints.a.take(e.partition.rows, e.partition.dependent).rows)
+
+    def solved(right: Sequence[Expr]) -> Exprs:
+        values = own | dict(zip(e.partition.dependent, solver.solve(list(map(neg, right))), strict=True))
+        return tuple(values[i] for i in range(len(values)))
+
+    yield solved([drift_of(c, given, usual) for c in held])
+    rates = [constraint_rate(c) for c in held]
+    if not any(isinstance(s, QuasiRate) for s in free_symbols(rates)):
+        yield solved(_derivatives(rates, derived, given))
+
+
+def _derivatives(rates: Sequence[Expr], derived: Derived, given: Kinematics) -> list[Expr]:
+    """The time derivatives of expressions in rates, with the accelerations that are given."""
+    changes: dict[Expr, Expr] = dict(zip(derived.system.coordinates, derived.rates, strict=True))
+    first: dict[Expr, Expr] = {rate(q): x for q, x in zip(derived.system.coordinates, derived.rates, strict=True)}
+    changes.update((x, given.drift(value)) for x, value in first.items())
+
+    def seed(leaf: Expr) -> Expr:
+        if isinstance(leaf, Time):
+            return ONE
+        return rate(leaf) if isinstance(leaf, Symbol) and input_of(leaf) is not None else changes.get(leaf, ZERO)
+
+    memo: dict[Expr, Expr] = {}
+    images: dict[Expr, Expr] = {}
+    return [substitute(tangent(e, seed, memo), first, images) for e in rates]

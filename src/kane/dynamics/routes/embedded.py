@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The route by nonholonomic partial velocities: motions in the independent speeds from the start, as one writes them by hand.
+
+With u_D = A_n u_I + b_n and u̇_D = A_n u̇_I + c_D put in along the tree, every body has one partial velocity for each degree of freedom,
+ṽ_r = v_r + Σ_D v_D A_n[D, r] (Kane & Levinson 1985, sec. 2.14), and the equations are those of a system without constraints:
+
+    M̃_rs = Σ m ṽ_r·ṽ_s + ω̃_r·I·ω̃_s,   f̃_r = Σ ṽ_r·(F − m ã_b) + ω̃_r·(T − I·α̃_b − ω × I·ω)
+
+M and f of all speeds are not assembled. Loads that hold reactions are left to the classical route.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kane.dynamics import terms
+from kane.dynamics.blocks import blocks, mass_rows
+from kane.dynamics.bodies import Moving, moving_parts
+from kane.dynamics.constraints.embed import Embedding
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.block_solution import block_solution
+from kane.dynamics.routes.classical import all_accelerations
+from kane.dynamics.solved import Solved
+from kane.expr.evaluate import free_symbols
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Reaction, Speed
+from kane.kinematics.motion import Contact, Following, Kinematics
+from kane.space.point import Point
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """The motions of the bodies by `speeds`."""
+
+    speeds: tuple[Speed, ...]
+    kinematics: Kinematics
+    bodies: tuple[Moving, ...]
+
+
+def motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -> Motions:
+    """The motions of all bodies where the speeds that the constraints give are written by the others."""
+    speeds = derived.speeds
+    own = tuple(speeds[i] for i in e.independent)
+    following: dict[Expr, Following] = {}
+    for k, d in enumerate(e.partition.dependent):
+        row: dict[Expr, Expr] = {u: c for u, c in zip(own, e.a_n.rows[k], strict=True) if c is not ZERO}
+        following[speeds[d]] = Following(row, e.b_n[k], e.c[k])
+    kinematics = derived.kinematics.with_following(following, contacts)
+    bodies = moving_parts(derived.inertias, kinematics)
+    return Motions(own, kinematics, bodies)
+
+
+def embedded(derived: Derived, e: Embedding, moving: Motions) -> Solved:
+    """u̇ from the motions in the independent speeds, without the reactions; what is divided by is not watched yet."""
+    own = moving.speeds
+    left = derived.left_by(moving.kinematics, moving.bodies)
+    right = [terms.generalized_by_motion(left, s) for s in own]
+    inner = block_solution(blocks(mass_rows(moving.bodies, own, ()), right, (), (), {}))
+    matrix = evident(derived)
+    u_dot = all_accelerations(e, inner.accelerations)
+    return Solved("embedded", derived, e, u_dot, (), inner.pivots, matrix, matrix)
+
+
+def evident(derived: Derived) -> Matrix:
+    """G_a where no load holds a reaction: what the reactions bring into the auxiliary equations."""
+    rows, columns = derived.auxiliary_speeds, derived.reactions
+    return Matrix([[derived.pairs.get((s, r), ZERO) for r in columns] for s in rows], (len(rows), len(columns)))
+
+
+def holds_reactions(derived: Derived) -> bool:
+    """Whether a load depends on a reaction."""
+    vectors = (v for load in derived.declared_loads for _, v in (*load.forces, *load.torques))
+    return any(isinstance(s, Reaction) for s in free_symbols(x for v in vectors for x in v.scalars()))

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reactions from the accelerations, as one writes them by hand once u̇ is known.
+
+    G_a R = ρ_a + A_naᵀ ρ_D,   ρ_s = Σ v_s·(m a − F) + Σ ω_s·(I·α + ω × I·ω − T)
+
+with a and α of each body put together first: the products with partial velocities are then as many as there are reactions, not as
+many as entries of M_a. Where no load holds a reaction.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import starmap
+
+from kane.dynamics.constraints.embed import Embedding
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.block_solution import solved_reactions
+from kane.dynamics.routes.embedded import Motions
+from kane.dynamics.terms import Term, generalized_by_motion, sum_of
+from kane.expr.build import neg
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.kinematics.motion import Motion
+from kane.space.frame import Frame
+from kane.space.vector import Vector
+
+
+def reactions(
+    derived: Derived, e: Embedding | None, moving: Motions, u_dot: Mapping[Expr, Expr], matrix: Matrix
+) -> Iterator[tuple[Expr, ...]]:
+    """R in two ways: vectors along the frames in which they are short, and along those of the partial velocities.
+
+    Accelerations are those of the bodies of `moving` with `u_dot`, partial velocities those of `derived`, which has all speeds.
+    """
+    whole = [
+        term._replace(motion=_motion(derived, term))
+        for term in derived.left_by(moving.kinematics, moving.bodies, u_dot)
+        if not term.vector.is_zero
+    ]
+    for turned in (False, True):
+        yield tuple(solved_reactions(matrix, _remainders(derived, e, whole, turned)))
+
+
+def _motion(derived: Derived, term: Term) -> Motion:
+    place, kinematics = term.place, derived.kinematics
+    return kinematics.frame(place) if isinstance(place, Frame) else kinematics.point(place)
+
+
+def _remainders(derived: Derived, e: Embedding | None, whole: Sequence[Term], turned: bool) -> tuple[Expr, ...]:
+    """ρ_a + A_naᵀ ρ_D, one for each auxiliary speed."""
+
+    def rho(s: Expr) -> Expr:
+        return neg(_along_partials(whole, s) if turned else generalized_by_motion(whole, s))
+
+    own = [rho(a) for a in derived.auxiliary_speeds]
+    if e is None or not e.partition.dependent:
+        return tuple(own)
+    held = [
+        rho(derived.speeds[d]) if any(x is not ZERO for x in e.a_na.rows[k]) else ZERO
+        for k, d in enumerate(e.partition.dependent)
+    ]
+    return (Matrix.column(own) + e.a_na.T @ Matrix.column(held)).entries
+
+
+def _along_partials(whole: Sequence[Term], speed: Expr) -> Expr:
+    """Σ v_s·F + Σ ω_s·T, the sums along the frame of their partial velocity first, which other reactions share."""
+    groups: dict[object, tuple[Vector, Vector]] = {}
+    for term in whole:
+        partial = term.motion.partials.get(speed)
+        if partial is not None:
+            key = (isinstance(term.place, Frame), partial.parts)
+            before = groups.get(key)
+            groups[key] = partial, term.vector if before is None else (before[1] + term.vector).gathered()
+    return sum_of(starmap(_dot_along, groups.values()))
+
+
+def _dot_along(partial: Vector, v: Vector) -> Expr:
+    return partial.dot(v.express(partial.parts[0][0]) if len(partial.parts) == 1 else v)
