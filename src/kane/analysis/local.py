@@ -144,7 +144,9 @@ def _units(values: Values, n: int) -> Array:
         return np.full(len(part), part.max(initial=0) or 1.0)
 
     columns = np.concatenate([own, *(kind((sizes[:n, k] / own[:, None]).T) for k in (slice(n, m), slice(m, None)))])
-    rows = np.concatenate([own, *(kind(sizes[k, :n] / own) for k in (slice(n, m), slice(m, None)))])
+    # where no load holds reactions they follow from u̇, whatever rounding leaves of M_a
+    auxiliary = sizes[m:, :n] / own if sizes[:n, m:].any() else sizes[m:, m:]
+    rows = np.concatenate([own, kind(sizes[n:m, :n] / own), kind(auxiliary)])
     return np.outer(rows, columns)
 
 
