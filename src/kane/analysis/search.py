@@ -5,7 +5,7 @@ Distances are measured from the guesses, or from zero where there are none; what
 Angles that are the same a turn further are taken nearest to their guess, Euler parameters with the sign that is nearest.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,8 +14,7 @@ import numpy as np
 
 from kane.analysis.state import Entries
 from kane.dynamics.constraints.branches import branches, told, turned_function
-from kane.dynamics.constraints.closure import Closure
-from kane.expr.evaluate import compile_reference
+from kane.dynamics.constraints.closure import Closure, many_function, unit_places
 from kane.expr.node import Expr
 from kane.model.system import System
 from kane.numeric.arrays import Array
@@ -28,6 +27,8 @@ TRIES = (60, 400, 1600)
 _SEED = 20048
 _FIRM = 1e-10
 """Residual, over the size of its terms, at which a configuration is closed."""
+_CLOSED = 1e-15
+"""The same at which no further steps are tried."""
 _SAME = 1e-5
 """Distance up to which two configurations are one: steps to a dead centre, where two branches meet, end so far from it."""
 _SLID, _SLIDES, _NEAREST = 1e-7, 40, 6
@@ -54,21 +55,13 @@ class Search:
     start: Entries
 
     @cached_property
-    def _run(self) -> Any:
-        roots = [*self.conditions.f, *self.conditions.gradient.entries]
-        return compile_reference(roots, [*self.system.coordinates, *self.values])
+    def many(self) -> Callable[[Array], tuple[Array, Array]]:
+        """f (k × m) and ∂f/∂q (k × m × n) at q (k × n)."""
+        return many_function(self.system, self.conditions, self.values)
 
     @cached_property
     def _turned(self) -> Any:
         return turned_function(self.system, self.values)
-
-    def many(self, x: Array) -> tuple[Array, Array]:
-        """f (k × m) and ∂f/∂q (k × m × n) at q (k × n)."""
-        numbers = np.empty((len(x), len(self.conditions.f) + self.conditions.gradient.shape[0] * x.shape[1]))
-        for k, value in enumerate(self._run([*x.T, *self.values.values()])):
-            numbers[:, k] = value
-        m = len(self.conditions.f)
-        return numbers[:, :m], numbers[:, m:].reshape(len(x), m, x.shape[1])
 
     def one(self, x: Array) -> tuple[Array, Array]:
         """f (m) and ∂f/∂q (m × n) at q (n)."""
@@ -128,7 +121,14 @@ class Search:
         """Sizes of the free coordinates and of f."""
         rng, n = np.random.default_rng(_SEED), len(self.start.free)
         x = np.vstack([np.zeros(n), rng.uniform(-np.pi, np.pi, (11, n))])
-        return sizes(self._free, x + self.start.values[list(self.start.free)])
+        unit = unit_places(self.system, self.start.free)
+        return sizes(self._free, x, unit)
+
+    def closed(self, x: Array) -> Closed:
+        """Steps from q (n) on, of what is free, in sizes of its own."""
+        wide = np.ones(len(x))
+        wide[list(self.start.free)] = self._size.x
+        return close(self.one, x, self.start.free, _CLOSED, sizes=(self._size.f, wide))
 
     def _free(self, x: Array, members: Indices) -> tuple[Array, Array]:
         f, g = self.many(self._whole(x))
@@ -152,7 +152,7 @@ class Search:
         """Different configurations on the branches that are meant; what came nearest to closing; what was turned."""
         found = close_many(self._free, x, self._size, lambda x, _: ~self._turned(self._whole(x)).any(axis=1))
         best = int(np.argmin(np.where(np.isfinite(found.left), found.left, np.inf)))
-        nearest = close(self.one, self._whole(found.x[best : best + 1])[0], self.start.free)
+        nearest = self.closed(self._whole(found.x[best : best + 1])[0])
         whole = self._homed(self._whole(found.x[found.left <= _FIRM]))
         if not len(whole):
             return (), nearest, ""
@@ -164,7 +164,7 @@ class Search:
         whole = (
             self._distinct(whole) if not len(self._kernel(whole[0])) else np.array([*map(self._slid, whole[:_NEAREST])])
         )
-        closed = [close(self.one, x, self.start.free) for x in self._distinct(whole)]
+        closed = [self.closed(x) for x in self._distinct(whole)]
         return tuple(sorted(closed, key=lambda c: float(self.distances(c.x[None])[0]))), nearest, ""
 
     def distances(self, x: Array) -> Array:
@@ -230,7 +230,7 @@ class Search:
             for share in (1.0, 0.5, 0.25, 0.1):
                 trial = x.copy()
                 trial[free] += share * change * size
-                trial = close(self.one, trial, free).x
+                trial = self.closed(trial).x
                 nearer = self.distances(trial[None])[0] < self.distances(x[None])[0]
                 if nearer and np.isfinite(self.block(trial)).all():
                     break

@@ -4,7 +4,7 @@
 What moves and what must vanish are both measured by sizes of their own, so that units do not matter.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ CLOSED = 1e-13
 """Share of the size of its terms below which a residual counts as zero."""
 _ROUNDED = 1e-10
 """Share from which on a step that does not help is not halved: what is left is rounding's."""
+_EXTENTS = np.geomspace(1e-15, 1e15, 61)
 _STEPS, _HALVINGS, _PATIENCE = 60, 20, 10
 """Steps, halvings of one, and steps after which no more is waited for where half of the starts have ended and one is closed."""
 _FIRM = 1e-13
@@ -57,24 +58,64 @@ class ClosedMany:
         return np.asarray(np.abs(self.shares).max(axis=1, initial=0))
 
 
-def sizes(function: Residuals, x: Array) -> Sizes:
-    """Sizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do."""
-    k, n = x.shape
-    f, g = function(x, np.arange(k))
+def sizes(function: Residuals, x: Array, unit: Sequence[int] = ()) -> Sizes:
+    """Sizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do.
+
+    What does not turn is drawn anew, smaller or larger, where f without it is made of much smaller or larger terms; those of `unit`
+    size are not.
+    """
+    f, g = function(x, np.arange(len(x)))
     g, usable = np.abs(g), np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
     if not usable.any():
-        return Sizes(np.ones(n), np.ones(f.shape[1]), np.zeros(n, dtype=bool))
-    j = int(np.argmax(usable))
-    more, _ = function(x[j] + 2 * np.pi * np.eye(n), np.full(n, j))
+        return Sizes(np.ones(x.shape[1]), np.ones(f.shape[1]), np.zeros(x.shape[1], dtype=bool))
+    turning = _turning(function, x, f, g, usable)
+    turns = turning.all(axis=0)
+    turning[:, list(unit)] = True
+    extent = _extent(function, x, turning)
+    if np.any(extent != 1.0):
+        x = extent * x
+        f, g = function(x, np.arange(len(x)))
+        g = np.abs(g)
+        usable = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
     typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
-    # beside what a coordinate may change, and what rounding leaves of f, which a large constant in it is part of
-    limit = 1e-9 * (slope @ np.maximum(np.abs(x[j]), 1.0)) + 1e-14 * np.abs(f[usable]).max(axis=0)
-    turns = (np.abs(more - f[j]) <= limit).all(axis=1)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         own = np.where(slope > 0, typical[:, None] / slope, 0.0).max(axis=0, initial=0)
-    own = np.where(turns | ~(own > 0) | ~np.isfinite(own), 1.0, own)
+    own = np.where(turns, 1.0, np.where((own > 0) & np.isfinite(own), own, extent))
     terms = np.maximum(typical, (slope * own).max(axis=1, initial=0))
     return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
+
+
+def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) -> Mask:
+    """Which f turn with which of x (m × n), or do not depend on it: they are the same 2π further."""
+    n, j = x.shape[1], int(np.argmax(usable))
+    more, _ = function(x[j] + 2 * np.pi * np.eye(n), np.full(n, j))
+    slope = g[usable].max(axis=0)
+    # beside what a coordinate may change, and what rounding leaves of f, which a large constant in it is part of
+    limit = 1e-9 * (slope @ np.maximum(np.abs(x[j]), 1.0)) + 1e-14 * np.abs(f[usable]).max(axis=0)
+    return np.asarray(np.abs(more - f[j]) <= limit).T
+
+
+def _extent(function: Residuals, x: Array, turning: Mask) -> Array:
+    """How many times as large as in x (k × n) what does not turn must be to change f as much as the terms without it (n).
+
+    It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it.
+    """
+    k, free = len(x), ~turning.all(axis=0)
+    extent = np.ones(x.shape[1])
+    if not free.any():
+        return extent
+    shares = np.append(0.0, _EXTENTS)
+    every = np.tile(x, (len(shares), 1)) * np.where(free, np.repeat(shares, k)[:, None], 1.0)
+    with np.errstate(all="ignore"):
+        f = function(every, np.tile(np.arange(k), len(shares)))[0].reshape(len(shares), k, -1)
+        without, moved = np.median(np.abs(f[0]), axis=0), np.median(np.abs(f[1:] - f[0]), axis=1)
+        enough = (moved >= without) & (without > 0) & np.isfinite(moved)
+    first = np.where(enough.any(axis=0), np.log10(_EXTENTS)[np.argmax(enough, axis=0)], np.nan)
+    for i in np.flatnonzero(free):
+        own = first[~turning[:, i] & np.isfinite(first)]
+        if len(own):
+            extent[i] = 1000.0 ** np.round(np.median(own) / 3)
+    return extent
 
 
 def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:

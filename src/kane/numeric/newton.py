@@ -36,23 +36,34 @@ class Closed:
         return float(np.abs(self.residual).max(initial=0))
 
 
-def close(function: Residual, x: Array, free: Sequence[int], limit: float = 1e-13, steps: int = 60) -> Closed:
-    """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move, by at most 1 a step."""
-    columns = list(free)
+def close(
+    function: Residual,
+    x: Array,
+    free: Sequence[int],
+    limit: float = 1e-13,
+    steps: int = 60,
+    sizes: tuple[Array | float, Array | float] = (1.0, 1.0),
+) -> Closed:
+    """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move, by at most 1 a step.
+
+    `sizes` of f (m) and x (n) are what these are measured by.
+    """
+    columns, (rows, wide) = list(free), sizes
+    scale = np.broadcast_to(wide, x.shape)[columns]
     f, g = function(x)
-    length = np.linalg.norm(f)
+    length = np.linalg.norm(f / rows)
     best = Closed(x, f, 0)
     for step in range(1, steps + 1):
-        if not math.isfinite(length) or best.size <= limit or not columns:
+        if not math.isfinite(length) or np.abs(best.residual / rows).max(initial=0) <= limit or not columns:
             break
-        change = least_squares(g[:, columns], -f, _SHARE)
+        change = least_squares(g[:, columns] * scale / np.reshape(rows, (-1, 1)), -f / rows, _SHARE)
         share = 1.0 / max(1.0, np.abs(change).max(initial=0))
         before = length
         for _ in range(_HALVINGS):
             x = best.x.copy()
-            x[columns] += share * change
+            x[columns] += share * change * scale
             f, g = function(x)
-            length = np.linalg.norm(f)
+            length = np.linalg.norm(f / rows)
             if length < before:
                 break
             share /= 2

@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Numbers on the configuration constraints: f(q, t) = 0 and eᵀe = 1, closed by Gauss–Newton steps of least size."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from kane.expr.build import sub
 from kane.expr.diff import jacobian
+from kane.expr.evaluate import compile_reference
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, Expr
 from kane.model.system import System
+from kane.numeric.arrays import Array
+from kane.numeric.many import Sizes, sizes
 from kane.numeric.newton import Residual
 from kane.program.bundle import Bundle
 
+_SEED = 20048
 OFF = 1e-6
 """Residual, over the reach of the coordinates, above which no configuration was found."""
 
@@ -36,6 +42,35 @@ def closure(system: System) -> Closure:
     return Closure(
         tuple(names), tuple(f), jacobian(f, system.coordinates) if f else Matrix([], (0, len(system.coordinates)))
     )
+
+
+def many_function(
+    system: System, conditions: Closure, values: Mapping[Expr, Any]
+) -> Callable[[Array], tuple[Array, Array]]:
+    """f (k × m) and ∂f/∂q (k × m × n) as a function of q (k × n), all other symbols at `values`."""
+    run = compile_reference([*conditions.f, *conditions.gradient.entries], [*system.coordinates, *values])
+    m, shape, rest = len(conditions.f), conditions.gradient.shape, list(values.values())
+
+    def function(x: Array) -> tuple[Array, Array]:
+        numbers = np.empty((len(x), m + shape[0] * shape[1]))
+        for k, value in enumerate(run([*x.T, *rest])):
+            numbers[:, k] = value
+        return numbers[:, :m], numbers[:, m:].reshape(len(x), *shape)
+
+    return function
+
+
+def usual_sizes(system: System, conditions: Closure, values: Mapping[Expr, Any]) -> Sizes:
+    """How large coordinates and the terms of f are by their nature, all other symbols at `values`."""
+    function, n = many_function(system, conditions, values), len(system.coordinates)
+    x = np.vstack([np.zeros(n), np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (11, n))])
+    return sizes(lambda x, _: function(x), x, unit_places(system, range(n)))
+
+
+def unit_places(system: System, among: Sequence[int]) -> list[int]:
+    """Where Euler parameters are among the coordinates of these places."""
+    unit = {e for s in system.euler_parameters for e in s.coordinates}
+    return [k for k, i in enumerate(among) if system.coordinates[i] in unit]
 
 
 def residual_function(system: System, conditions: Closure, values: Mapping[Expr, Any]) -> Residual:
