@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from kane.numeric.many import Sizes, close_many, close_most
+from kane.numeric.many import Sizes, close_many, close_most, sizes
 
 SIZE = Sizes(np.ones(1), np.ones(1), np.array([False]))
 
@@ -38,3 +38,25 @@ def test_slow_starts_are_waited_for_while_closed_ones_are_not_meant(way):
     start = np.full((8, 1), 4.0)
     assert (way(slow, start, SIZE, accepted).left[1::2] <= 1e-12).all()
     assert (close_many(slow, start, SIZE).left[1::2] > 1e-9).all()  # one is enough where any will do
+
+
+@pytest.mark.parametrize("exponent", [-9, -6, 0, 6, 9])
+def test_sizes_are_those_of_the_terms_in_any_units(exponent, rng):
+    """A ring of radius 0.4 and a slide across it, in units some powers of ten apart: x changes f as much as the radius does."""
+    metre = 10.0**exponent
+
+    def function(x, members):
+        f = np.stack(
+            [x[:, 0] ** 2 + x[:, 1] ** 2 - (0.4 * metre) ** 2, x[:, 0] - 0.4 * metre * np.cos(x[:, 2])], axis=1
+        )
+        zero, one = np.zeros(len(x)), np.ones(len(x))
+        rows = [[2 * x[:, 0], 2 * x[:, 1], zero], [one, zero, 0.4 * metre * np.sin(x[:, 2])]]
+        return f, np.moveaxis(np.array(rows), -1, 0)
+
+    found = sizes(function, np.vstack([np.zeros(3), rng.uniform(-np.pi, np.pi, (11, 3))]))
+    assert found.turns.tolist() == [False, False, True]
+    assert found.x[2] == 1
+    assert (found.x[:2] / metre > 0.04).all()
+    assert (found.x[:2] / metre < 10).all()
+    assert 0.16 / 10 < found.f[0] / metre**2 < 100
+    assert 0.1 < found.f[1] / metre < 10

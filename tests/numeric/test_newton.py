@@ -47,3 +47,27 @@ def test_changes_go_on_while_they_help():
     assert improved(1.0, abs, lambda x: x / 2, 0.1, 10) == 0.0625
     assert improved(1.0, abs, lambda x: x / 2, 0.1, 2) == 0.25
     assert improved(1.0, abs, lambda x: 2 * x, 0.1, 10) == 1
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_steps_are_those_of_sizes(unit):
+    """A circle of two units, and an angle that follows: the same steps in any units."""
+
+    def function(x):
+        f = np.array([x[0] ** 2 + x[1] ** 2 - (2 * unit) ** 2, x[2] - x[0] / unit])
+        return f, np.array([[2 * x[0], 2 * x[1], 0], [-1 / unit, 0, 1]])
+
+    found = close(
+        function,
+        np.array([0.3 * unit, 0.4 * unit, 0.0]),
+        range(3),
+        sizes=(np.array([unit**2, 1]), np.array([unit, unit, 1])),
+    )
+    assert found.steps == close(circle_and_angle, np.array([0.3, 0.4, 0.0]), range(3)).steps
+    np.testing.assert_allclose(found.x[:2] @ found.x[:2], 4 * unit**2, rtol=1e-12)
+    np.testing.assert_allclose(found.x[2], found.x[0] / unit, rtol=1e-12)
+
+
+def circle_and_angle(x):
+    """The same in one unit."""
+    return np.array([x[0] ** 2 + x[1] ** 2 - 4, x[2] - x[0]]), np.array([[2 * x[0], 2 * x[1], 0], [-1, 0, 1]])

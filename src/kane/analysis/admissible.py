@@ -4,6 +4,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from kane.analysis.state import misses, open_shares
 from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.equations.equations import Equations
@@ -13,9 +15,16 @@ from kane.numeric.arrays import Array
 from kane.numeric.places import first_place
 
 
-def check_configuration(eom: Equations, residual: Array, what: str, cure: str) -> None:
-    """The configuration constraints hold: `residual` (m) is what is left of them."""
-    bad = misses([c.name for c in eom.system.holonomic], residual, open_shares(eom, residual))
+def check_configuration(
+    eom: Equations, residual: Array, terms: Array, values: Mapping[Expr, Any], what: str, cure: str
+) -> None:
+    """The configuration constraints hold: `residual` (… × m) is what is left of them; `terms` and `values` as for `open_shares`."""
+    count = residual.shape[-1]
+    if not count:
+        return
+    shares = open_shares(eom, residual, terms, values).reshape(-1, count)
+    worst = np.abs(residual).reshape(-1, count).max(axis=0, initial=0)
+    bad = misses([c.name for c in eom.system.holonomic], worst, shares.max(axis=0, initial=0))
     if bad:
         raise SimulationError(f"Expected {what} on the constraints, got coordinates that miss {bad}. {cure}")
 

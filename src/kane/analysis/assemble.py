@@ -2,14 +2,14 @@
 """`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, overload
 
 import numpy as np
 
 from kane.analysis.held import held_at
 from kane.analysis.search import Found, Search
-from kane.analysis.state import GIVEN, Entries, entries, misses, open_shares
+from kane.analysis.state import GIVEN, Entries, entries, misses
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -18,7 +18,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
-from kane.numeric.newton import Closed, close
+from kane.numeric.newton import Closed
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import STATE_RANK, singular
 
@@ -136,7 +136,7 @@ def _configurations(
         return [(Closed(start.values, np.zeros(0), 0), "")]
     search = Search(eom.system, constraints, constants, start)
     if not start.free:
-        return [(_given(eom, search), "")]
+        return [(_given(search), "")]
     found = search.found(every)
     if not found.closed:
         raise SimulationError(_not_closed(search, found))
@@ -152,21 +152,24 @@ def _configurations(
     return list(zip(found.closed, search.words(found), strict=True))
 
 
-def _given(eom: Equations, search: Search) -> Closed:
+def _given(search: Search) -> Closed:
     """Coordinates that are given whole, moved by rounding only."""
     names, values = search.conditions.names, search.start.values
     if search.singular_at(values):
         raise SimulationError(
             f"Expected coordinates at which the constraints are finite, got {search.singular_at(values)}. {_BESIDE}"
         )
+    whole = Search(
+        search.system, search.conditions, search.values, replace(search.start, guessed=tuple(range(len(values))))
+    )
     residual = search.one(values)[0]
-    bad = misses(names, residual, open_shares(eom, residual))
+    bad = misses(names, residual, whole.shares(residual))
     if bad:
         raise SimulationError(
             f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
             "with kn.guess(…), to have them solved for."
         )
-    closed = close(search.one, values, range(len(values)))
+    closed = whole.closed(values)
     turned = search.told(closed.x)
     if turned:
         raise SimulationError(

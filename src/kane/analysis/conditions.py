@@ -92,7 +92,7 @@ class Conditions:
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
         size = magnitudes(values, first, z, x[nq : nq + n])
         plain = list(self.perturbed.coordinates)
-        held = [self.eom.derived.reach[: len(values.configuration)], np.ones(len(self.perturbed.sets)), size.motion]
+        held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
         _, slopes = self._places(x, values, first, second)
         rows = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations])
         own = [_both("rates", first, second)[plain], _both("spins", first, second)]

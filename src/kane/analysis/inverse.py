@@ -14,6 +14,7 @@ import numpy as np
 
 from kane.analysis.admissible import check_branch, check_configuration
 from kane.analysis.local import at_false_pole, independent_rows
+from kane.analysis.state import State
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -23,6 +24,7 @@ from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
+from kane.expr.size import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values, symbol_named
@@ -114,9 +116,12 @@ class Inverse:
         n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
         size = n + m + s
         solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
-        f = solution.configuration
-        worst = np.abs(f).reshape(-1, f.shape[-1]).max(axis=0, initial=0) if f.size else np.zeros(0)
-        check_configuration(eom, worst, "a state", "Assemble it with kn.assemble.")
+        if t.size:
+            first = (0,) * t.ndim
+            given = State(float(t[first]), x[first], p, r[first]).given(eom)
+            check_configuration(
+                eom, solution.configuration, solution.terms, given, "a state", "Assemble it with kn.assemble."
+            )
         rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, p, strict=True))}
         rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
         check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
@@ -168,12 +173,13 @@ class Inverse:
 
 
 class _Mixed(NamedTuple):
-    """K, H and k of K z = H r + k, and f."""
+    """K, H and k of K z = H r + k, f and the sizes of its terms."""
 
     matrix: Array
     drive: Array
     right: Array
     configuration: Array
+    terms: Array
 
 
 def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
@@ -181,7 +187,9 @@ def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
     forms = affine_forms(u.right, driven)
     drive = Matrix(([c.get(s, ZERO) for s in driven] for c, _ in forms), (len(forms), len(driven)))
     groups = {"matrix": Matrix(u.matrix), "drive": drive, "right": [rest for _, rest in forms]}
-    return Bundle("inverse", ports(eom.derived), _Mixed, {**groups, "configuration": u.configuration})
+    memo = Sizes()
+    held = {"configuration": u.configuration, "terms": [size(f, memo) for f in u.configuration]}
+    return Bundle("inverse", ports(eom.derived), _Mixed, {**groups, **held})
 
 
 def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | None = None) -> Inverse:

@@ -30,12 +30,13 @@ _TINY = np.finfo(float).tiny
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Values:
-    """K, k and the sizes of its `terms`, f, A u + b, q̇ and spins at a state (or at many: leading axes)."""
+    """K, k, f, A u + b, q̇ and spins at a state (or at many: leading axes), and the sizes of the terms of k and of f."""
 
     matrix: Array
     right: Array
     terms: Array
     configuration: Array
+    configuration_terms: Array
     motion: Array
     rates: Array
     spins: Array
@@ -51,7 +52,8 @@ def values(eom: Equations) -> Bundle[Values]:
     u, memo = unsolved(eom.derived), Sizes()
     terms = [size(k, memo) for k in u.right]
     groups = {"matrix": Matrix(u.matrix), "right": u.right, "terms": terms}
-    groups |= {"configuration": u.configuration, "motion": u.motion}
+    held = [size(f, memo) for f in u.configuration]
+    groups |= {"configuration": u.configuration, "configuration_terms": held, "motion": u.motion}
     return Bundle("values", ports(eom.derived), Values, {**groups, "rates": u.rates, "spins": u.spins})
 
 

@@ -16,14 +16,14 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import ValueMissingError
-from kane.expr.node import Expr
-from kane.expr.symbols import Symbol, time
+from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values, symbol_named
 from kane.numeric.newton import improved
-from kane.numeric.projection import least_squares, of_unit_length
+from kane.numeric.projection import least_squares, of_unit_length, row_sizes
 
 _CLOSED, _ROUNDS = 1e-15, 4
+"""Share of the largest terms at which no further steps are tried, and how many there are."""
 _GROUPS = ("q", "u", "parameters", "inputs")
 
 
@@ -116,11 +116,12 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
     check_configuration(
         eom,
         values.configuration,
+        values.configuration_terms,
+        state.given(eom),
         "an operating point",
         "Assemble one first, kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim.",
     )
-    rest = zip((*eom.inputs, *eom.parameters, time), (*state.r, *state.p, state.t), strict=True)
-    check_branch(eom, state.x[:nq], dict[Expr, Any](rest), "an operating point", "")
+    check_branch(eom, state.x[:nq], state.given(eom), "an operating point", "")
     zero = np.zeros(values.right.shape)
 
     def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
@@ -131,7 +132,9 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
         return x, values_at(numeric, replace(state, x=x))
 
     start = of_unit_length(state.x, perturbed.sets), values
-    x, values = improved(start, lambda at: np.abs(at[1].configuration).max(initial=0), closer, _CLOSED, _ROUNDS)
+    size = row_sizes(values.matrix[:n, :n], values.constraints(n)[: len(values.configuration)])
+    limit = _CLOSED * (values.configuration_terms / size).max(initial=0)
+    x, values = improved(start, lambda at: np.abs(at[1].configuration / size).max(initial=0), closer, limit, _ROUNDS)
     if values.motion.any():
         eom.evaluate(
             list(eom.speeds), **point_of(eom, replace(state, x=x)).arguments

@@ -124,6 +124,10 @@ class Search:
         unit = unit_places(self.system, self.start.free)
         return sizes(self._free, x, unit)
 
+    def shares(self, residual: Array) -> Array:
+        """What is left of f (m), over the usual size of its terms."""
+        return np.asarray(np.abs(residual) / self._size.f)
+
     def closed(self, x: Array) -> Closed:
         """Steps from q (n) on, of what is free, in sizes of its own."""
         wide = np.ones(len(x))

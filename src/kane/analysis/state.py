@@ -1,21 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A state: complete values, named and checked."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from kane.dynamics.constraints.closure import closure, usual_sizes
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError
-from kane.expr.symbols import Symbol
+from kane.expr.node import Expr
+from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
 
 GIVEN = 1e-8
 """Share of the terms up to which what a state that is given whole misses of constraints is moved onto them."""
 _UNIT_SLACK = 1e-8
+_TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,10 @@ class State:
     x: Array
     p: Array
     r: Array
+
+    def given(self, eom: Equations) -> dict[Expr, Any]:
+        """Inputs, parameters and the time by symbol."""
+        return dict(zip((*eom.inputs, *eom.parameters, time), (*self.r, *self.p, self.t), strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,11 +102,17 @@ def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
     return [finite_number("start value", s.name, values[s]) for s in symbols]
 
 
-def open_shares(eom: Equations, residual: Array) -> Array:
-    """What is left of the configuration constraints (… × m), over the usual size of their terms: the same in any units."""
-    if not residual.shape[-1]:
-        return np.abs(residual)
-    return np.asarray(np.abs(residual) / np.maximum(eom.derived.reach[: residual.shape[-1]], np.finfo(float).tiny))
+def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[Expr, Any]) -> Array:
+    """What is left of the configuration constraints (… × m), over the size of their terms: the same in any units.
+
+    `terms` (… × m) are their sizes at the state; where these leave doubt, as they may vanish there, the usual ones count too, all
+    symbols but the coordinates at `values`.
+    """
+    shares = np.asarray(np.abs(residual) / np.maximum(terms, _TINY))
+    if not residual.shape[-1] or bool((shares <= GIVEN).all()):
+        return shares
+    usual = usual_sizes(eom.system, closure(eom.system), values).f[: residual.shape[-1]]
+    return np.asarray(np.abs(residual) / np.maximum(terms, usual))
 
 
 def misses(names: Iterable[str], residual: Array, size: Array | None = None, limit: float = GIVEN) -> str:

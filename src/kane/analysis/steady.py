@@ -104,7 +104,8 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
     moved = State(state.t + shift if perturbed.timed else state.t, x, state.p, state.r)
     held = [i for i in range(n) if i not in tangent.free_u]
     values = flow.numbers.values(moved)
-    if open_shares(eom, values.configuration).max(initial=0) > GIVEN or not np.all(np.isfinite(values.motion)):
+    open_ = open_shares(eom, values.configuration, values.configuration_terms, moved.given(eom))
+    if not open_.max(initial=0) <= GIVEN or not np.all(np.isfinite(values.motion)):
         return False
     if len(values.motion):
         x[nq:][held] -= least_squares(values.constraints(n)[:, held], values.motion)

@@ -12,7 +12,7 @@ from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.linearize import choice_of
 from kane.analysis.magnitudes import share
 from kane.analysis.point import OperatingPoint, closed, point_of
-from kane.analysis.state import entries
+from kane.analysis.state import entries, open_shares
 from kane.analysis.tangents import perturbations
 from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.equations.equations import Equations
@@ -179,7 +179,11 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
 
 def _shares(conditions: Conditions, x: Array) -> Array:
     """What is left of each condition, over the size of its terms."""
-    return share(conditions(x)[0], conditions.sizes(x)[0])
+    f, held = conditions(x)[0], len(conditions.eom.system.holonomic)
+    sizes = conditions.sizes(x)[0]
+    shares = share(f, sizes)
+    shares[:held] = open_shares(conditions.eom, f[:held], sizes[:held], conditions.state(x).given(conditions.eom))
+    return shares
 
 
 def _plain(task: Problem, best: Closed) -> Array:

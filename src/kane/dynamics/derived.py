@@ -29,7 +29,6 @@ from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.model.system import System, gravity_load
-from kane.numeric.arrays import Array
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -203,10 +202,6 @@ class Derived(Immutable):
     conditions = read[Closure](lambda d: closure(d.system), "The configuration constraints, with their derivatives.")
     compared = read[Compared](
         lambda d: compared(d.system, d.constraints, d.near), "Configurations at which constraints are compared."
-    )
-    reach = read[Array](
-        lambda d: d.compared.reach(d.conditions, d.system),
-        "The usual size of the terms of each of `conditions`: what a residual is measured by.",
     )
     constraint_rates = read[Exprs](lambda d: tuple(map(add, d.A @ d.speeds, d.b)), "A u + b.")
 

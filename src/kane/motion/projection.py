@@ -18,10 +18,11 @@ from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
+from kane.expr.size import Sizes, size
 from kane.model.constraints import Branch
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
-from kane.numeric.projection import least_change, of_unit_length
+from kane.numeric.projection import least_change, of_unit_length, row_sizes
 from kane.numeric.rank import Mixed
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
@@ -30,16 +31,18 @@ Mixes = tuple[Mixed | None, Mixed | None]
 
 _ROUNDS = 6
 _CLOSED = 1e-13
+"""Share of the largest terms of f at which no further steps are tried."""
 
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """f (configuration), A, b, M and W at a state.
+    """f (configuration) and the sizes of its `terms`, A, b, M and W at a state.
 
     `speeds` are the speeds themselves where they follow from the independent ones alone, `branch` what tells branches apart.
     """
 
     f: Array
+    terms: Array
     a: Array
     b: Array
     m: Array
@@ -63,8 +66,10 @@ def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
 
     speeds = solved.speeds_by_independent if solved.twin else ()
     scalars = branch_scalars(branches(eom.system))
+    memo = Sizes()
     groups = {
         "f": f,
+        "terms": [size(x, memo) for x in f],
         "a": d.A,
         "b": d.b,
         "m": written(d.mass_matrix),
@@ -102,6 +107,8 @@ class Manifold:
             return x, now
         reach = np.maximum(reach, np.abs(now.a))
         c, n = len(now.f), len(now.m)
+        size = row_sizes(now.m, reach[:c])
+        limit = _CLOSED * (now.terms / size).max(initial=0)
 
         def closer(at: tuple[Array, Numbers]) -> tuple[Array, Numbers]:
             x, now = at
@@ -109,7 +116,7 @@ class Manifold:
             x = of_unit_length(np.append(x[:nq] + shift, x[nq:]), self.euler)
             return x, self.numbers(t, x, p, r)
 
-        x, now = improved((x, now), lambda at: np.abs(at[1].f).max(initial=0), closer, _CLOSED, _ROUNDS)
+        x, now = improved((x, now), lambda at: np.abs(at[1].f / size).max(initial=0), closer, limit, _ROUNDS)
         if len(now.speeds):
             x = np.append(x[:nq], now.speeds)
         elif len(now.b):

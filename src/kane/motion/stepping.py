@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import OFF, closure, residual_function
+from kane.dynamics.constraints.closure import OFF, closure, residual_function, usual_sizes
 from kane.equations.equations import Equations
 from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
@@ -251,10 +251,13 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
     least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach, stepper.mixes[1])
     constraints, moving = closure(eom.system), set(eom.coordinates)
     rest = {s: v for s, v in stepper.now.values(later, kept).items() if s not in moving}
-    nearest = close(residual_function(eom.system, constraints, rest), kept[: len(moving)], range(len(moving)))
-    if not (least < _SHORT_OF_RANK and OFF < nearest.size < np.inf):
+    usual = usual_sizes(eom.system, constraints, rest)
+    function, x = residual_function(eom.system, constraints, rest), kept[: len(moving)]
+    nearest = close(function, x, range(len(moving)), sizes=(usual.f, usual.x))
+    left = np.abs(nearest.residual / usual.f)
+    if not (least < _SHORT_OF_RANK and OFF < left.max(initial=0) < np.inf):
         return ""
-    worst = int(np.argmax(np.abs(nearest.residual)))
+    worst = int(np.argmax(left))
     return (
         f"{constraints.names[worst]!r} cannot be held beyond t = {t:.6g}, where the constraints lose rank (least singular value "
         f"{least:.1e} of the largest): at t = {later:.6g} {nearest.residual[worst]:.2g} is left of it in the nearest "

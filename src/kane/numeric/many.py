@@ -23,6 +23,8 @@ CLOSED = 1e-13
 """Share of the size of its terms below which a residual counts as zero."""
 _ROUNDED = 1e-10
 """Share from which on a step that does not help is not halved: what is left is rounding's."""
+_TURNS = 2 * np.pi * 2**20
+"""So many that lengths of any size are no turn."""
 _EXTENTS = np.geomspace(1e-15, 1e15, 61)
 _STEPS, _HALVINGS, _PATIENCE = 60, 20, 10
 """Steps, halvings of one, and steps after which no more is waited for where half of the starts have ended and one is closed."""
@@ -65,18 +67,17 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = ()) -> Sizes:
     size are not.
     """
     f, g = function(x, np.arange(len(x)))
-    g, usable = np.abs(g), np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
+    g, usable = np.abs(g), _finite(f, g)
     if not usable.any():
         return Sizes(np.ones(x.shape[1]), np.ones(f.shape[1]), np.zeros(x.shape[1], dtype=bool))
     turning = _turning(function, x, f, g, usable)
-    turns = turning.all(axis=0)
+    turns = np.asarray(turning.all(axis=0))
     turning[:, list(unit)] = True
     extent = _extent(function, x, turning)
     if np.any(extent != 1.0):
         x = extent * x
         f, g = function(x, np.arange(len(x)))
-        g = np.abs(g)
-        usable = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
+        g, usable = np.abs(g), _finite(f, g)
     typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         own = np.where(slope > 0, typical[:, None] / slope, 0.0).max(axis=0, initial=0)
@@ -85,13 +86,18 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = ()) -> Sizes:
     return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
 
 
+def _finite(f: Array, g: Array) -> Mask:
+    return np.asarray(np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2)))
+
+
 def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) -> Mask:
-    """Which f turn with which of x (m × n), or do not depend on it: they are the same 2π further."""
+    """Which f turn with which of x (m × n), or do not depend on it: they are the same many turns of 2π further."""
     n, j = x.shape[1], int(np.argmax(usable))
-    more, _ = function(x[j] + 2 * np.pi * np.eye(n), np.full(n, j))
+    with np.errstate(all="ignore"):
+        more, _ = function(x[j] + _TURNS * np.eye(n), np.full(n, j))
     slope = g[usable].max(axis=0)
     # beside what a coordinate may change, and what rounding leaves of f, which a large constant in it is part of
-    limit = 1e-9 * (slope @ np.maximum(np.abs(x[j]), 1.0)) + 1e-14 * np.abs(f[usable]).max(axis=0)
+    limit = 1e-9 * (slope @ np.maximum(np.abs(x[j]), _TURNS)) + 1e-14 * np.abs(f[usable]).max(axis=0)
     return np.asarray(np.abs(more - f[j]) <= limit).T
 
 

@@ -53,6 +53,12 @@ def mobility(m: Array, a: Array) -> Array:
     return metric(m, a, 1.0)
 
 
+def row_sizes(m: Array, a: Array) -> Array:
+    """How large the rows of A (k × n) are over what the masses let each x move (k), infinite where nothing moves: so rows compare."""
+    sizes = (np.abs(a) / np.sqrt(reflected(_diagonal(m), np.abs(a)))).max(axis=1, initial=0)
+    return np.asarray(np.where(sizes > 0, sizes, np.inf))
+
+
 def sizes(a: Array, root: Array) -> Array:
     """How large the entries of A (m × n) could be: a row's largest share of A S, over what the mass lets each x move, S Sᵀ = M⁻¹ in x.
 
