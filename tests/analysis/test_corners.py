@@ -196,7 +196,7 @@ FORMS = [
 ]
 
 
-@examples(0.2)
+@examples(0.1)
 @given(
     st.lists(st.tuples(st.sampled_from(FORMS), st.sampled_from(QUANTITIES)), min_size=1, max_size=3),
     st.permutations((1.0, 1.7, 2.3, 3.1)),

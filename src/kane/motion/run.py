@@ -153,6 +153,8 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     names = stepper.now.rates.labels[:-1]
     constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
     rates = stepper.rate(t0, start)
+    if stepper.kinks is not None:
+        stepper.kinks.check_start(t0, start[:-1], (stepper.now.p, stepper.now.inputs(t0)), rates[:-1])
     check_rates(names, rates, t0, lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants))
     return start
 

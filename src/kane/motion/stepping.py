@@ -113,9 +113,15 @@ class Course:
             told = chattering(stepper.now, self.pace)
             return self._stopped(broken_off(stepper, before, last, span, failure, told))
         dense = solver.dense_output()
+        narrow, tolerances = _NARROW * max(abs(solver.t), span[1] - span[0]), (self.method.rtol, self.method.atol)
+        bent = stepper.bent(dense, before, solver.t, tolerances)
+        if bent is not None:  # closed in on from before, as no state beyond belongs to the motion
+            ahead = bent.t - before
+            self._restart(before, last, min(0.9 * ahead, (solver.t - before) / 2) if ahead > narrow else None)
+            return self._stopped(bent.message) if ahead <= narrow else None
         kept, numbers = stepper.keep(solver.t, solver.y)
-        turned, narrow = stepper.turned(numbers), _NARROW * max(abs(solver.t), span[1] - span[0])
-        missed = stepper.missed(solver.t, kept, numbers, (self.method.rtol, self.method.atol))
+        turned = stepper.turned(numbers)
+        missed = stepper.missed(solver.t, kept, numbers, tolerances)
         jumped = stepper.jumped(numbers) or stepper.crosses(dense, before, solver.t)
         if (turned or missed or jumped) and solver.t - before > narrow:
             # the place is closed in on by halves, until a state lies so near to it that `settle` sees it

@@ -17,6 +17,7 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.passages import Along, crosses, looked_at
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.residuals import Tolerances, missed
@@ -50,6 +51,7 @@ class Stepper:
         self.first, self.numeric = eom, eom.numeric(settings)
         self.now = routines(eom, p, drives, settings, *([constraint_numbers] if is_constrained(eom) else []))
         self.manifold = manifold(self.numeric)
+        self.kinks = kinks(self.numeric) if self.manifold else None
         self.segments: list[Segment] = []
         self.changes: list[tuple[Event, float]] = []
         self.lost = False
@@ -144,6 +146,12 @@ class Stepper:
         if not self.side or numbers is None or not np.all(np.isfinite(numbers.a)):
             return False
         return self.side * self._side(numbers) < 0 and not self._loses_rank(numbers)
+
+    def bent(self, dense: Dense, start: float, end: float, tolerances: Tolerances) -> Kink | None:
+        """The first place in a step beyond which constraints hold other positions or velocities; None where there is none."""
+        if self.kinks is None:
+            return None
+        return self.kinks.ahead(dense, start, end, lambda t: (self.now.p, self.now.inputs(t)), tolerances)
 
     def crosses(self, dense: Callable[[Any], Array], start: float, end: float) -> bool:
         """Whether a step leads across a state at which rank is lost, or at which the dependent speeds do not follow.

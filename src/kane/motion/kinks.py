@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Constraints that bend along a motion: a bead on y = |x| that comes to the corner.
+
+Beyond a switch of f or of A u + b the constraints may hold other positions or other velocities than those that the motion has. That is
+an impact, which a model of constraints says nothing of: the motion stops. Where it leads into the other side smoothly it goes on.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.analysis.one_sided import Table
+from kane.analysis.state import open_shares
+from kane.dynamics.readings.values import without_unknowns
+from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
+from kane.equations.routines import ports
+from kane.errors import SimulationError, cut
+from kane.expr.node import Expr, postorder
+from kane.expr.ops import GONE
+from kane.expr.size import Sizes, size
+from kane.expr.switches import Switch, switches
+from kane.expr.symbols import time
+from kane.motion.met import PARTS
+from kane.motion.projection import Numbers, constraint_numbers
+from kane.motion.residuals import Tolerances
+from kane.numeric.arrays import Array
+from kane.program.bundle import Bundle
+from kane.program.native.compiled_routine import BundleRoutine
+
+Dense = Callable[[float | Array], Array]
+Given = Callable[[float], tuple[Array, Array]]
+"""Parameters and inputs at a time."""
+
+_LEAPS = 1e-6
+"""Share of their usual terms by which constraints on the other side are missed where they bend."""
+_SLACK = 10.0
+"""Tolerances of speeds that are no miss."""
+_TOGETHER = 1e-6
+"""Share of a step within which switches turn at once."""
+
+
+def bends(eom: Equations) -> tuple[Switch, ...]:
+    """The switches of the constraints."""
+    rows = eom.derived.constraints
+    return switches((*(c.expr for c in eom.system.holonomic), *rows.a.entries, *rows.b))
+
+
+class Bending(NamedTuple):
+    """The quantities of `bends`, and the sizes of their terms."""
+
+    quantities: Array
+    sizes: Array
+
+
+def bending(eom: Equations) -> Bundle[Bending]:
+    """See `Bending`."""
+    roots, memo = without_unknowns(eom.solved, [s.quantity for s in bends(eom)]), Sizes()
+    groups = {"quantities": roots, "sizes": [size(c, memo) for c in roots]}
+    return Bundle("bends", ports(eom.derived), Bending, groups)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kink:
+    """Where constraints bend next: the time on the interpolant, and what is to be said if the motion ends there."""
+
+    t: float
+    message: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kinks:
+    """The switches of the constraints of equations, their quantities as one routine, and the constraints on every side."""
+
+    eom: Equations
+    found: tuple[Switch, ...]
+    bending: BundleRoutine[Bending]
+    table: Table
+
+    def ahead(self, dense: Dense, start: float, end: float, given: Given, tolerances: Tolerances) -> Kink | None:
+        """The first place in a step at which the motion does not lead into the other side of a switch; None where there is none."""
+        width = len(self.eom.coordinates) + len(self.eom.speeds)
+
+        def at(t: float) -> Array:
+            return self.bending(t, dense(t)[:width], *given(t)).quantities
+
+        times = np.linspace(start, end, PARTS + 1)
+        values = np.array([at(float(t)) for t in times])
+        before = np.sign(values[0])
+        turned: list[tuple[float, int]] = []
+        for k in np.flatnonzero((np.sign(values) * before < 0).any(axis=0)):
+            i = int(np.argmax(np.sign(values[:, k]) * before[k] < 0))
+            turned.append((_located(at, int(k), float(times[i - 1]), float(times[i])), int(k)))
+        signs = np.where(before == 0, 1.0, before)
+        for t, _ in sorted(turned):
+            after = signs.copy()
+            for other, j in turned:
+                after[j] *= -1.0 if abs(other - t) <= _TOGETHER * (end - start) or other < t else 1.0
+            told = self._leap(t, dense(t)[:width], given(t), signs, after, tolerances)
+            if told:
+                return Kink(t, told)
+        return None
+
+    def check_start(self, t: float, x: Array, given: tuple[Array, Array], rates: Array) -> None:
+        """A motion does not begin on a corner, but at rest: the constraints allow other velocities on its sides."""
+        own = self.bending(t, x, *given)
+        signs = np.where(own.quantities < 0, -1.0, 1.0)
+        for k in np.flatnonzero(np.abs(own.quantities) <= GONE * own.sizes).tolist() if rates.any() else ():
+            other = np.where(np.arange(len(signs)) == k, -signs, signs)
+            one, two = (self._on(s, t, x, given) for s in (signs, other))
+            apart = np.maximum(np.abs(two.a - one.a).max(axis=1, initial=0), np.abs(two.b - one.b))
+            whole = np.maximum(np.abs(two.a).max(axis=1, initial=0), np.abs(two.b))
+            if (apart > _LEAPS * whole).any():
+                name = self.eom.derived.constraints.constraints[int(np.argmax(apart))].name
+                node, quantity = self._node(name, [self.found[k]])
+                raise SimulationError(
+                    f"Expected a start beside the corners of constraints, got one on a corner of {name!r}: {cut(str(node), 80)} turns "
+                    f"at {cut(str(quantity))} = 0, and on its sides the constraint allows other velocities. Begin on one side of it."
+                )
+
+    def _leap(
+        self, t: float, x: Array, given: tuple[Array, Array], before: Array, after: Array, tolerances: Tolerances
+    ) -> str:
+        """What would have to jump from one side to the other, in words; "" where nothing has to."""
+        nq, n = len(self.eom.coordinates), len(self.eom.speeds)
+        here, there = (self._on(signs, t, x, given) for signs in (before, after))
+        names = [c.name for c in self.eom.derived.constraints.constraints]
+        turned = [s for s, a, b in zip(self.found, before, after, strict=True) if a != b]
+        symbols = (time, *self.eom.coordinates, *self.eom.speeds, *self.eom.parameters, *self.eom.inputs)
+        values: dict[Expr, float] = dict(
+            zip(symbols, [t, *x.tolist(), *given[0].tolist(), *given[1].tolist()], strict=True)
+        )
+        apart = open_shares(self.eom, there.f - here.f, np.zeros(len(here.f)), values)
+        if apart.max(initial=0) > _LEAPS:
+            return self._told(t, "positions", names[int(np.argmax(apart))], turned)
+        u = x[nq:]
+        left = np.abs(there.a @ u + there.b) - np.abs(here.a @ u + here.b)
+        terms = np.abs(there.a) @ np.abs(u) + np.abs(there.b)
+        rtol, atol = tolerances
+        limit = max(_LEAPS, _SLACK * rtol) * terms + _SLACK * atol * np.abs(there.a).sum(axis=1)
+        off = left / np.maximum(limit, np.finfo(float).tiny)
+        return self._told(t, "velocities", names[int(np.argmax(off))], turned) if n and off.max(initial=0) > 1 else ""
+
+    def _on(self, signs: Array, t: float, x: Array, given: tuple[Array, Array]) -> Numbers:
+        return self.table(constraint_numbers, tuple(signs.tolist()), (t, x, *given))
+
+    def _told(self, t: float, what: str, name: str, turned: Sequence[Switch]) -> str:
+        node, quantity = self._node(name, turned)
+        return (
+            f"{what} would have to jump at t = {t:.6g}: the constraint {name!r} bends there, {cut(str(node), 80)} turns at "
+            f"{cut(str(quantity))} = 0. What an impact does no constraint says: end before, round the corner off with a small eps, "
+            "sqrt(c^2 + eps^2) for abs(c), or let a stiff spring hold the part in its place"
+        )
+
+    def _node(self, name: str, turned: Sequence[Switch]) -> tuple[Expr, Expr]:
+        """The switch that stands in the constraint of that name, else the first."""
+        own = [c.expr for c in self.eom.system.holonomic if c.name == name]
+        nodes = set(postorder(own))
+        pairs = [(node, s.quantity) for s in turned for node in s.nodes]
+        return next((pair for pair in pairs if pair[0] in nodes), pairs[0])
+
+
+def kinks(numeric: Numeric[Equations]) -> Kinks | None:
+    """Those of the equations, None where their constraints hold no switch."""
+    found = numeric.value(bends)
+    if not found:
+        return None
+    table = Table(numeric, [s.quantity for s in found])
+    return Kinks(numeric.equations, found, numeric.routine(bending), table)
+
+
+def _located(at: Callable[[float], Array], k: int, start: float, end: float) -> float:
+    """Where the quantity k passes zero between two times at which it has other signs, or is zero at the first."""
+    from scipy.optimize import brentq
+
+    def value(t: float) -> float:
+        return float(at(t)[k])
+
+    if value(start) == 0:
+        return start
+    return float(brentq(value, start, end, xtol=1e-15 * max(abs(start), abs(end)), disp=False))
