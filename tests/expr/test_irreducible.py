@@ -31,3 +31,11 @@ def test_a_long_chain_is_matched_without_recursion():
     zeros = [ZERO] * n
     rows = [[*zeros[:k], ONE, ONE, *zeros[k + 2 :]] for k in range(n - 1)] + [[ONE, *zeros[1:]]]
     assert matched_columns(rows) == [*range(1, n), 0]
+
+
+def test_a_triangular_matrix_is_matched_at_once():
+    """Row k holds the columns 0 to k, as sums of rates do: by augmenting paths alone 500 rows take some seconds."""
+    n = 500
+    rows = [[ONE] * (k + 1) + [ZERO] * (n - k - 1) for k in range(n)]
+    assert matched_columns(rows) == list(range(n))
+    assert matched_columns(rows[::-1]) == list(range(n))[::-1]

@@ -77,6 +77,9 @@ def test_names_and_units():
     assert [c.name for c in kn.coincident(P, Q, along=(N.x, N.y, N.z))] == ["P = Q x", "P = Q y", "P = Q z"]
     assert [c.name for c in kn.coincident(P, Q, along=(N.x, N.z))] == ["P = Q 1", "P = Q 2"]
     assert kn.distance(P, Q, 1).name == "|P Q|"
+    assert kn.distance(
+        P, Q, 0.8 + 0.1 * kn.time
+    ).placed  # of time and numbers alone: its numbers have units that nobody said
     assert (kn.distance(P, Q, 1).unit, kn.perpendicular(A.x, N.z).unit) == ("N", "N*m")
     assert kn.reaction("T", constraint=kn.perpendicular(A.x, N.z)).unit == "N*m"
     assert repr(kn.configuration_constraint("height", q5)) == "Constraint('height': q5 = 0, configuration)"

@@ -24,11 +24,14 @@ def affine(root: Expr, symbols: Iterable[Expr]) -> Affine:
     return affine_forms([as_expr(root)], symbols)[0]
 
 
-def affine_forms(roots: Iterable[Expr], symbols: Iterable[Expr]) -> list[Affine]:
-    """`affine` of several expressions, shared subexpressions treated once."""
+def affine_forms(
+    roots: Iterable[Expr], symbols: Iterable[Expr], known: dict[Expr, Affine] | None = None
+) -> list[Affine]:
+    """`affine` of several expressions, shared subexpressions treated once; calls for the same symbols may share what is `known`."""
     wanted = list(roots)
-    chosen = set(symbols)
-    forms: dict[Expr, Affine] = {s: ({s: ONE}, ZERO) for s in chosen}
+    forms: dict[Expr, Affine] = {} if known is None else known
+    if not forms:
+        forms.update((s, ({s: ONE}, ZERO)) for s in symbols)
     for root in wanted:
         fold(root, forms, lambda node: _combine(node, [forms[a] for a in node.args]))
     return [forms[r] for r in wanted]

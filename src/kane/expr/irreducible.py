@@ -22,13 +22,32 @@ def matched_columns(rows: Rows) -> list[int]:
     The blocks here have a few rows; a library's matching would cost more to import than to run.
     """
     supports = [[c for c, x in enumerate(row) if x is not ZERO] for row in rows]
-    owner: dict[int, int] = {}
-    for i in range(len(rows)):
+    owner = _forced(supports)
+    for i in sorted(set(range(len(rows))) - set(owner.values())):
         _augment(supports, owner, i)
     match = [-1] * len(rows)
     for c, i in owner.items():
         match[i] = c
     return match
+
+
+def _forced(supports: Sequence[Sequence[int]]) -> dict[int, int]:
+    """Rows by the only column that others leave them: all of a triangular matrix, for which augmenting paths would be long."""
+    users: dict[int, list[int]] = {}
+    for i, support in enumerate(supports):
+        for c in support:
+            users.setdefault(c, []).append(i)
+    left = [len(support) for support in supports]
+    owner: dict[int, int] = {}
+    single = [i for i, count in enumerate(left) if count == 1]
+    for i in single:
+        for c in [c for c in supports[i] if c not in owner]:  # none where another row has taken it
+            owner[c] = i
+            for j in users[c]:
+                left[j] -= 1
+                if left[j] == 1:
+                    single.append(j)
+    return owner
 
 
 def _augment(supports: Sequence[Sequence[int]], owner: dict[int, int], start: int) -> None:

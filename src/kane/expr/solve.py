@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Linear systems as straight-line code: LDLᵀ, LU with partial pivoting, inverses of sparse blocks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from heapq import heappop, heappush
 from typing import NamedTuple
 
 from kane.errors import SingularError
@@ -177,29 +178,41 @@ def invert(rows: Rows) -> InverseRows:
         if rank < n:
             raise SingularError(f"Expected an invertible matrix, got structural rank {rank} of {n}.")
         waiting = blocks(rows, match)
-    result: list[list[Expr]] = [[ZERO] * n for _ in range(n)]
+    result: list[dict[int, Expr]] = [{} for _ in range(n)]
     pivots: list[Expr] = []
-    done: set[int] = set()
-    while waiting:
-        for block in waiting:
-            own = [match[i] for i in block]
-            outside = {c for i in block for c, x in enumerate(rows[i]) if x is not ZERO} - set(own)
-            if outside <= done:
-                break
-        waiting.remove(block)
+    for block in _ready(supports, match, waiting):
+        own = [match[i] for i in block]
         inverse = _block_inverse([[rows[i][c] for c in own] for i in block], pivots)
-        right: list[list[Expr]] = []
+        right: list[dict[int, Expr]] = []
         for i in block:
-            unit = [ONE if k == i else ZERO for k in range(n)]
-            for c in outside:
-                entry = rows[i][c]
-                if entry is not ZERO:
-                    unit = [x if y is ZERO else sub(x, mul(entry, y)) for x, y in zip(unit, result[c], strict=True)]
+            unit = {i: ONE}
+            for c in supports[i]:
+                for k, y in result[c].items() if c not in own else ():
+                    unit[k] = sub(unit.get(k, ZERO), mul(rows[i][c], y))
             right.append(unit)
+        columns = sorted({k for r in right for k in r})
         for a, c in enumerate(own):
-            result[c] = [dot(inverse[a], [r[k] for r in right]) for k in range(n)]
-        done.update(own)
-    return InverseRows(result, pivots)
+            found = {k: dot(inverse[a], [r.get(k, ZERO) for r in right]) for k in columns}
+            result[c] = {k: x for k, x in found.items() if x is not ZERO}
+    return InverseRows([[row.get(k, ZERO) for k in range(n)] for row in result], pivots)
+
+
+def _ready(supports: list[list[int]], match: list[int], waiting: list[list[int]]) -> Iterator[list[int]]:
+    """The blocks, each after those whose unknowns its rows hold too; of those that are ready the first."""
+    place = {match[i]: k for k, block in enumerate(waiting) for i in block}
+    needed = [{place[c] for i in block for c in supports[i]} - {k} for k, block in enumerate(waiting)]
+    users: list[list[int]] = [[] for _ in waiting]
+    for k, before in enumerate(needed):
+        for j in before:
+            users[j].append(k)
+    ready = [k for k, before in enumerate(needed) if not before]
+    while ready:
+        k = heappop(ready)
+        yield waiting[k]
+        for user in users[k]:
+            needed[user].discard(k)
+            if not needed[user]:
+                heappush(ready, user)
 
 
 def determinant(a: Rows) -> Expr:

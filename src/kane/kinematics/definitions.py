@@ -71,9 +71,8 @@ def generalized_speeds(system: System) -> Speeds:
 def _definitions(
     system: System, rates: list[Expr], euler_rates: dict[Expr, Expr]
 ) -> tuple[list[dict[Expr, Expr]], list[Expr]]:
-    rows: list[dict[Expr, Expr]] = []
-    z: list[Expr] = []
     basic = set(rates)
+    told: list[Expr] = []
     for u, definition in system.speeds.items():
         e = substitute(definition, euler_rates) if euler_rates else definition
         for s in free_symbols([e]):
@@ -83,10 +82,9 @@ def _definitions(
                     "system depends on that coordinate. Is a body missing from bodies=? Only what bodies and loads need is part of a "
                     "System."
                 )
-        ((row, rest),) = affine_forms([e], rates)  # the system has seen that it is affine
-        rows.append(row)
-        z.append(rest)
-    return rows, z
+        told.append(e)
+    forms = affine_forms(told, rates)  # the system has seen that they are affine
+    return [row for row, _ in forms], [rest for _, rest in forms]
 
 
 def _check_cover(system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr, Expr]], rates: list[Expr]) -> None:

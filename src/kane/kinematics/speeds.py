@@ -8,7 +8,7 @@ Euler parameters enter by their three quasi-rates w, ė = ½ Gᵀ(e) w; the repo
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from kane.expr.affine import Affine, affine_forms, combined
@@ -62,6 +62,7 @@ class Speeds:
     groups: dict[Expr, int]
     by_row: dict[frozenset[tuple[Expr, Expr]], dict[int, Expr]]
     nontrivial: bool
+    _known: dict[Expr, Affine] = field(default_factory=dict)
 
     # Matching -------------------------------------------------------------------------------------------------------
 
@@ -131,7 +132,7 @@ class Speeds:
     def forms(self, exprs: Iterable[Expr]) -> list[ScalarForm]:
         """Affine expressions of rates in speeds."""
         wanted = [self._basic(e) for e in exprs]
-        return [self.form(c, r) for c, r in affine_forms(wanted, self.rates)]
+        return [self.form(c, r) for c, r in affine_forms(wanted, self.rates, self._known)]
 
     def _basic(self, e: Expr) -> Expr:
         return substitute(e, self.euler_rates) if self.euler_rates else e

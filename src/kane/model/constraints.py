@@ -20,7 +20,7 @@ from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.symbols import Coordinate, Rate, Speed, input_of
+from kane.expr.symbols import Coordinate, Rate, Speed, Time, input_of
 from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -172,8 +172,10 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
             f"Expected a length of {p.name} {q.name} in parameters, inputs and time, got {', '.join(moving)} in it: what then changes "
             "the length would feel the rod. Use kn.configuration_constraint(name, f)."
         )
-    told = unit_of(size)
-    if told and free_symbols([size]) and parse(told).exponents != parse("m").exponents:
+    told = (
+        "" if all(isinstance(s, Time) for s in free_symbols([size])) else unit_of(size)
+    )  # numbers of time have units of their own
+    if told and parse(told).exponents != parse("m").exponents:
         raise UnitError(
             f"Expected a length (m) of {p.name} {q.name}, got {cut(size)} [{told}]. Correct it, or the unit of a symbol in it."
         )

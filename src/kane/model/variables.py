@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from kane.errors import ModelError, NotAffineError, SpeedsError, cut
-from kane.expr.affine import affine_forms
+from kane.expr.affine import Affine, affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
@@ -123,7 +123,10 @@ def speed_definitions(
                 f"Expected a scalar definition of {u}, got the vector {definition}. Use .dot(unit vector)."
             )
         definitions[u] = as_expr(definition)
-        _check_definition(u, definitions[u])
+    known: dict[Expr, Affine] = {}
+    rates = [s for s in free_symbols(definitions.values()) if isinstance(s, Rate | QuasiRate) and input_of(s) is None]
+    for u, e in definitions.items():
+        _check_definition(u, e, rates, known)
     return definitions
 
 
@@ -158,7 +161,7 @@ def inputs_with_rates(
     return tuple(listed)
 
 
-def _check_definition(u: Speed, definition: Expr) -> None:
+def _check_definition(u: Speed, definition: Expr, rates: Iterable[Expr], known: dict[Expr, Affine]) -> None:
     """A definition is affine in rates, contains one, and no speed."""
     symbols = free_symbols([definition])
     for s in symbols:
@@ -168,9 +171,7 @@ def _check_definition(u: Speed, definition: Expr) -> None:
                 "stands for, in rates such as q.dt."
             )
     try:
-        ((row, _),) = affine_forms(
-            [definition], [s for s in symbols if isinstance(s, Rate | QuasiRate) and input_of(s) is None]
-        )
+        ((row, _),) = affine_forms([definition], rates, known)
     except NotAffineError as error:
         culprit, whole = str(error).rpartition("got ")[2].rstrip("."), f"{cut(definition, 120)}"
         said = whole if culprit == whole else f"{culprit} in {whole}"
