@@ -20,7 +20,7 @@ import kane as kn
 from kane.expr.diff import jacobian
 from kane.expr.symbols import rate
 from kane.program.emit.c import emit_c
-from tests.oracles.loops.equations import solve
+from tests.oracles.loops.equations import Solution, solve
 from tests.oracles.loops.records import Pose, Twist
 from tests.program.emitted import call, from_numpy, library
 from tests.systems.regular import CASES, Redundant, bicycle
@@ -100,7 +100,7 @@ class States:
         """That of A_D; 1 where W has poles and A in the declared speeds says nothing."""
         assert self.eom.embedding is not None
         p = self.eom.embedding.partition
-        if self.eom.solved.route != "classical":
+        if self.eom.solved.route not in ("classical", "embedded"):
             return np.ones(len(self.q))
         a = matrices(self.eom.A.take(p.rows, p.dependent), self._values(self.q), len(self.q))
         return np.linalg.cond(a)
@@ -111,6 +111,10 @@ class States:
 
     def expected(self) -> Array:
         """u̇ by the oracle (count × n): its accelerations of all bodies, J q̈ + J̇ q̇, then those of the definitions of the speeds."""
+        return self.by_bodies(self.solutions())
+
+    def solutions(self) -> list[Solution]:
+        """What the oracle says at each state."""
         case, bodies, N = self.case, self.case.system.rigid_bodies, self.case.system.inertial
         root = bodies[0].mass_center.root()
         places = [
@@ -118,20 +122,29 @@ class States:
             for b, f in zip(bodies, case.axes, strict=True)
             for x in (b.mass_center.position(root), f.x, f.y, f.z)
         ]
-        moving = [v for b in bodies for v in (b.mass_center.velocity(N), b.frame.angular_velocity(N))]
-        velocities = [x for v in moving for x in v.components(N)]
         at = self._numbers([x for three in places for x in three]).reshape(len(self.q), len(bodies), 4, 3)
-        motion = self._numbers(velocities).reshape(len(self.q), len(bodies), 2, 3)
+        motion = self._numbers(self._velocities()).reshape(len(self.q), len(bodies), 2, 3)
         found = []
         for where, how in zip(at, motion, strict=True):
             poses = [Pose(x[0], x[1:].T) for x in where]
             forces, torques = case.pushed(poses) if case.pushed else (None, None)
             one = solve(case.bodies, case.joints, poses, [Twist(*x) for x in how], forces, torques, case.gravity)
             assert max(one.drift, one.inconsistency) < 1e-9
-            found.append(np.stack([one.a, one.alpha], axis=1).reshape(-1))
-        j, bias = self._derivatives(velocities)
+            found.append(one)
+        return found
+
+    def _velocities(self) -> list[kn.Expr]:
+        """Those of the mass centres, and the angular ones, of all bodies."""
+        bodies, N = self.case.system.rigid_bodies, self.case.system.inertial
+        moving = [v for b in bodies for v in (b.mass_center.velocity(N), b.frame.angular_velocity(N))]
+        return [x for v in moving for x in v.components(N)]
+
+    def by_bodies(self, solutions: Sequence[Solution]) -> Array:
+        """u̇ (count × n) from the accelerations of all bodies."""
+        found = [np.stack([one.a, one.alpha], axis=1).reshape(-1) for one in solutions]
+        j, bias = self._derivatives(self._velocities())
         q_ddot = np.linalg.pinv(j) @ (np.array(found) - bias)[:, :, None]
-        y, rest = self._derivatives(list(case.system.speeds.values()))
+        y, rest = self._derivatives(list(self.case.system.speeds.values()))
         return np.asarray((y @ q_ddot)[:, :, 0] + rest)
 
     def _derivatives(self, exprs: list[kn.Expr]) -> tuple[Array, Array]:

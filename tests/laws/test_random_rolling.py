@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Random systems on wheels, blades and disks: accelerations, and the forces of the constraints, against Newton and Euler.
+
+Bodies in redundant coordinates, solved in plain NumPy, say what the equations and the multipliers must give, to
+max(1e-9, 100 ε cond A_D).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kane as kn
+from tests.laws.test_regular_states import EPS, States, wide
+from tests.oracles.loops.equations import Solution
+from tests.systems.rolling import Contact, drawn
+
+Array = Any
+STATES, BLOCK, BLOCKS = 2, 50, 20
+"""States of each system; systems of each of the full tests, and how many of these."""
+
+
+def check(seed: int) -> str:
+    """The route taken, where all holds."""
+    case, contacts = drawn(seed)
+    states = States(case, STATES, np.random.default_rng(seed))
+    limit = np.maximum(1e-9, 100 * EPS * states.condition())
+    solutions = states.solutions()
+    expected = states.by_bodies(solutions)
+    size = np.maximum(1, np.abs(expected).max(axis=1))
+    for found in (states.by_evaluate(), states.by_code(kn.compile(states.eom), None)["rhs"]):
+        assert (np.abs(found - expected).max(axis=1) <= limit * size).all()
+    for contact in contacts:
+        compare(states, contact, solutions, limit)
+    return states.eom.solved.route
+
+
+def compare(states: States, contact: Contact, solutions: Sequence[Solution], limit: Array) -> None:
+    """The force of a contact along the inertial axes, where the oracle's is determined."""
+    eom, N = states.eom, states.case.system.inertial
+    held = zip(contact.constraints, contact.directions, strict=True)
+    force = sum((n * eom.multipliers[c] for c, n in held), start=kn.Vector())
+    asked = list(force.components(N))
+    told = eom.evaluate(asked, q=list(states.q.T), u=list(states.u.T), inputs=states.inputs)
+    found = np.stack([wide(x, len(states.q)) for x in told], axis=-1)
+    for here, one, share in zip(found, solutions, limit, strict=True):
+        reaction = one.reactions[contact.joint]
+        level = reaction.determinate[:2]
+        assert level.all()
+        size = max(1.0, np.abs(one.multipliers).max())
+        assert np.abs(here[:2] - reaction.force[:2]).max() <= share * size
+
+
+def test_a_few_systems():
+    routes = {check(seed) for seed in range(8)}
+    assert "contacts" in routes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", range(BLOCKS))
+def test_a_thousand_systems(block):
+    for seed in range(1000 + block * BLOCK, 1000 + (block + 1) * BLOCK):
+        check(seed)
