@@ -7,10 +7,12 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from kane.dynamics.blocks import mass_rows
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.left_out import Watch, watch
+from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derived import Derived, Exprs
-from kane.dynamics.lazy import Lately, read
+from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
@@ -21,7 +23,11 @@ from kane.expr.regular import Guards, factors, guarding
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substitute
+from kane.kinematics.motion import Motion
 from kane.model.constraints import Constraint
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
 
 _READINGS = 64
 
@@ -197,13 +203,41 @@ class Solved(Immutable):
         residual = [sub(x, d.forcing[i]) for x, i in zip(left, e.partition.dependent, strict=True)]
         return dict(zip(d.constraints.constraints, e.multipliers(residual), strict=True))
 
+    # Nonholonomic: in the independent speeds -----------------------------------------------------------------------------
+
+    @read
+    def nonholonomic(self) -> Derived:
+        """The motions, along the declared frames, in the independent speeds, through the particles that constraints hold."""
+        d, e = self.derived, self.embedding
+        if e is None:
+            return d.as_declared
+        held = contacts(touches(d.constraints.constraints, e.partition.rows, d.kinematics), {}, d.kinematics)
+        shown = d.as_declared
+        return replace(shown, kinematics=shown.kinematics.with_following(e.following(d.speeds), held))
+
+    partial_velocities_nh = read[Mapping[Point, Mapping[Expr, Vector]]](
+        lambda s: LazyMapping(s.derived.system.points, lambda p: s._partials(s.nonholonomic.kinematics.point(p))),
+        "Nonholonomic partial velocities ṽ_r = v_r + Σ_D v_D A_n[D, r] of each point, for the independent speeds.",
+    )
+    partial_angular_velocities_nh = read[Mapping[Frame, Mapping[Expr, Vector]]](
+        lambda s: LazyMapping(s.derived.system.frames, lambda f: s._partials(s.nonholonomic.kinematics.frame(f))),
+        "Nonholonomic partial angular velocities ω̃_r of each frame, for the independent speeds.",
+    )
+    mass_matrix_nh = read[Matrix](
+        lambda s: Matrix(mass_rows(s.nonholonomic.bodies, s.independent_speeds, ())),
+        "M̃ = BᵀMB of the independent speeds, M̃_rs = Σ m ṽ_r·ṽ_s + ω̃_r·I·ω̃_s.",
+    )
     Fr_nh = read[Exprs](
-        lambda s: s._nonholonomic(s.derived.as_declared.Fr),
+        lambda s: s._nonholonomic(s.nonholonomic.Fr, s.derived.as_declared.Fr),
         "Nonholonomic generalized active forces F̃_r = F_r + Σ_D A_n[D, r] F_D: of the independent, then the auxiliary speeds.",
     )
     Fr_star_nh = read[Exprs](
-        lambda s: s._nonholonomic(s.derived.as_declared.Fr_star), "Nonholonomic generalized inertia forces F̃*_r."
+        lambda s: s._nonholonomic(s.nonholonomic.Fr_star, s.derived.as_declared.Fr_star),
+        "Nonholonomic generalized inertia forces F̃*_r, those of the independent speeds in u̇_I.",
     )
+
+    def _partials(self, motion: Motion) -> Mapping[Expr, Vector]:
+        return LazyMapping(self.independent_speeds, lambda u: motion.partials.get(u, Vector()))
 
     def mapped(self, change: Callable[[Expr], Expr]) -> Solved:
         """The same with every expression that was solved for changed."""
@@ -229,10 +263,10 @@ class Solved(Immutable):
         memo: dict[Expr, Expr] = {}
         return tuple(substitute(e, self.vanishing, memo) for e in roots) if self.vanishing else tuple(roots)
 
-    def _nonholonomic(self, forces: Exprs) -> Exprs:
+    def _nonholonomic(self, own: Exprs, every: Exprs) -> Exprs:
+        """Those of the independent speeds, and of the auxiliary ones by what belongs to all."""
         e, n = self.embedding, len(self.derived.speeds)
         if e is None:
-            return forces
-        own = [*(forces[i] for i in e.independent), *forces[n:]]
-        dependent = [forces[i] for i in e.partition.dependent]
-        return tuple(map(add, own, (*e.a_n.T @ dependent, *e.a_na.T @ dependent)))
+            return every
+        dependent = [every[i] for i in e.partition.dependent]
+        return (*(own[i] for i in e.independent), *map(add, every[n:], e.a_na.T @ dependent))

@@ -129,6 +129,12 @@ class Equations(Immutable):
     pivots = Solved.dependent_pivots.within("solved")
     redundant = Solved.redundant.within("solved")
     multipliers = Solved.multipliers.within("solved")
+    partial_velocities_nh = Solved.partial_velocities_nh.within("solved")
+    partial_angular_velocities_nh = Solved.partial_angular_velocities_nh.within("solved")
+    mass_matrix_nh = Solved.mass_matrix_nh.within("solved")
+    kinetic_energy_nh = read[Expr](
+        lambda e: energy.kinetic_energy_in_speeds(e.solved.nonholonomic.bodies), "K in the independent speeds."
+    )
     Fr_nh = Solved.Fr_nh.within("solved")
     Fr_star_nh = Solved.Fr_star_nh.within("solved")
 

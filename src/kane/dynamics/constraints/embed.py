@@ -22,7 +22,9 @@ from kane.expr.node import ZERO, Expr, constant_value
 from kane.expr.regular import Guards, guarding, guards
 from kane.expr.size import Sizes, largest, size
 from kane.expr.square import Divisor, Square, square
+from kane.expr.symbols import Speed
 from kane.kinematics.constraints import ConstraintRows
+from kane.kinematics.motion import Following
 from kane.model.system import System
 
 
@@ -54,6 +56,16 @@ class Embedding:
         own = guards([(d.value, d.size) for d in divisors], [*self.rows.a.entries, *residual], solution)
         values = dict(zip(self.partition.rows, map(guarding(own | dict(self.guards)), solution), strict=True))
         return tuple(values.get(r, ZERO) for r in range(len(self.rows.constraints)))
+
+    def following(self, speeds: Sequence[Speed]) -> dict[Expr, Following]:
+        """The dependent ones of the speeds as functions of the others."""
+        own = [speeds[i] for i in self.independent]
+        rows: list[dict[Expr, Expr]] = [
+            {u: c for u, c in zip(own, row, strict=True) if c is not ZERO} for row in self.a_n.rows
+        ]
+        places = [speeds[d] for d in self.partition.dependent]
+        parts = zip(places, rows, self.b_n, self.c, strict=True)
+        return {u: Following(row, rest, bias) for u, row, rest, bias in parts}
 
     def guarded(self, guard: Callable[[Expr], Expr]) -> "Embedding":
         """The same with NaN where a divisor vanishes."""

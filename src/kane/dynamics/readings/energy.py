@@ -11,7 +11,7 @@ from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Time, input_of
-from kane.kinematics.motion import acceleration_form
+from kane.kinematics.motion import acceleration_form, velocity_form
 from kane.model.loads import Load
 from kane.model.system import total_mass
 from kane.space.point import Point
@@ -25,6 +25,18 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
         twice = add(twice, mul(b.part.mass, b.center.total.dot(b.center.total)))
         if b.rotation is not None:
             w = b.rotation.motion.total.express(b.rotation.inertia.frame)
+            twice = add(twice, w.dot(b.rotation.inertia.times(w)))
+    return twice / 2
+
+
+def kinetic_energy_in_speeds(bodies: Sequence[Moving]) -> Expr:
+    """½ Σ m v·v + ω·I·ω, with v = Σ v_r u_r + v_t and ω likewise."""
+    twice = ZERO
+    for b in bodies:
+        v = velocity_form(b.center).gathered()
+        twice = add(twice, mul(b.part.mass, v.dot(v)))
+        if b.rotation is not None:
+            w = velocity_form(b.rotation.motion).express(b.rotation.inertia.frame)
             twice = add(twice, w.dot(b.rotation.inertia.times(w)))
     return twice / 2
 

@@ -14,9 +14,9 @@ from dataclasses import replace
 from itertools import combinations
 
 from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.touches import Touch, contacts
 from kane.dynamics.derived import Derived, by_other_speeds
 from kane.dynamics.routes.rates import ConstraintRates, constraint_rates
-from kane.dynamics.routes.touches import Touch, contacts
 from kane.errors import KaneError
 from kane.expr.build import add, mul
 from kane.expr.evaluate import is_constant_in_time
@@ -60,7 +60,7 @@ def _given(a: Matrix, partition: Partition, rows: Sequence[int]) -> dict[int, in
 
 def _twin(derived: Derived, w: ConstraintRates, chosen: Sequence[Touch]) -> Derived:
     """The same by other speeds, with the rows w = 0."""
-    twin = by_other_speeds(derived, w.definitions(derived), contacts=contacts(chosen, w.speeds, derived))
+    twin = by_other_speeds(derived, w.definitions(derived), contacts=contacts(chosen, w.speeds, derived.kinematics))
     rows = twin.constraints
     m, n = rows.a.shape
 

@@ -22,9 +22,9 @@ from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.solved import Solved
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ZERO
 from kane.expr.symbols import Reaction, Speed
-from kane.kinematics.motion import Contact, Following, Kinematics
+from kane.kinematics.motion import Contact, Kinematics
 from kane.space.point import Point
 
 
@@ -41,11 +41,7 @@ def motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -
     """The motions of all bodies where the speeds that the constraints give are written by the others."""
     speeds = derived.speeds
     own = tuple(speeds[i] for i in e.independent)
-    following: dict[Expr, Following] = {}
-    for k, d in enumerate(e.partition.dependent):
-        row: dict[Expr, Expr] = {u: c for u, c in zip(own, e.a_n.rows[k], strict=True) if c is not ZERO}
-        following[speeds[d]] = Following(row, e.b_n[k], e.c[k])
-    kinematics = derived.kinematics.with_following(following, contacts)
+    kinematics = derived.kinematics.with_following(e.following(speeds), contacts)
     bodies = moving_parts(derived.inertias, kinematics)
     return Motions(own, kinematics, bodies)
 

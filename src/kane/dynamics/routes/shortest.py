@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeVar
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.classical import all_accelerations, unguarded_classical
 from kane.dynamics.routes.contacts import by_definitions, twins
@@ -19,7 +20,6 @@ from kane.dynamics.routes.dependent import dependent_accelerations
 from kane.dynamics.routes.embedded import Motions, embedded, holds_reactions, motions
 from kane.dynamics.routes.rates import ConstraintRates
 from kane.dynamics.routes.reactions import reactions
-from kane.dynamics.routes.touches import contacts, touches
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.count import price
@@ -91,7 +91,7 @@ def ways(derived: Derived, e: Embedding, coupled: bool, large: bool) -> Iterator
     if coupled or (large and tried):
         return
     yield _embedded(derived, e, {})
-    through = contacts(held, {}, derived)
+    through = contacts(held, {}, derived.kinematics)
     if through:
         yield _embedded(derived, e, through)
 

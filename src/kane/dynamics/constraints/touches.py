@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.dynamics.derived import Derived
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Speed
@@ -54,7 +53,7 @@ def _rests(point: Point, kinematics: Kinematics) -> bool:
     return motion.rest.is_zero and all(isinstance(s, AuxiliarySpeed) for s in motion.partials)
 
 
-def contacts(held: Iterable[Touch], w: Mapping[int, Speed], derived: Derived) -> dict[Point, Contact]:
+def contacts(held: Iterable[Touch], w: Mapping[int, Speed], kinematics: Kinematics) -> dict[Point, Contact]:
     """Points of bodies with the particles through which their velocities go; `w` are the rates of rows that vanish but are speeds."""
     found: dict[Point, Contact] = {}
     for t in held:
@@ -64,7 +63,7 @@ def contacts(held: Iterable[Touch], w: Mapping[int, Speed], derived: Derived) ->
         start = t.point.parent
         if start.parent is None or start in found:
             continue
-        if start not in _needed(t.other, found) and _is_known(t, t.point, derived):
+        if start not in _needed(t.other, found) and _is_known(t, t.point, kinematics):
             directions = {w[r]: n for r, n in zip(t.rows, t.directions, strict=True) if r in w}
             found[start] = Contact(t.point, body, t.other, directions)
     return found
@@ -93,22 +92,22 @@ def _needed(point: Point | None, found: Mapping[Point, Contact]) -> set[Point]:
     return needed
 
 
-def _is_known(t: Touch, point: Point, derived: Derived) -> bool:
+def _is_known(t: Touch, point: Point, kinematics: Kinematics) -> bool:
     """Whether the directions are perpendicular, and what the velocity has across them vanishes."""
     if len(t.rows) not in (2, 3) or any(a.dot(b) is not ZERO for a, b in combinations(t.directions, 2)):
         return False
     if len(t.rows) == 3:
         return True
     across = t.directions[0].cross(t.directions[1])
-    motion = derived.kinematics.point(point)
+    motion = kinematics.point(point)
     apart: dict[Expr, Vector] = {ONE: motion.rest, **motion.partials}
     if t.other is not None:
-        touched = derived.kinematics.point(t.other)
+        touched = kinematics.point(t.other)
         for s, v in {ONE: touched.rest, **touched.partials}.items():
             apart[s] = apart.get(s, Vector()) - v
     pairs = [(v.dot(across), v.dot(v)) for s, v in apart.items() if not isinstance(s, AuxiliarySpeed)]
     open_ = [(x, square) for x, square in pairs if x is not ZERO]
-    return all(_vanishes(open_, Sample(derived.kinematical, seed)) for seed in _SEEDS) if open_ else True
+    return all(_vanishes(open_, Sample(kinematics.speeds, seed)) for seed in _SEEDS) if open_ else True
 
 
 def _vanishes(pairs: Sequence[tuple[Expr, Expr]], sample: Sample) -> bool:
