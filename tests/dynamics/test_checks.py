@@ -70,6 +70,25 @@ class TestInertia:
         with pytest.raises(kn.ModelError, match="measure numbers that depend on a"):
             derive(self.body(self.B, kn.inertia(self.B, 1, 2, 3 + a)))
 
+    @pytest.mark.parametrize("large", [1.0, 1e10])
+    @pytest.mark.parametrize(
+        "more",
+        [
+            a,
+            kn.time,
+            kn.input("r"),
+            a.dt,
+            kn.sin(kn.time) / 2,
+            kn.where(kn.less(kn.time, 1000), 0, 1),
+            kn.where(kn.less(a, 10), 0, a - 10),
+        ],
+        ids=str,
+    )
+    def test_measure_numbers_that_change_are_refused_however_little_and_late(self, more, large):
+        """None of them is decided by what it is at a few places."""
+        with pytest.raises(kn.ModelError, match=r"constant inertia of b, got measure numbers .*rates would be missing in dH/dt"):
+            derive(self.body(self.B, kn.inertia(self.B, large, large, 1 + more)))
+
     def test_along_a_frame_that_is_fixed_in_the_body(self):
         F = self.B.rotate("F", 0.4, self.B.y)
         turn = kn.evaluate(self.B.dcm(F), {})
