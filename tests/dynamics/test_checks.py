@@ -86,7 +86,9 @@ class TestInertia:
     )
     def test_measure_numbers_that_change_are_refused_however_little_and_late(self, more, large):
         """None of them is decided by what it is at a few places."""
-        with pytest.raises(kn.ModelError, match=r"constant inertia of b, got measure numbers .*rates would be missing in dH/dt"):
+        with pytest.raises(
+            kn.ModelError, match=r"constant inertia of b, got measure numbers .*rates would be missing in dH/dt"
+        ):
             derive(self.body(self.B, kn.inertia(self.B, large, large, 1 + more)))
 
     def test_along_a_frame_that_is_fixed_in_the_body(self):

@@ -528,6 +528,12 @@ class TestErrors:
             with pytest.raises(kn.ReactionError, match=r"moves freely with .*u_x"):
                 self.derive([kn.reaction("R", at=slider, along=along)], bodies=[p])
 
+    @pytest.mark.parametrize("size", [1e-15, 1.0, 1e15])
+    def test_along_a_free_direction_however_far_it_leads(self, size):
+        slider = O.at("slider", kn.parameter("size", size) * self.x * N.x)
+        with pytest.raises(kn.ReactionError, match=r"moves freely with .*u_x"):
+            self.derive([kn.reaction("R", at=slider, along=N.x)], bodies=[kn.Particle("p", slider, 1)])
+
     def test_torque_along_a_free_axis(self):
         with pytest.raises(kn.ReactionError, match="moves freely with u_q"):
             self.derive([kn.reaction("T", frame=self.A, along=N.z)])

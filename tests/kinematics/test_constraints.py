@@ -149,13 +149,14 @@ def test_a_plane_s_direction_held_in_space_is_redundant_not_wrong():
         equations("rates", holonomic=kn.coincident(P, O.at("above", 0.1 * N.z), along=N.z))
 
 
-def test_a_particle_whose_place_changes_is_held_by_its_contact_alone():
-    """At s b1 from the mass centre, s a coordinate: (r·n)˙ holds ṡ, the particle's velocity does not."""
+@pytest.mark.parametrize("size", [1e-12, 1.0, 1e12])
+def test_a_particle_whose_place_changes_is_held_by_its_contact_alone(size):
+    """At s b1 from the mass centre, s a coordinate: (r·n)˙ holds ṡ, the particle's velocity does not, however small they are."""
     turn, x, y, s = kn.coordinates("turn x y s")
     B = N.rotate("B", turn, N.z)
-    center = O.at("center", x * N.x + y * N.y)
-    wandering = center.fixed_in(B, "wandering", s * B.x)
-    slider = kn.Particle("slider", center.at("slider", s * B.x), 1)
+    center, size = O.at("center", x * N.x + y * N.y), kn.parameter("size", size)
+    wandering = center.fixed_in(B, "wandering", size * s * B.x)
+    slider = kn.Particle("slider", center.at("slider", size * s * B.x), 1)
     body = kn.RigidBody("b", frame=B, mass_center=center, mass=1, inertia=kn.inertia(B, 1, 1, 1))
 
     def derive(held):
@@ -168,5 +169,5 @@ def test_a_particle_whose_place_changes_is_held_by_its_contact_alone():
             derive(held)
     eom = derive(kn.coincident(slider.mass_center, O, N.x))
     a = np.ravel(eom.evaluate(eom.A, q={turn: 0.4, x: 0.0, y: 0.0, s: 0.7}))
-    rates = {turn: -0.7 * np.sin(0.4), x: 1.0, y: 0.0, s: np.cos(0.4)}
-    np.testing.assert_allclose(a, [rates[q] for q in eom.coordinates], atol=1e-15)
+    rates = {turn: -0.7 * np.sin(0.4) * size.default, x: 1.0, y: 0.0, s: np.cos(0.4) * size.default}
+    np.testing.assert_allclose(a, [rates[q] for q in eom.coordinates], rtol=1e-14)

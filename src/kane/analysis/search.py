@@ -99,7 +99,8 @@ class Search:
 
     def _apart(self, x: Array, other: Array) -> str:
         """Where coordinates are that differ from others, the first few."""
-        pairs = [(q, v) for q, v, w in zip(self.system.coordinates, x, other, strict=True) if abs(v - w) > _SAME]
+        apart = np.abs(x - other) > _SAME * self._wide
+        pairs = [(q, v) for q, v, differs in zip(self.system.coordinates, x, apart, strict=True) if differs]
         return ", ".join(f"{q} = {v:.4g}" for q, v in pairs[:_TOLD]) + (", …" if len(pairs) > _TOLD else "")
 
     def found(self, thorough: bool = False) -> Found:
@@ -130,9 +131,14 @@ class Search:
 
     def closed(self, x: Array) -> Closed:
         """Steps from q (n) on, of what is free, in sizes of its own."""
-        wide = np.ones(len(x))
+        return close(self.one, x, self.start.free, _CLOSED, sizes=(self._size.f, self._wide))
+
+    @cached_property
+    def _wide(self) -> Array:
+        """Sizes of all coordinates, 1 of those that are held."""
+        wide = np.ones(len(self.start.values))
         wide[list(self.start.free)] = self._size.x
-        return close(self.one, x, self.start.free, _CLOSED, sizes=(self._size.f, wide))
+        return wide
 
     def _free(self, x: Array, members: Indices) -> tuple[Array, Array]:
         f, g = self.many(self._whole(x))
@@ -210,7 +216,7 @@ class Search:
         f, g = self.one(x)
         lost = ~(np.isfinite(f) & np.isfinite(g).all(axis=1))
         names = [n for n, bad in zip(self.conditions.names, lost, strict=True) if bad]
-        at = [(q, v) for q, v in zip(self.system.coordinates, x, strict=True) if abs(v) > _SAME]
+        at = [(q, v) for q, v in zip(self.system.coordinates, x, strict=True) if v]
         where = ", ".join(f"{q} = {v:.6g}" for q, v in at[:_TOLD]) or "zero of all coordinates"
         return f"infinity or NaN of {', '.join(map(repr, names))} at {where}" if names else ""
 

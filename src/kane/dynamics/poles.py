@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import Closure, closure, residual_function
+from kane.dynamics.constraints.closure import Closure, closure, residual_function, usual_sizes
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.derived import Derived
 from kane.expr.build import div
@@ -100,12 +100,19 @@ class _Places:
         values = values_of((*free_symbols([*f, *self.linear]), *q), _SEED, self.unit)
         moving = {*q, *self.unit}
         others = {s: v for s, v in values.items() if s not in moving}
-        function = residual_function(self.system, Closure((), f, jacobian(f, q)), others)
+        conditions = Closure((), f, jacobian(f, q))
+        function, usual = (
+            residual_function(self.system, conditions, others),
+            usual_sizes(self.system, conditions, others),
+        )
         ends = [
-            close(function, x, range(len(q)), steps=_STEPS) if f else Closed(x, np.zeros(0), 0)
+            close(function, x, range(len(q)), steps=_STEPS, sizes=(usual.f, usual.x))
+            if f
+            else Closed(x, np.zeros(0), 0)
             for x in self._starts(values, pivot)
         ]
-        places = np.array([last.x for last in ends if last.size <= _ZERO]).reshape(-1, len(q), 1)
+        closed = [last.x for last in ends if np.abs(last.residual / usual.f).max(initial=0) <= _ZERO]
+        places = np.array(closed).reshape(-1, len(q), 1)
         for b in self._determining(values | {x: places[:, k] for k, x in enumerate(q)}, len(places)):
             if b is not None:
                 yield b

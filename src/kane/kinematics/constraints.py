@@ -15,6 +15,7 @@ from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.size import Sizes, size
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Speed
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import ScalarForm
@@ -25,7 +26,7 @@ from kane.model.system import System
 Row = list[Expr]
 
 _SLACK = 1e-8
-"""Share of a rate up to which two numbers for it are the same."""
+"""Share of the terms of a rate up to which two numbers for it are the same."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,8 +122,10 @@ def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics
     if constraint.kind != "configuration" or not wandering:
         return
     rate = kinematics.speeds.in_speeds(time_derivative(constraint.expr), {})
-    power, wanted = (float(x) for x in kinematics.sample.numbers([_total(form), rate]))
-    if abs(power - wanted) > _SLACK * max(1.0, abs(wanted)):
+    memo, total = Sizes(), _total(form)
+    numbers = kinematics.sample.numbers([total, rate, size(total, memo), size(rate, memo)])
+    power, wanted, *sizes = (float(x) for x in numbers)
+    if abs(power - wanted) > _SLACK * max(sizes):
         raise ModelError(
             f"Expected the rate of the configuration constraint {constraint.name!r} from the velocities of what it holds, got "
             f"{wanted:.6g} for the rate and {power:.6g} from the velocities at a random state: the place of {wandering[0].name} in "

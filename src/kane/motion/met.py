@@ -17,6 +17,7 @@ from kane.numeric.arrays import Array
 PARTS = 8
 """In so many parts a step is looked at."""
 _TIME_TOLERANCE = 1e-12
+"""Share of a step to which the time of an event is found."""
 _GONE, _LOOSE = 1e-9, 1e-2
 """Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
 _CLOSE = 1e-3
@@ -58,7 +59,7 @@ def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float
         return float(t_old)
     if b == 0 or last * a > 0:
         return float(t_new)
-    return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE, maxiter=1000, disp=False))
+    return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE * (t_new - t_old), maxiter=1000, disp=False))
 
 
 def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | None:

@@ -34,6 +34,8 @@ from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 
 _MOST_STEPS = 1_000_000
+_SAME_TIME = 1e-12
+"""Share of the span's ends by which the time of a start may differ from its beginning."""
 
 
 def simulate(
@@ -87,8 +89,8 @@ def simulate(
     SimulationError
         if the start is not admissible, or the integration fails
     """
-    t0, _ = span = check_span(span)
-    if t is not None and not np.isclose(t, t0, rtol=1e-12, atol=1e-12):
+    t0, t1 = span = check_span(span)
+    if t is not None and abs(t - t0) > _SAME_TIME * max(abs(t0), abs(t1)):
         raise SimulationError(
             f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
             "take start values that hold at its beginning."

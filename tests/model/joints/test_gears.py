@@ -166,6 +166,19 @@ def test_faults_are_named(make, message):
         make()
 
 
+@pytest.mark.parametrize("metre", [1e-12, 1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("lift", [1e-12, 0.1])
+def test_one_plane_is_one_plane_in_any_units(metre, lift):
+    """What rounding leaves of a lift is none, a tenth of the distance is one."""
+    d = kn.parameter("d", 0.6 * metre)
+    other = kn.pin("other", O.at("Q", d * N.x + lift * d * N.z), N, axis=N.z)
+    if lift < 1e-9:
+        kn.gear_pair("g", a, other, teeth=(1, 2))
+    else:
+        with pytest.raises(kn.ModelError, match="one plane across the axis"):
+            kn.gear_pair("g", a, other, teeth=(1, 2))
+
+
 @pytest.mark.parametrize(
     ("line", "teeth", "internal", "expected"),
     [

@@ -113,8 +113,8 @@ def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> tuple[Frame
 
 
 def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b: Expr, internal: bool) -> None:
-    lift, ta, tb = numbers([line.dot(n), z_a, z_b])
-    if abs(lift) > 1e-9 or line.is_zero:
+    lift, square, ta, tb = numbers([line.dot(n), line.dot(line), z_a, z_b])
+    if abs(lift) > 1e-9 * abs(square) ** 0.5 or line.is_zero:
         raise ModelError(
             f"Expected centres of the gears {name!r} in one plane across the axis, got them {lift:.3g} m apart along {n}."
         )
