@@ -120,7 +120,7 @@ class Conditions:
         """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
         eom, state = self.eom, self.state(x)
         values = values_at(self.numeric, state)
-        solve = np.zeros_like if self.constraints_only else solver(eom, values)
+        solve = np.zeros_like if self.constraints_only else solver(eom, values, state)
         z = solve(values.right)
         first = slopes_at(self.numeric, state, z)
         return values, z, first, slopes_at(self.numeric, state, z, *eom.parameters) if eom.parameters else None, solve

@@ -113,8 +113,9 @@ def different_slopes(every: Sequence[Piece]) -> Mask:
     finite = np.isfinite(table)
     scale = balance(np.where(finite, np.abs(table), 0.0).max(axis=0))
     scaled = table / (scale.rows * scale.columns)
+    blur = np.array([np.broadcast_to(p.blur, table.shape[1:]) for p in every]) / (scale.rows * scale.columns)
     with np.errstate(invalid="ignore"):
-        apart = ~(np.abs(scaled[:, None] - scaled[None]) <= _NOTHING)
+        apart = ~(np.abs(scaled[:, None] - scaled[None]) <= _NOTHING + blur[:, None] + blur[None])
     both = ~finite[:, None] & ~finite[None]
     return np.asarray(
         (apart & ~both).any(axis=(2, 3)) | (alike[:, None] != alike[None]) | ~alike[:, None] & ~alike[None]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kane.analysis.cones import check_cones
 from kane.analysis.corners import Difference, Sides, difference, different_slopes, sides_at
 from kane.analysis.flow import Choice, Flow, flow_at, output_slopes
 from kane.analysis.outputs import Outputs
@@ -28,8 +29,10 @@ _TOLD = 3
 Side = Mapping[Any, float]
 
 
-def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | None = None) -> Flow:
-    """The flow where it has one derivative, else that of the `side`; `tolerance` is that of a steady state, 0 of another.
+def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | None = None) -> Piece:
+    """The flow and its outputs where they have one derivative, else those of the `side`.
+
+    `tolerance` is that of a steady state, 0 of another.
 
     Raises
     ------
@@ -38,16 +41,32 @@ def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | 
     """
     if side is not None:
         check_side((*flow.states, *(r.name for r in flow.numeric.equations.inputs)), side)
+    own = Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0))
     sides = sides_at(flow, outputs, tolerance)
-    if sides is None:
-        return flow
-    if difference(sides):
+    if sides is not None and difference(sides):
         if side is None:
             raise corner_error(sides)
-        return one_side(sides, side)
-    # at the corner itself the graph may have another derivative than beside it: that of sign x |x| is sign² x
-    own, first = Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0)), sides.pieces[:1]
-    return first[0].flow if first and different_slopes((own, *first)).any() else flow
+        own = one_side(sides, side)
+    elif sides is not None and sides.pieces and different_slopes((own, sides.pieces[0])).any():
+        own = sides.pieces[
+            0
+        ]  # at the corner itself the graph may have another derivative: that of sign x |x| is sign² x
+    elif own.finite:
+        check_cones(flow, outputs)
+    if not own.finite:
+        raise SingularError(_not_finite(own))
+    return own
+
+
+def _not_finite(piece: Piece) -> str:
+    flow = piece.flow
+    rows = [*(f"{s}'" for s in flow.states), *(f"output {k + 1}" for k in range(len(piece.outputs)))]
+    i, j = np.argwhere(~np.isfinite(np.column_stack([piece.slopes, piece.level])))[0]
+    what = f"a derivative of {rows[i]}" if j < piece.slopes.shape[1] else rows[i]
+    return (
+        f"Expected equations with finite derivatives at this state, got infinity or NaN as {what}: a root, a power or a quotient has "
+        "none here. Take a state beside it."
+    )
 
 
 def check_side(names: Sequence[str], side: Side) -> dict[str, float]:
@@ -62,8 +81,8 @@ def check_side(names: Sequence[str], side: Side) -> dict[str, float]:
     return told
 
 
-def one_side(sides: Sides, side: Side) -> Flow:
-    """The flow of the side into which the direction leads.
+def one_side(sides: Sides, side: Side) -> Piece:
+    """The flow and outputs of the side into which the direction leads.
 
     Raises
     ------
@@ -81,7 +100,7 @@ def one_side(sides: Sides, side: Side) -> Flow:
             f"Expected side= as a direction in which {what} becomes positive or negative, got one along which it stays zero, or "
             f"where nothing is finite: {dict(side)!r}. {_offer(sides)}"
         )
-    return first.flow
+    return first
 
 
 def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:

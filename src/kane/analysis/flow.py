@@ -62,13 +62,14 @@ class Flow:
         return (*(names[i] for i in self.tangents.free_q), *(speeds[i].name for i in self.tangents.free_u))
 
 
+@np.errstate(invalid="ignore")
 def flow_at(numeric: Numeric[Equations], state: State, choice: Choice, numbers: Numbers | None = None) -> Flow:
     """F and its derivatives at a state on the constraints, from compiled code unless other `numbers` are given."""
     numbers = numbers or Coded(numeric)
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     nq, n = len(eom.coordinates), len(eom.speeds)
     values = numbers.values(state)
-    solve = solver(eom, values)
+    solve = solver(eom, values, state)
     z = solve(values.right)
     slopes = numbers.slopes(state, z)
     held = values.constraints(n)

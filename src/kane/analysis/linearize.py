@@ -5,11 +5,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from kane.analysis.differentiable import Side, differentiable
-from kane.analysis.flow import Choice, Flow, flow_at, output_slopes
+from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.linear import Linear
 from kane.analysis.outputs import Outputs, outputs_of
 from kane.analysis.point import point_of, state_at
+from kane.analysis.sides import Piece
 from kane.analysis.state import State
 from kane.analysis.steady import Steadiness, changing, steadiness
 from kane.analysis.tangents import perturbations
@@ -47,12 +50,12 @@ class Linearizer:
         state = state_at(numeric, q, u, parameters, inputs, t)
         flow, verdict = _flow(numeric, state, choice_of(numeric, independent), bool(independent), tolerance)
         smooth = differentiable(flow, self.outputs, tolerance if verdict.holds else 0.0, side)
-        if smooth is not flow:
-            flow, verdict = smooth, steadiness(smooth, tolerance)
+        if smooth.flow is not flow:
+            flow, verdict = smooth.flow, steadiness(smooth.flow, tolerance)
         if steady and not verdict.holds:
             raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(independent), tolerance)))
         _check_independent(flow, independent)
-        linear = self._linear(flow, verdict)
+        linear = self._linear(smooth, verdict)
         return linear.without(*([leave_out] if isinstance(leave_out, str) else leave_out)) if len(leave_out) else linear
 
     @staticmethod
@@ -63,9 +66,9 @@ class Linearizer:
         other, verdict = _flow(flow.numeric, flow.state, Choice(), False, tolerance)
         return ", ".join(other.states[len(other.tangents.free_q) :]) if verdict.holds else ""
 
-    def _linear(self, flow: Flow, verdict: Steadiness) -> Linear:
-        eom, states, count = self.eom, flow.states, len(flow.states)
-        values, slopes = output_slopes(flow, self.outputs)
+    def _linear(self, piece: Piece, verdict: Steadiness) -> Linear:
+        eom, flow, slopes = self.eom, piece.flow, piece.output_slopes
+        states, count = flow.states, len(flow.states)
         return Linear(
             states,
             tuple(r.name for r in eom.inputs),
@@ -77,7 +80,7 @@ class Linearizer:
             slopes[:, count:],
             point_of(eom, flow.state),
             flow.rest,
-            values,
+            piece.outputs,
             flow.mass,
             tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m),
         )
@@ -144,6 +147,7 @@ def linearize(
     )  # fmt: skip
 
 
+@np.errstate(invalid="ignore")
 def _flow(
     numeric: Numeric[Equations], state: State, choice: Choice, fixed: bool, tolerance: float
 ) -> tuple[Flow, Steadiness]:

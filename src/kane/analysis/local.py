@@ -9,6 +9,7 @@ import numpy as np
 
 from kane.analysis.state import State
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.readings.undirected import undirected
 from kane.dynamics.readings.unsolved import partials, unsolved
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -152,15 +153,22 @@ def _units(values: Values, n: int) -> Array:
     return np.outer(rows, columns)
 
 
-def solver(eom: Equations, values: Values) -> Callable[[Array], Array]:
-    """z of K z = right, multipliers of the constraints that follow from the others zero; K must be regular at this state."""
+def solver(eom: Equations, values: Values, state: State | None = None) -> Callable[[Array], Array]:
+    """z of K z = right, multipliers of the constraints that follow from the others zero; K must be regular at this state.
+
+    Of a `state` that is given it is said which load has no value there.
+    """
     n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
     rows = independent_rows(eom, values.constraints(n))
     keep = np.array([*range(n), *(n + i for i in rows), *range(n + m, n + m + s)], dtype=int)
     matrix = values.matrix[np.ix_(keep, keep)]
     if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(values.right)):
+        load = undirected(eom.solved, state.numbers(eom)) if state is not None else ""
         raise SingularError(
             at_false_pole(eom)
+            or (
+                load and f"Expected equations of motion that are finite at this state, got infinity or NaN: the {load}."
+            )
             or "Expected equations of motion that are finite at this state, got infinity or NaN: coordinates, speeds or "
             "parameters are singular here."
         )

@@ -6,7 +6,7 @@ A piece counts where a motion leads into it: some d with s_i ∇c_i·d > 0 for a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -38,6 +38,7 @@ class Piece:
     """One side `signs` of the switches at a corner: the flow, its outputs and their derivatives.
 
     `gradients` (switches × δ(ξ_I, u_I, r)) are those of the switches that can be left, zero of the others; `away` leads into it.
+    `blur` is how far the slopes may be off, where they are limits.
     """
 
     flow: Flow
@@ -46,6 +47,7 @@ class Piece:
     output_slopes: Array
     gradients: Array
     away: Array
+    blur: Array | float = 0.0
 
     @cached_property
     def level(self) -> Array:
@@ -96,18 +98,23 @@ def _piece(corner: Corner, numbers: OneSided) -> Piece | None:
     first = _built(corner, state, numbers)
     if first is None or first.finite:
         return first
-    tries = []
-    for h in _NEAR:
-        change = corner.flow.moves @ (h * first.away)
-        n = len(state.x)
-        tries.append(_built(corner, replace(state, x=state.x + change[:n], r=state.r + change[n:]), numbers))
-    near = [p for p in tries if p is not None and p.finite]
-    if len(near) < len(_NEAR):
-        return first
-    level, slopes = (_limit([getattr(p, what) for p in near]) for what in ("level", "slopes"))
-    n = len(first.flow.rest)
-    flow = replace(near[-1].flow, state=state, rest=level[:n], a=slopes[:n, :n], b=slopes[:n, n:])
-    return replace(first, flow=flow, outputs=level[n:], output_slopes=slopes[n:])
+    near = beside(corner.flow, first.away, lambda x, r: _built(corner, replace(state, x=x, r=r), numbers))
+    return first if near is None else replace(near, signs=first.signs, gradients=first.gradients, away=first.away)
+
+
+def beside(flow: Flow, d: Array, at: Callable[[Array, Array], Piece | None]) -> Piece | None:
+    """What the pieces `at` places beside a state tend to along d; None where they tend to nothing finite."""
+    n = len(flow.state.x)
+    changes = [flow.moves @ (h * d) for h in _NEAR]
+    near = [at(flow.state.x + c[:n], flow.state.r + c[n:]) for c in changes]
+    found = [p for p in near if p is not None and p.finite]
+    if len(found) < len(_NEAR):
+        return None
+    level, slopes = (_limit([getattr(p, what) for p in found]) for what in ("level", "slopes"))
+    m = len(flow.rest)
+    limit = replace(found[-1].flow, state=flow.state, rest=level[:m], a=slopes[:m, :m], b=slopes[:m, m:])
+    blur = np.abs(found[-1].slopes - found[-2].slopes)
+    return replace(found[-1], flow=limit, outputs=level[m:], output_slopes=slopes[m:], blur=blur)
 
 
 def _limit(series: Sequence[Array]) -> Array:

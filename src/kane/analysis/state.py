@@ -34,6 +34,10 @@ class State:
         """Inputs, parameters and the time by symbol."""
         return dict(zip((*eom.inputs, *eom.parameters, time), (*self.r, *self.p, self.t), strict=True))
 
+    def numbers(self, eom: Equations) -> dict[Expr, Any]:
+        """All of it by symbol."""
+        return {**dict(zip((*eom.coordinates, *eom.speeds), self.x, strict=True)), **self.given(eom)}
+
 
 @dataclass(frozen=True, slots=True)
 class Guess:

@@ -7,13 +7,13 @@ from kane.errors import ExpressionError, alike, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
-from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SUB, SYMBOL, WHERE
+from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, SYMBOL, WHERE
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
 from kane.expr.visit import fold
 
 MIN, MAX = OPS["min"], OPS["max"]
 _CHOICES = frozenset((WHERE, MIN, MAX))
-less = NODE_BUILDERS["less"]
+less, _abs = NODE_BUILDERS["less"], NODE_BUILDERS["abs"]
 Tangents = Mapping[Expr, Expr] | Callable[[Expr], Expr]
 
 
@@ -25,14 +25,24 @@ def partials(node: Expr) -> tuple[Expr, ...]:
     return tuple(as_expr(p) for p in rule(node, *node.args))
 
 
-def tangent(root: Expr, seeds: Tangents, memo: dict[Expr, Expr] | None = None) -> Expr:
+def tangent(root: Expr, seeds: Tangents, memo: dict[Expr, Expr] | None = None, *, at_rest: bool = False) -> Expr:
     """Forward derivative: the directional derivative of `root` where each leaf changes at the rate that `seeds` gives.
 
-    A `memo` shared between calls with the same seeds makes later calls cost only what is new.
+    A `memo` shared between calls with the same seeds makes later calls cost only what is new. With `at_rest` the derivative of √s is
+    zero where that of s is, not 0/0: that of |v| v is finite at v = 0, and that of |v| the mean of all sides.
     """
     derivatives: dict[Expr, Expr] = {} if memo is None else memo
     seed = seeds if callable(seeds) else (lambda leaf: seeds.get(leaf, ZERO))
-    return fold(root, derivatives, lambda node: seed(node) if node.op is SYMBOL else _through(node, derivatives))
+
+    def through(node: Expr) -> Expr:
+        if node.op is SYMBOL:
+            return seed(node)
+        change = _through(node, derivatives)
+        if at_rest and node.op is SQRT and change.args:
+            return where(less(ZERO, _abs(derivatives[node.args[0]])), change, ZERO)
+        return change
+
+    return fold(root, derivatives, through)
 
 
 def _through(node: Expr, derivatives: Mapping[Expr, Expr]) -> Expr:

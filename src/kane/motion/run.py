@@ -9,6 +9,7 @@ import numpy as np
 
 from kane.analysis.assemble import assemble
 from kane.analysis.state import start_state
+from kane.dynamics.readings.undirected import undirected
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
@@ -157,7 +158,13 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     rates = stepper.rate(t0, start)
     if stepper.kinks is not None:
         stepper.kinks.check_start(t0, start[:-1], (stepper.now.p, stepper.now.inputs(t0)), rates[:-1])
-    check_rates(names, rates, t0, lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants))
+    check_rates(
+        names,
+        rates,
+        t0,
+        lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants),
+        lambda: undirected(stepper.now.eom.solved, stepper.now.values(t0, start)),
+    )
     return start
 
 

@@ -104,10 +104,17 @@ def check_events(eom: Equations, values: Array, t0: float) -> None:
             )
 
 
-def check_rates(names: Sequence[str], rates: Array, t: float, why: Callable[[], str]) -> None:
-    """Finite rates at the start; `why` says what is not finite first."""
+def check_rates(
+    names: Sequence[str], rates: Array, t: float, why: Callable[[], str], load: Callable[[], str] = lambda: ""
+) -> None:
+    """Finite rates at the start; `why` says what is not finite first, `load` whether that is a load."""
     bad = [n for n, v in zip(names, rates, strict=False) if not np.isfinite(v)]
     if bad:
+        told = load()
+        if told:
+            raise SimulationError(
+                f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t:g}: the {told}."
+            )
         raise SimulationError(
             f"Expected finite rates at the start, got none for {', '.join(bad)} at t = {t:g}: the equations are singular at "
             f"this state ({why()}). Start elsewhere, or choose coordinates and speeds that are regular here."

@@ -72,9 +72,9 @@ def unsolved(derived: Derived) -> Unsolved:
 
 
 def partials(roots: Sequence[Expr], symbols: Sequence[Expr]) -> Matrix:
-    """∂roots/∂symbols, a row for each root."""
+    """∂roots/∂symbols, a row for each root; those of lengths |v| at v = 0 are zero."""
     columns = []
     for s in symbols:
         memo: dict[Expr, Expr] = {}
-        columns.append([tangent(r, {s: ONE}, memo) for r in roots])
+        columns.append([tangent(r, {s: ONE}, memo, at_rest=True) for r in roots])
     return Matrix(zip(*columns, strict=True), (len(roots), len(symbols)))
