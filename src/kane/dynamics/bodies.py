@@ -37,14 +37,25 @@ class ConstantInertia:
     rows: Cosines
     spun: bool
 
+    @property
+    def uniform(self) -> bool:
+        """Whether I is a multiple of the unit dyadic, as that of a sphere: then no frame matters."""
+        return all(
+            x is (self.rows[0][0] if i == j else ZERO) for i, row in enumerate(self.rows) for j, x in enumerate(row)
+        )
+
     def times(self, w: Vector) -> Vector:
         """I · w."""
+        if self.uniform:
+            return w * self.rows[0][0]
         components: Triple = w.components(self.frame)
         a, b, c = (dot(row, components) for row in self.rows)
         return Vector(((self.frame, (a, b, c)),))
 
     def torque(self, motion: Motion, alpha: Vector) -> Vector:
         """I·α + ω × I·ω."""
+        if self.uniform:
+            return self.times(alpha)
         w = motion.total.express(self.frame)
         return self.times(alpha) + w.cross(self.times(w))
 
@@ -85,7 +96,11 @@ def inertias_of(bodies: Iterable[Body], aligned: Aligned) -> Inertias:
 
 def homes(inertias: Inertias, aligned: Aligned) -> dict[Basis, Basis]:
     """For the frames of some parts, the frame along which ω is best written."""
-    best = {p.frame: inertia.frame for _, p, inertia in inertias if p.frame is not None and inertia is not None}
+    best = {
+        p.frame: inertia.frame
+        for _, p, inertia in inertias
+        if p.frame is not None and inertia is not None and not inertia.uniform
+    }
     return {frame: home for frame, home in best.items() if home is not aligned.rates(frame)[0]}
 
 

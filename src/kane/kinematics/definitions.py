@@ -15,6 +15,7 @@ from kane.expr.solve import invert
 from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substitute
 from kane.kinematics.speeds import Speeds, is_rate
+from kane.kinematics.turned import rates_along, turned
 from kane.model.system import System
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
 from kane.numeric.sample import draw, values_of
@@ -43,14 +44,7 @@ def generalized_speeds(system: System) -> Speeds:
     trivial = all(map(is_rate, rows))
     if not trivial:
         _check_rank(system, speeds, rows, dense, rates)
-    try:
-        inverse, pivots = invert(dense)
-    except SingularError as error:
-        raise SpeedsError(f"Expected independent generalized speeds: {error}") from error
-    w: dict[Expr, dict[Expr, Expr]] = {
-        b: {u: c for u, c in zip(speeds, row, strict=True) if c is not ZERO}
-        for b, row in zip(rates, inverse, strict=True)
-    }
+    w, pivots, along = _inverted(system, speeds, rows, z, dense, rates)
     x: dict[Expr, Expr] = {}
     for b in rates:
         rest = ZERO
@@ -63,9 +57,44 @@ def generalized_speeds(system: System) -> Speeds:
         by_row[frozenset(row.items())] = {i: ONE}
         by_row[frozenset((b, neg(c)) for b, c in row.items())] = {i: neg(ONE)}
     return Speeds(
-        system, Symbols(speeds), tuple(rates), tuple(rows), tuple(z), w, x, tuple(pivots), euler_rates, _groups(rates, rows), by_row,
-        not trivial,
+        system, Symbols(speeds), tuple(rates), tuple(rows), tuple(z), w, x, pivots, euler_rates, along, _groups(rates, rows),
+        by_row, not trivial,
     )  # fmt: skip
+
+
+def _inverted(
+    system: System,
+    speeds: tuple[Speed, ...],
+    rows: list[dict[Expr, Expr]],
+    z: list[Expr],
+    dense: list[list[Expr]],
+    rates: list[Expr],
+) -> tuple[dict[Expr, dict[Expr, Expr]], tuple[Expr, ...], dict[Expr, Expr]]:
+    """W_b by basic rate and speed, what it is divided by, and the rates of Euler parameters that follow from speeds outright.
+
+    Of rows that are direction cosines the inverse is known; what is left of Y sees units in their places.
+    """
+    perpendicular = {s: found for s in system.euler_parameters if (found := turned(s, rows)) is not None}
+    for s, found in perpendicular.items():
+        for k, i in enumerate(found.places):
+            dense[i] = [ONE if b is s.quasi[k] else ZERO for b in rates]
+    try:
+        inverse, pivots = invert(dense)
+    except SingularError as error:
+        raise SpeedsError(f"Expected independent generalized speeds: {error}") from error
+    w: dict[Expr, dict[Expr, Expr]] = {
+        b: {u: c for u, c in zip(speeds, row, strict=True) if c is not ZERO}
+        for b, row in zip(rates, inverse, strict=True)
+    }
+    along: dict[Expr, Expr] = {}
+    for s, found in perpendicular.items():
+        for k, quasi in enumerate(s.quasi):
+            shares = ((speeds[i], found.cosines[row, k]) for row, i in enumerate(found.places))
+            w[quasi] = {u: c for u, c in shares if c is not ZERO}
+        if found.along is not None:
+            values = rates_along(s, [sub(speeds[i], z[i]) for i in found.along])
+            along.update(zip(map(rate, s.coordinates), values, strict=True))
+    return w, tuple(pivots), along
 
 
 def _definitions(

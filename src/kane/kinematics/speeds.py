@@ -47,7 +47,8 @@ class Speeds:
     """The kinematical equations of a system.
 
     `rates` are the basic rates b: q̇ of ordinary coordinates, quasi-rates of Euler parameters. `rows` and `z` give
-    u = Y_b b + z, `inverse` and `x` give b = W_b u + X_b, `pivots` are what W_b divides by.
+    u = Y_b b + z, `inverse` and `x` give b = W_b u + X_b, `pivots` are what W_b divides by. `along` gives rates of Euler parameters by
+    speeds outright.
     """
 
     system: System
@@ -59,6 +60,7 @@ class Speeds:
     x: dict[Expr, Expr]
     pivots: tuple[Expr, ...]
     euler_rates: dict[Expr, Expr]
+    along: dict[Expr, Expr]
     groups: dict[Expr, int]
     by_row: dict[frozenset[tuple[Expr, Expr]], dict[int, Expr]]
     nontrivial: bool
@@ -160,7 +162,10 @@ class Speeds:
     def coordinate_rates(self) -> tuple[Expr, ...]:
         """q̇ = W u + X, written out, in the order of the coordinates."""
         totals = {b: ScalarForm(self.inverse[b], self.x[b]).total() for b in self.rates}
-        return tuple(substitute(self._basic(rate(q)), totals) for q in self.system.coordinates)
+        return tuple(
+            self.along[r] if r in self.along else substitute(self._basic(r), totals)
+            for r in map(rate, self.system.coordinates)
+        )
 
     def matrices(self) -> tuple[Matrix, tuple[Expr, ...], Matrix, tuple[Expr, ...]]:
         """Y, z, W, X in the rates of the coordinates; Y has the row eᵀė = 0 for each set of Euler parameters."""

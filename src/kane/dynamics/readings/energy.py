@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from kane.dynamics.bodies import Moving
+from kane.dynamics.bodies import Moving, Turning
 from kane.dynamics.readings.values import time_derivative
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import sum_of
@@ -24,7 +24,7 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
     for b in bodies:
         twice = add(twice, mul(b.part.mass, b.center.total.dot(b.center.total)))
         if b.rotation is not None:
-            w = b.rotation.motion.total.express(b.rotation.inertia.frame)
+            w = _along_inertia(b.rotation, b.rotation.motion.total)
             twice = add(twice, w.dot(b.rotation.inertia.times(w)))
     return twice / 2
 
@@ -36,9 +36,13 @@ def kinetic_energy_in_speeds(bodies: Sequence[Moving]) -> Expr:
         v = velocity_form(b.center).gathered()
         twice = add(twice, mul(b.part.mass, v.dot(v)))
         if b.rotation is not None:
-            w = velocity_form(b.rotation.motion).express(b.rotation.inertia.frame)
+            w = _along_inertia(b.rotation, velocity_form(b.rotation.motion))
             twice = add(twice, w.dot(b.rotation.inertia.times(w)))
     return twice / 2
+
+
+def _along_inertia(rotation: Turning, w: Vector) -> Vector:
+    return w.gathered() if rotation.inertia.uniform else w.express(rotation.inertia.frame)
 
 
 def potential_energy(loads: Iterable[Load]) -> Expr:
