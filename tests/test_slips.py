@@ -7,12 +7,16 @@ Others, such as the sign of a force, leave another sound model; they are counted
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
+import kane as kn
+from kane.analysis.load_signs import doubtful_loads
 from tests.systems.draft_kinds import KINDS, drafted
-from tests.systems.drafts import verdict
-from tests.systems.slips import SEEN, UNSEEN, slipped
+from tests.systems.drafts import Draft, built, verdict
+from tests.systems.slips import SEEN, UNSEEN, sign_of_a_force, sign_of_a_value, slipped
 
 BLOCK = 100
 LEAST = 0.99
@@ -77,3 +81,36 @@ def test_what_cannot_be_seen_is_another_sound_model():
         if any(slip(sound, np.random.default_rng(seed)) for slip in UNSEEN.values()):
             said.append(verdict(slipped(sound, np.random.default_rng([seed, 2]), UNSEEN)[1]).said)
     assert sum(not x for x in said) >= 0.9 * len(said)
+
+
+def doubted(d: Draft) -> set[str]:
+    """The loads that `kane check` would hint at."""
+    eom = kn.derive(built(d))
+    start = kn.assemble(eom, q=d.q, u=d.u or None, parameters=d.values)
+    numbers: dict = {kn.time: 0.0}
+    numbers |= {p: d.values.get(p.name, p.default) for p in eom.parameters}
+    numbers |= {s: d.forces[s.name] for s in eom.inputs}
+    numbers |= start.q
+    numbers |= start.u
+    return {doubt.load.name for doubt in doubtful_loads(eom, numbers)}
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(6), pytest.param(range(2000, 2120), marks=pytest.mark.slow)], ids=["few", "many"]
+)
+def test_hints_at_springs_that_push_and_dampers_that_feed(seeds):
+    """Every stiffness and damping below zero, every spring and drag of the wrong sign; no motor, and nothing of what is sound."""
+    for seed in seeds:
+        sound = drafted(seed)
+        assert doubted(sound) == set(), seed
+        for slip in (sign_of_a_value, sign_of_a_force):
+            wrong = slip(sound, np.random.default_rng(seed))
+            if wrong is None:
+                continue
+            changed = {
+                n
+                for n, text in wrong.loads.items()
+                if sound.loads[n] != text or any(re.search(rf"\b{v}\b", text) for v in wrong.values)
+            }
+            passive = changed - {"pull", "push", "motor", *(f"motor {i}" for i in range(4))}
+            assert bool(doubted(wrong) & passive) == bool(passive), (seed, changed)

@@ -214,6 +214,15 @@ SLIPS = {
             ('kn.Force(A, -k * x * N.x, name="spring")', "spring, right_spring"),
         ],
     ),
+    "spring_pushes": Slip("cart", "A spring that pushes the cart away.", [("-k * x", "k * x")]),
+    "damper_feeds": Slip(
+        "rod",
+        "A damper whose coefficient has the wrong sign.",
+        [
+            ("g =", 'c = kn.parameter("c", -0.02, "N*m*s/rad")\n    g ='),
+            ("N.y)", 'N.y), kn.torsional_damper(B, N, c, N.z, name="brake")'),
+        ],
+    ),
     "start_unknown": Slip("cart", "A start value for a coordinate of another name.", [(' "q', ' "q1')]),
     "start_length": Slip(
         "cart", "The start as a list with one value too many.", [('{"x": 0.1, "q": 0.5}', "[0.1, 0.5, 0.0]")]

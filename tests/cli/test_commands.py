@@ -225,6 +225,11 @@ def test_every_system_of_the_gallery_has_a_start(name):
     assert from_json("simulate", name, "--t1", 0.01)["energy"]["passed"]
 
 
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in GALLERY])
+def test_check_warns_of_nothing_in_the_gallery(name):
+    assert set(from_json("check", name)["warnings"]) <= {"No loads: nothing but inertia acts."}
+
+
 def test_emit(tmp_path):
     compiled = kn.derive(load("pendulum").system()).compile(name="swing")
     for target in ("c", "h", "numpy"):

@@ -19,7 +19,7 @@ BLOCKS = re.findall(r"^```console\n\$ kane (.*?)^```", PAGE.read_text(encoding="
 
 
 def test_there_are_examples():
-    assert len(BLOCKS) == 7
+    assert len(BLOCKS) == 8
 
 
 @pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.splitlines()[0])

@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 import kane as kn
+from kane.analysis.load_signs import DIRECTIONS, doubtful_loads
 from kane.analysis.state import start_state
 from kane.cli import screen
 from kane.cli.derive import derived
@@ -44,7 +45,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
             took = time.perf_counter() - began
             begin = start(model, eom, {})
             with own_code(model.path, "START"):
-                _check_start(model, eom, begin)
+                numbers = _check_start(model, eom, begin)
     except (KaneError, UserError) as error:
         if not as_json or isinstance(error, Misuse):
             raise
@@ -54,7 +55,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
     else:
         told = [str(w.message) for w in caught]
         # what can be computed but is perhaps not meant
-        doubtful = [*_missing(eom, begin), *_degrees(eom, begin), *_loads(eom)]
+        doubtful = [*_missing(eom, begin), *_degrees(eom, begin), *_loads(eom), *_signs(eom, numbers)]
         what = summary(model, eom, [*told, *doubtful], took)
         if as_json:
             screen.as_json(what)
@@ -63,15 +64,15 @@ def check(name: Name, as_json: AsJson = False) -> None:
             show(what, [*placed, *doubtful])
 
 
-def _check_start(model: Model, eom: kn.Equations, begin: Start) -> None:
-    """The values must be admissible, and the equations have finite values where the motion starts."""
+def _check_start(model: Model, eom: kn.Equations, begin: Start) -> dict[kn.Expr, Any]:
+    """The values must be admissible, and the equations finite where the motion starts; all numbers there, if START says them."""
     groups = (("start value", {**begin.q, **begin.u}), ("value", {**begin.parameters, **begin.inputs}))
     for what, told in groups:
         for name, value in told.items():
             if not callable(value):
                 finite_number(what, name, value)
     if begin.missing:
-        return
+        return {}
     t = model.span[0]
     constants = parameter_values(eom.system, begin.parameters)
     check_masses(eom, constants)
@@ -90,6 +91,7 @@ def _check_start(model: Model, eom: kn.Equations, begin: Start) -> None:
             f"Expected finite rates at START, got none for {', '.join(bad)}: {_why(eom, numbers)}. Start elsewhere, or choose "
             "coordinates and speeds that are regular there."
         )
+    return numbers
 
 
 def _rates(eom: kn.Equations, numbers: dict[kn.Expr, Any], given: dict[str, Any]) -> list[Any]:
@@ -153,3 +155,21 @@ def _loads(eom: kn.Equations) -> Iterator[str]:
         yield f"{len(system.gravities)} loads of gravity ({names}) act on every body: they add. List one, if one is meant."
     for load in dict.fromkeys(x for x in system.loads if system.loads.count(x) > 1):
         yield f"The load {load.name!r} is listed {system.loads.count(load)} times: it acts as often. List it once, if once is meant."
+
+
+_DOES = {
+    "feeds": (
+        "The load {name!r} feeds the motion: what changes sign in it with the speeds has a positive power at START, at {count} random "
+        "speeds, up to {most:.3g} W for speeds about 1. A damper takes energy: look at the sign of the force, or of its coefficient."
+    ),
+    "pushes": (
+        "The load {name!r} pushes away: at START it grows along itself as its place moves that way, by up to {most:.3g} for each "
+        "unit, in {count} random directions. A spring pushes back: look at the sign of the force, or of its stiffness."
+    ),
+}
+
+
+def _signs(eom: kn.Equations, numbers: dict[kn.Expr, Any]) -> Iterator[str]:
+    """What energy says of the signs of loads."""
+    for doubt in doubtful_loads(eom, numbers) if numbers else ():
+        yield _DOES[doubt.does].format(name=doubt.load.name, count=DIRECTIONS, most=doubt.most)
