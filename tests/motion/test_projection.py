@@ -71,7 +71,7 @@ def test_projection_onto_another_branch_is_told():
         (EIGHT[6], "'G' with its frame turned by 120°"),
     ):
         e = np.roll(Rotation.from_matrix(turn).as_quat(), 1)
-        x = np.array([0, 0, 0, *(e + 1e-3 * np.sin(range(4))), *[0.0] * 6])
+        x = np.array([*(e + 1e-3 * np.sin(range(4))), 0, 0, 0, *[0.0] * 6])
         _, numbers = project(eom, x)
         assert np.abs(numbers.f).max() < 1e-12
         assert manifold(eom.numeric()).turned(numbers) == told

@@ -49,7 +49,7 @@ def test_orientations_at_which_the_equations_vanish_are_told_apart(kind):
     angles = turned_function(system, values)
     seen = set()
     for turn in TURNS:
-        q = [0, 0, 0, *np.roll(Rotation.from_matrix(turn).as_quat(), 1)]
+        q = [*np.roll(Rotation.from_matrix(turn).as_quat(), 1), 0, 0, 0]
         at = dict(zip(body.coordinates, q, strict=True)) | values
         rows = [float(kn.evaluate(c.expr, at)) for c in system.constraints]
         if np.abs(rows).max() < 1e-12:
@@ -62,7 +62,7 @@ def test_by_how_much_it_is_turned():
     _, system = closed("weld")
     (branch,) = branches(system)
     assert (branch.name, branch.what) == ("G", "frame")
-    starts = [[0, 0, 0, *np.roll(Rotation.from_matrix(turn).as_quat(), 1)] for turn in EIGHT]
+    starts = [[*np.roll(Rotation.from_matrix(turn).as_quat(), 1), 0, 0, 0] for turn in EIGHT]
     half, third = np.pi, 2 * np.pi / 3
     expected = [0, *3 * [half], *4 * [third]]
     np.testing.assert_allclose(turned_function(system, {})(np.array(starts))[:, 0], expected, atol=1e-12)
@@ -74,7 +74,7 @@ def test_some_rows_of_a_closure_alone_say_nothing_of_its_orientation():
     some = system.replace(holonomic=[c for c in system.constraints if not c.name.endswith("tilt2")])
     for angle, away in ((0.0, 0), (2.5, 0), (np.pi, np.pi)):
         turn = np.roll(Rotation.from_rotvec(angle * OBLIQUE[:, 0]).as_quat(), 1)
-        a, b = (turned_function(x, {})(np.array([0, 0, 0, *turn])) for x in (system, some))
+        a, b = (turned_function(x, {})(np.array([*turn, 0, 0, 0])) for x in (system, some))
         assert (*a, *b) == pytest.approx((away, away))
 
 

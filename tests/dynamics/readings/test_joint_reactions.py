@@ -323,7 +323,7 @@ class TestRedundant:
 
     def state(self):
         place = [0.4 * np.cos(0.6), 0.4 * np.sin(0.6), 0]
-        return {"q": [*place, np.cos(0.3), 0, 0, np.sin(0.3)], "u": [0, 0, 1.5, 0, 0.4 * 1.5, 0]}
+        return {"q": [np.cos(0.3), 0, 0, np.sin(0.3), *place], "u": [0, 0, 1.5, 0, 0.4 * 1.5, 0]}
 
     def test_what_is_not_determined_is_refused(self):
         eom = self.derive()

@@ -92,7 +92,7 @@ def test_closed_by_constraints_or_by_coordinates_it_is_the_same_motion_and_the_s
     place = tree.evaluate(joint.point.position(joint.at).components(joint.parent), **state)
     spin = tree.evaluate(joint.angular_velocity.components(joint.frame), **state)
     slide = tree.evaluate(joint.velocity.components(joint.frame), **state)
-    q_loop = dict(zip(free.coordinates, [*place, *quaternion(turn)], strict=True))
+    q_loop = dict(zip(free.coordinates, [*quaternion(turn), *place], strict=True))
     u_loop = dict(zip(free.speeds, [*spin, *slide], strict=True))
     (angle,), (rate,) = crank.coordinates, crank.speeds
     moved = {"q": q_loop | {angle: q[angle]}, "u": u_loop | {rate: u[rate]}}

@@ -34,6 +34,11 @@ def state(joint, seed=1):
     return q, v
 
 
+def in_steps(joint, values):
+    """Values by coordinate in the order of the joint's steps: a free child is displaced before it is turned."""
+    return [*values[3:], *values[:3]] if joint.kind == "free" else values
+
+
 def pose(joint, q):
     values = dict(zip(joint.coordinates, q, strict=True))
     turn = np.array(kn.evaluate(joint.parent.dcm(joint.frame), values), dtype=float)
@@ -55,7 +60,7 @@ def test_the_pose_is_that_of_the_steps(kind):
     joint = KINDS[kind].make("J", O, N)
     q, _ = state(joint)
     turn, point = pose(joint, q)
-    expected_turn, expected_point = stepped(KINDS[kind].steps, q)
+    expected_turn, expected_point = stepped(KINDS[kind].steps, in_steps(joint, q))
     np.testing.assert_allclose(turn, expected_turn, atol=1e-14)
     np.testing.assert_allclose(point, expected_point, atol=1e-14)
 
@@ -83,7 +88,7 @@ def test_speeds_are_along_the_free_motions(kind):
     values = dict(zip(joint.coordinates, q, strict=True)) | {s.dt: x for s, x in zip(joint.coordinates, v, strict=True)}
     o = joint.frame.orientation
     if o.quasi:  # the quasi-rates' meaning: w = 2 G ė
-        e, rates = q[-4:], v[-4:]
+        e, rates = q[:4], v[:4]
         g = np.array([[-e[1], e[0], e[3], -e[2]], [-e[2], -e[3], e[0], e[1]], [-e[3], e[2], -e[1], e[0]]])
         values |= dict(zip(o.quasi, 2 * g @ rates, strict=True))
     h = 1e-6
@@ -143,7 +148,7 @@ def chain(kinds, seed):
 def test_chains_move_as_newton_and_euler_say_and_transmit_their_forces(kinds):
     """Accelerations, and the force and torque of each joint by name along the inertial axes."""
     eom, joints, tree = chain(kinds, len(kinds))
-    symbols = [q for joint in joints for q in joint.coordinates]
+    symbols = [q for joint in joints for q in in_steps(joint, joint.coordinates)]
     rng = np.random.default_rng(5)
     q, v = rng.uniform(-1, 1, tree.size), rng.uniform(-1, 1, tree.size)
     expected = newton_euler.solve(tree, q, v)
@@ -187,11 +192,21 @@ def test_what_a_joint_transmits_does_no_work_on_its_free_motions(kind):
     assert all(abs(float(x)) < 1e-11 * size for x in (eom.evaluate(work, q=q, u=u) if work else []))
 
 
+@pytest.mark.parametrize("kind", MAKES)
+def test_coordinates_and_speeds_stand_in_one_order(kind):
+    """Turns and displacements follow each other in the speeds as in the coordinates."""
+    joint = MAKES[kind]("J", O, N)
+    turns = [s.unit == "m" for s in joint.coordinates], [s.unit == "m/s" for s in joint.speeds]
+    q, u = (list(dict.fromkeys(t)) for t in turns)
+    assert q == u
+    assert [twist.rotation.is_zero for twist in joint.free] == turns[1]
+
+
 class TestNames:
     def test_after_the_joint(self):
         joint = kn.free("left foot", O, N)
         assert " ".join(map(str, joint.coordinates)) == " ".join(
-            f"{s}_left_foot" for s in ("x", "y", "z", "e0", "e1", "e2", "e3")
+            f"{s}_left_foot" for s in ("e0", "e1", "e2", "e3", "x", "y", "z")
         )
         assert [str(u) for u in joint.speeds] == [f"{s}_left_foot" for s in ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")]
         assert (joint.frame.name, joint.point.name) == ("left foot", "left foot point")
@@ -272,8 +287,8 @@ class TestUnits:
             ("universal", "rad rad", "rad/s rad/s"),
             ("planar", "m m rad", "m/s m/s rad/s"),
             ("ball by Euler parameters", "1 1 1 1", "rad/s rad/s rad/s"),
-            ("free by Euler parameters", "m m m 1 1 1 1", "rad/s rad/s rad/s m/s m/s m/s"),
-            ("free", "m m m rad rad rad", "rad/s rad/s rad/s m/s m/s m/s"),
+            ("free by Euler parameters", "1 1 1 1 m m m", "rad/s rad/s rad/s m/s m/s m/s"),
+            ("free", "rad rad rad m m m", "rad/s rad/s rad/s m/s m/s m/s"),
         ],
     )
     def test_by_name(self, kind, q, u):

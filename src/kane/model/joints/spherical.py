@@ -23,11 +23,11 @@ _STEMS: dict[str, dict[str, str]] = {
 def _turned(
     s: Seat, orientation: str, sequence: str, **lengths: str
 ) -> tuple[Frame, tuple[Coordinate, ...], list[Twist], list[Expr]]:
-    """The child, turned by the coordinates that come after `lengths`; all coordinates, the free turns, ω along the child's axes."""
+    """The child, turned by the coordinates before `lengths`; all coordinates, the free turns, ω along the child's axes."""
     if orientation not in _STEMS:
         raise ModelError(f"Expected orientation={' or '.join(map(repr, _STEMS))} for {s.name!r}, got {orientation!r}.")
-    q = s.symbols(**lengths, **_STEMS[orientation])
-    turning = q[len(lengths) :]
+    q = s.symbols(**_STEMS[orientation], **lengths)
+    turning = q[: len(_STEMS[orientation])]
     if orientation == "angles":
         frame = s.parent.rotate_body(s.child, turning, sequence)
     else:
@@ -69,7 +69,7 @@ def free(
     coordinates: Names = None,
     speeds: SpeedNames = None,
 ) -> Joint:
-    """A child at x, y, z along the parent's axes, oriented as by `kn.ball`.
+    """A child oriented as by `kn.ball`, at x, y, z along the parent's axes: coordinates and speeds stand in this order.
 
     Speeds are the measure numbers of its ω in the parent along its own axes, then those of the velocity of its joint point in the
     parent along the axes of the child or of the parent, as `velocity` says. Other arguments as for `kn.pin`.
@@ -78,7 +78,7 @@ def free(
     if velocity not in ("child", "parent"):
         raise ModelError(f"Expected velocity='child' or 'parent' for {name!r}, got {velocity!r}.")
     frame, q, free, spins = _turned(s, orientation, sequence, x="m", y="m", z="m")
-    x, y, z = q[:3]
+    x, y, z = q[-3:]
     offset = parent.x * x + parent.y * y + parent.z * z
     along = frame if velocity == "child" else parent
     v = offset.dt(parent)
