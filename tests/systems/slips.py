@@ -148,6 +148,35 @@ def another_parameter(d: Draft, rng: Rng) -> Draft | None:
     return None if b is None else _rewritten(d, group, name, re.sub(rf"(?<![\w\".]){a}(?![\w\"=])", b, text, count=1))
 
 
+def name_of_another_kind(d: Draft, rng: Rng) -> Draft | None:
+    """A frame for a point, a parameter for a frame, a body for its frame, …."""
+    kinds = {n: _kind(d, n) for n in (*d.parameters, *d.coordinates, *d.speeds, *d.places, *d.bodies, "N", "O")}
+    whole = {a: re.compile(rf"(?<=[(,= ]){a}(?=[,)])") for a in kinds}  # what is done with a name is Python's to refuse
+    found = [(g, n, text, a) for g, n, text in formulas(d) for a in _uses(text, kinds) if whole[a].search(text)]
+    chosen = _one(rng, found)
+    if chosen is None:
+        return None
+    group, name, text, a = chosen
+    b = _one(rng, [n for n in kinds if kinds[n] != kinds[a] and _stands_before(d, group, name, n)])
+    return b and _rewritten(d, group, name, whole[a].sub(b, text, count=1))
+
+
+def _kind(d: Draft, name: str) -> str:
+    text = d.places.get(name, "")
+    if name in d.places:
+        return "point" if ".at(" in text or "fixed_in" in text else "joint" if "kn." in text else "frame"
+    groups = {"parameters": "scalar", "coordinates": "scalar", "speeds": "scalar", "bodies": "body"}
+    return next(
+        (kind for g, kind in groups.items() if name in getattr(d, g)), {"N": "frame", "O": "point"}.get(name, "")
+    )
+
+
+def _stands_before(d: Draft, group: str, name: str, other: str) -> bool:
+    """Whether the other name is known where this formula is read."""
+    order = [*d.places, *d.bodies]
+    return group not in ("places", "bodies") or other not in order or order.index(other) < order.index(name)
+
+
 def speed_left_out(d: Draft, rng: Rng) -> Draft | None:
     """A speed not defined."""
     return _without(d, "speeds", _one(rng, d.speeds)) if len(d.speeds) > 1 else None
@@ -358,7 +387,8 @@ SEEN: Mapping[str, Slip] = {
     f.__name__.replace("_", " "): f
     for f in (
         unit_of_a_parameter, unit_of_a_coordinate, unit_of_a_speed, factor_left_out, force_for_torque, exchanged_parameters,
-        another_parameter, speed_left_out, rate_forgotten, rate_of_another, unknown_name, exchanged_values, value_in_the_wrong_place,
+        another_parameter, name_of_another_kind, speed_left_out, rate_forgotten, rate_of_another, unknown_name, exchanged_values,
+        value_in_the_wrong_place,
         value_missing, default_missing, wrong_particle, wrong_side, turning_gravity, start_off_the_constraints,
         contradictory_constraint, dropped_constraint, direction_left_out, start_values_exchanged,
         negative_mass, body_left_out, scalar_for_vector, axis_not_unit,

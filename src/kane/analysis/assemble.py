@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.analysis.held import held_at
 from kane.analysis.search import Found, Search
-from kane.analysis.state import GIVEN, Entries, entries, misses
+from kane.analysis.state import GIVEN, Entries, check_equations, entries, misses
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -108,6 +108,7 @@ def assemble(
         if no state satisfies the constraints with the values that are given; says which constraint resists, and by how much, or
         which closure is turned
     """
+    check_equations(eom)
     constants: dict[Expr, Any] = {**parameter_values(eom.system, parameters), time: float(t)}
     constants.update(named_values("inputs", eom.inputs, inputs))
     if u is not None and rates is not None:

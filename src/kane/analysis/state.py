@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.dynamics.constraints.closure import closure, usual_sizes
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import SimulationError, ValueMissingError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
@@ -19,6 +19,14 @@ GIVEN = 1e-8
 """Share of the terms up to which what a state that is given whole misses of constraints is moved onto them."""
 _UNIT_SLACK = 1e-8
 _TINY = np.finfo(float).tiny
+
+
+def check_equations(eom: object) -> None:
+    """A SimulationError for what is no equations, such as the system itself."""
+    if not isinstance(eom, Equations):
+        raise SimulationError(
+            f"Expected equations of motion, got {cut(repr(eom))}. Derive them first: eom = kn.derive(system)."
+        )
 
 
 @dataclass(frozen=True, slots=True)

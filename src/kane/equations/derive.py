@@ -15,6 +15,7 @@ from kane.dynamics.potentials import check_potentials
 from kane.dynamics.routes.table import solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
+from kane.errors import ModelError, cut
 from kane.model.system import System
 
 
@@ -43,6 +44,10 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
     ValueMissingError
         if `near` names something else
     """
+    if not isinstance(system, System):
+        raise ModelError(
+            f"Expected a System to derive equations of, got {cut(repr(system))}. Gather bodies and speeds in kn.System(…)."
+        )
     parts = derived(system, place(system, near))
     held = parts.constraints.constraints
     partition = first_partition(system, parts.constraints, parts.compared) if held else None

@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable
 
-from kane.errors import NotAffineError, cut
+from kane.errors import ExpressionError, NotAffineError, cut
 from kane.expr.build import add, div, mul, neg, sub, where
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB, WHERE
@@ -21,6 +21,8 @@ def affine(root: Expr, symbols: Iterable[Expr]) -> Affine:
     NotAffineError
         if `root` is not affine in them; the message shows the subexpression at fault.
     """
+    if isinstance(symbols, Expr) or not isinstance(symbols, Iterable):
+        raise ExpressionError(f"Expected a list of symbols, got {cut(repr(symbols))}. Write [{cut(symbols)}].")
     return affine_forms([as_expr(root)], symbols)[0]
 
 

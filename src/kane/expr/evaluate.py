@@ -28,6 +28,8 @@ class Walk:
     """
 
     def __init__(self, roots: Iterable[Any]) -> None:
+        if not isinstance(roots, Iterable):
+            raise ExpressionError(f"Expected an expression or several to evaluate, got {cut(repr(roots))}.")
         self.roots = tuple(as_expr(r) for r in roots)
         self.order = postorder(self.roots)
         self.leaves: dict[Expr, float | None] = {}
@@ -123,6 +125,8 @@ def evaluate(exprs: Any, values: Values) -> Any:
 
 def _by_symbol(symbols: Sequence[Symbol], values: Values) -> Values:
     """The values by symbol; symbols that are not among `symbols` are let pass, their values are not needed."""
+    if not isinstance(values, Mapping):
+        raise ValueMissingError(f"Expected values as a dict {{symbol or name: number}}, got {cut(repr(values))}.")
     own = set(symbols)
     strange = [key for key in values if key not in own]
     if not strange:

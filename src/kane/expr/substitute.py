@@ -24,6 +24,10 @@ def substitute(what: Any, replacements: Mapping[Any, Any]) -> Any:
     ValueMissingError
         if a name is none of the symbols in it
     """
+    if not isinstance(replacements, Mapping):
+        raise ValueMissingError(
+            f"Expected replacements as a dict {{symbol or name: expression}}, got {cut(repr(replacements))}."
+        )
     roots: list[Expr] = []
 
     def noted(e: Expr) -> Expr:

@@ -21,6 +21,10 @@ def _place_key(place: Hashable) -> object:
     return tuple(map(_place_key, place)) if isinstance(place, tuple) else None
 
 
+def _is_text(x: object) -> bool:
+    return isinstance(x, str)
+
+
 class Symbol(Expr):
     """A named leaf. `place` is what the declaration belongs to (a Rate's coordinate, a Reaction's point)."""
 
@@ -42,12 +46,16 @@ class Symbol(Expr):
         place: Hashable = None,
     ) -> Self:
         """The one symbol with this declaration."""
-        if not name or not name.strip() or any(c.isspace() for c in name):
+        if not _is_text(name) or not name.strip() or any(c.isspace() for c in name):
             raise ExpressionError(f"Expected a name without spaces for a {cls.__name__}, got {name!r}.")
         if isinstance(default, str):
             raise ExpressionError(
                 f"Expected a number as the default of {name!r}, got {default!r}. The order is name, default, unit, description; "
                 f"without a default write unit={default!r}."
+            )
+        if not (_is_text(unit) and _is_text(description)):
+            raise ExpressionError(
+                f"Expected unit and description of {name!r} as texts, got {cut(repr(unit))} and {cut(repr(description))}."
             )
         if default is not None:
             number = constant_value(as_expr(default))

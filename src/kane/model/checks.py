@@ -24,6 +24,13 @@ def listed(what: str, items: Any) -> tuple[Any, ...]:
     return tuple(items)
 
 
+def check_listed(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
+    """Items of one kind."""
+    for item in items:
+        if not isinstance(item, kind):
+            raise ModelError(f"Expected {what}= made by {made_by}, got {cut(repr(item))}.")
+
+
 def check_inertial(frame: Any) -> None:
     """A root frame."""
     if not isinstance(frame, Frame) or frame.parent is not None:
@@ -71,9 +78,7 @@ def check_joints(joints: Iterable[Any]) -> None:
 
 
 def _check_named(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
-    for item in items:
-        if not isinstance(item, kind):
-            raise ModelError(f"Expected {what}= made by {made_by}, got {cut(repr(item))}.")
+    check_listed(what, items, kind, made_by)
     twice = _repeated([item.name for item in items])
     if twice:
         raise ModelError(f"Expected {what} of different names, got {', '.join(map(repr, twice))} more than once.")

@@ -21,7 +21,7 @@ from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Time, input_of
-from kane.model.directions import check_unit, home_of
+from kane.model.directions import check_unit, home_of, is_pair
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -99,6 +99,8 @@ def as_constraints(declared: Any, kind: Kind) -> Constraints:
 
 def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[str, Vector]]:
     """One unit vector or several, with the names of their constraints: several are numbered, three are x, y and z."""
+    if not isinstance(along, Iterable | Vector):
+        raise ModelError(f"Expected one unit vector or several as the direction of {name!r}, got {cut(repr(along))}.")
     vectors = [along] if isinstance(along, Vector) else list(along)
     marks = {1: [""], 3: [" x", " y", " z"]}.get(len(vectors)) or [f" {k}" for k in range(1, len(vectors) + 1)]
     return zip((name + mark for mark in marks), vectors, strict=True)
@@ -155,6 +157,7 @@ def touching(p: Point, ground: Point, *, normal: Vector, name: str = "") -> Cons
     the particle's velocity along n. `ground` and n are at rest, or fixed in the body that carries the plane. The multiplier is the
     contact force on `p` along n.
     """
+    _points("touch", p, ground)
     (height,) = coincident(p, ground, normal, name=name or f"{p.name} on the plane")
     return height
 
@@ -196,6 +199,8 @@ def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
 def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str = "") -> tuple[Constraint, Constraint]:
     """Unit vectors stay parallel: `a` stays perpendicular to the two vectors `across`, fixed in b's frame and perpendicular to b."""
     label = name or f"{a} ∥ {b}"
+    if not is_pair(across):
+        raise ModelError(f"Expected across=two unit vectors for {label!r}, got {cut(repr(across))}.")
     first, second = across
     return perpendicular(a, first, name=f"{label} 1"), perpendicular(a, second, name=f"{label} 2")
 
@@ -228,6 +233,7 @@ def rolling(
     along normal × along; that the bodies stay in contact must follow from the coordinates or from a configuration constraint.
     Without `q` the ground is at rest.
     """
+    _points("roll", p, p if q is None else q)
     label = name or f"rolling of {p.name}"
     check_unit(normal, f"normal of {label!r}")
     if along is None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic, Vector
@@ -21,6 +21,8 @@ def inertia(frame: Frame, Ixx: Any, Iyy: Any, Izz: Any, Ixy: Any = 0, Iyz: Any =
 
 def _axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
     """Inertia of a body of revolution: `about` its axis, `across` it."""
+    if not isinstance(axis, Vector):
+        raise ModelError(f"Expected an axis of the body as a unit vector, such as B.x, got {cut(repr(axis))}.")
     direction = axis.components(frame)
     for i in range(3):
         if all(x is (ONE if k == i else ZERO) for k, x in enumerate(direction)):
@@ -135,6 +137,10 @@ def parallel_axis(central: Dyadic, mass: Any, offset: Vector) -> Dyadic:
 
     Written along the frame of `offset`.
     """
+    if not isinstance(offset, Vector):
+        raise ModelError(
+            f"Expected the offset of the mass centre as a Vector, got {cut(repr(offset))}. Give it a direction: x*B.x."
+        )
     frames = [f for f, _ in offset.parts]
     if not frames:
         return central

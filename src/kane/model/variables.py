@@ -81,6 +81,8 @@ def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
     """Symbols by themselves, by name, or several names in one text; what is no name of `own` is kept as it came."""
     known = {s.name: s for s in own}
     items = names(items) if isinstance(items, str) else [items] if isinstance(items, Symbol) else items
+    if not isinstance(items, Iterable):
+        raise ModelError(f"Expected a list of {', '.join(known)} by symbol or name, got {cut(repr(items))}.")
     return Symbols(known.get(x, x) if isinstance(x, str) else x for x in items)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.assemble import assemble
-from kane.analysis.state import start_state
+from kane.analysis.state import check_equations, start_state
 from kane.dynamics.readings.undirected import undirected
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -90,6 +90,7 @@ def simulate(
     SimulationError
         if the start is not admissible, or the integration fails
     """
+    check_equations(eom)
     t0, t1 = span = check_span(span)
     if t is not None and abs(t - t0) > _SAME_TIME * max(abs(t0), abs(t1)):
         raise SimulationError(

@@ -44,8 +44,7 @@ class Frame(Basis):
         self._finish(name, None, None)
 
     def _finish(self, name: str, parent: Frame | None, orientation: Orientation | None) -> None:
-        if not name or not isinstance(name, str):
-            raise SpaceError(f"Expected a name for the frame, got {name!r}.")
+        _check_name(name)
         values: dict[str, Any] = {"name": name, "parent": parent, "orientation": orientation, "_spins": {}}
         values["lineage"] = (self,) if orientation is None else (self, *orientation.base.lineage)
         values |= zip(_AXES, axes(self), strict=True)
@@ -134,6 +133,7 @@ class Frame(Basis):
 
         Kane & Levinson 1985, appendix I, "body-three" and "body-two" angles.
         """
+        _check_name(name)
         frame = self
         for k, (angle, i) in enumerate(zip(angles, _sequence(sequence, angles), strict=True)):
             last = k == 2
@@ -236,7 +236,16 @@ def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
         )
 
 
+def _check_name(name: object) -> None:
+    if not name or not isinstance(name, str):
+        raise SpaceError(f"Expected a name for the frame, got {cut(repr(name))}.")
+
+
 def _sequence(sequence: str, angles: Sequence[Any]) -> tuple[int, ...]:
+    if not isinstance(sequence, str):
+        raise SpaceError(f'Expected a sequence of three axes, such as "zxz" or "123", got {cut(repr(sequence))}.')
+    if not isinstance(angles, Sequence):
+        raise SpaceError(f"Expected three angles for the sequence {sequence!r}, got {cut(repr(angles))}.")
     text = sequence.lower()
     for digit, letter in zip("123", _AXES, strict=True):
         text = text.replace(digit, letter)

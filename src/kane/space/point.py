@@ -107,6 +107,8 @@ class Point(Immutable):
 
     def position(self, origin: Point) -> Vector:
         """Position vector from `origin` to this point."""
+        if not isinstance(origin, Point):
+            raise SpaceError(f"Expected the point from which {self.name} is seen, got {cut(repr(origin))}.")
         mine, theirs = self.ancestry(), origin.ancestry()
         if mine[-1] is not theirs[-1]:
             raise SpaceError(
@@ -131,6 +133,8 @@ class Point(Immutable):
         return self._recall("acceleration", frame)
 
     def _recall(self, what: str, frame: Frame) -> Vector:
+        if not isinstance(frame, Frame):
+            raise SpaceError(f"Expected a frame in which to take the {what} of {self.name}, got {cut(repr(frame))}.")
         line = self.ancestry()
         root = line[-1]
         if frame is not root.frame:

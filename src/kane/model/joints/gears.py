@@ -22,7 +22,8 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.expr.patterns import split
 from kane.model.constraints import Constraint, no_slip
-from kane.model.joints.joint import Joint, fixed, is_along, numbers
+from kane.model.directions import is_pair
+from kane.model.joints.joint import Joint, check_named, fixed, is_along, numbers
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -56,12 +57,15 @@ def gear_pair(
     Constraint
         a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
+    check_named("gears", name)
     (frame_a, at_a), (frame_b, at_b) = (
         _side(name, part, "pin", "gears on pins", "a gear as a pin joint or (frame, centre)") for part in (a, b)
     )
     n = axis if axis is not None else a.axis if isinstance(a, Joint) else None
     if n is None:
         raise ModelError(f"Expected axis=unit vector for the gears {name!r}, which are not given by pin joints.")
+    if not is_pair(teeth):
+        raise ModelError(f"Expected teeth=(z_a, z_b) for the gears {name!r}, got {cut(repr(teeth))}.")
     z_a, z_b = (as_expr(z) for z in teeth)
     line = at_b.position(at_a)
     size = _length(line)
@@ -156,6 +160,7 @@ def rack_and_pinion(
     Constraint
         a configuration constraint for a pin and a slider of one carrier, else a motion constraint, for nonholonomic=
     """
+    check_named("rack and pinion", name)
     n = axis if axis is not None else pinion.axis if isinstance(pinion, Joint) else None
     d = along if along is not None else rack.axis if isinstance(rack, Joint) else None
     if n is None or d is None:

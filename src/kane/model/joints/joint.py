@@ -6,7 +6,7 @@ unit vectors fixed in the parent frame. With all coordinates zero the child fram
 by name are angles in rad, lengths in m, and their rates.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -149,10 +149,15 @@ class Seat:
         )  # fmt: skip
 
 
+def check_named(what: str, name: Any) -> None:
+    """A name is a text."""
+    if not isinstance(name, str) or not name:
+        raise ModelError(f"Expected a name for the {what}, got {cut(repr(name))}.")
+
+
 def check_place(name: Any, at: Any, parent: Any) -> None:
     """A joint has a name, sits at a geometric point and on a frame."""
-    if not isinstance(name, str) or not name:
-        raise ModelError(f"Expected a name for the joint, got {cut(repr(name))}.")
+    check_named("joint", name)
     if not isinstance(at, Point) or at.body is not None:
         raise ModelError(f"Expected at=geometric point of the parent for the joint {name!r}, got {cut(repr(at))}.")
     if not isinstance(parent, Frame):
@@ -192,8 +197,9 @@ def _symbols(
     if names is None:
         wanted: list[Any] = [f"{stem}_{'_'.join(name.split())}" for stem in stems[:count]]
     else:
-        wanted = [names] if isinstance(names, kind) else list(_names(names) if isinstance(names, str) else names)
-    if len(wanted) != count or len(set(wanted)) < count or not all(isinstance(x, str | kind) for x in wanted):
+        several = isinstance(names, Iterable) and not isinstance(names, Expr)
+        wanted = list(_names(names) if isinstance(names, str) else names) if several else [names]
+    if len(wanted) != count or not all(isinstance(x, str | kind) for x in wanted) or len(set(wanted)) < count:
         raise ModelError(
             f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {cut(repr(names), 80)}. Left out, "
             "they are named after "

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A thing of another kind in each argument of what one declares with: taken where it has a meaning, else an error of the library."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+from typing import Any
+
+import pytest
+
+import kane as kn
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+Q1, Q2, Q3 = kn.coordinates("q1:4")
+U1, U2 = kn.speeds("u1:3")
+M = kn.parameter("m", 1.0)
+A = N.rotate("A", Q1, N.z)
+P = O.at("P", M * A.x)
+Q = O.at("Q", Q2 * N.x + N.y)
+K = P.fixed_in(A, "K", M * A.y)
+I = kn.inertia(A, 1, 1, 1)
+BODY = kn.RigidBody("b", frame=A, mass_center=P, mass=M, inertia=I)
+PIN, NEXT, RAIL = kn.pin("J", O, N, axis=N.z), kn.pin("J2", P, A, axis=A.z), kn.slider("S", O, N, axis=N.x)
+LOAD = kn.Force(P, N.x)
+HELD = kn.coincident(P, Q, along=N.x)
+SYSTEM = kn.System(N, bodies=[BODY, kn.Particle("p", Q, M)], speeds={U1: Q1.dt, U2: Q2.dt}, loads=[kn.gravity(-N.y)])
+EOM = kn.derive(SYSTEM)
+NORMAL = kn.reaction("R", at=P, along=N.z)
+
+CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
+    (kn.Frame, ("B",), {}),
+    (kn.Point, ("O2",), {"fixed_in": N}),
+    (O.at, ("P9", N.x), {}),
+    (P.fixed_in, (A, "P8", N.x), {}),
+    (P.position, (O,), {}),
+    (P.velocity, (N,), {}),
+    (P.acceleration, (N,), {}),
+    (N.rotate, ("B", Q1, N.z), {}),
+    (N.rotate_body, ("B", (Q1, Q2, Q3), "xyz"), {}),
+    (N.rotate_space, ("B", (Q1, Q2, Q3), "xyz"), {}),
+    (A.angular_velocity, (N,), {}),
+    (A.angular_acceleration, (N,), {}),
+    (A.dcm, (N,), {}),
+    (N.x.dot, (N.y,), {}),
+    (N.x.cross, (N.y,), {}),
+    (N.x.outer, (N.y,), {}),
+    (N.x.express, (N,), {}),
+    (N.x.components, (N,), {}),
+    (N.x.dt, (N,), {}),
+    (N.x.reject, (N.y,), {}),
+    (I.dot, (N.x,), {}),
+    (I.express, (N,), {}),
+    (kn.RigidBody, ("b",), {"frame": A, "mass_center": P, "mass": M, "inertia": I}),
+    (kn.Particle, ("p", P, M), {}),
+    (kn.inertia, (A, 1, 1, 1), {}),
+    (kn.rod, (A, M, M, A.x), {}),
+    (kn.box, (A, M, 1, 1, 1), {}),
+    (kn.solid_sphere, (A, M, 1), {}),
+    (kn.parallel_axis, (I, M, N.x), {}),
+    (kn.Force, (P, N.x), {}),
+    (kn.Torque, (A, N.x), {}),
+    (kn.gravity, (-N.y,), {}),
+    (kn.linear_spring, (P, Q, M, 1), {}),
+    (kn.linear_damper, (P, Q, M), {}),
+    (kn.torsional_spring, (A, N, Q1, M, N.z, 0), {}),
+    (kn.torsional_damper, (A, N, M, N.z), {}),
+    (kn.action_reaction, (P, Q, N.x), {}),
+    (kn.torque_pair, (A, N, N.z), {}),
+    (kn.friction, (K, NORMAL, 0.3), {}),
+    (kn.coincident, (P, Q), {"along": N.x}),
+    (kn.distance, (P, Q, 1), {}),
+    (kn.perpendicular, (A.x, N.x), {}),
+    (kn.parallel, (A.x, N.x), {"across": (N.y, N.z)}),
+    (kn.no_slip, (K, Q), {"along": N.x}),
+    (kn.touching, (K, O), {"normal": N.y}),
+    (kn.rolling, (K, Q), {"normal": N.y, "along": N.x}),
+    (kn.configuration_constraint, ("c", Q1), {}),
+    (kn.motion_constraint, ("c", Q1.dt), {}),
+    (kn.pin, ("j", O, N), {"axis": N.z, "child": "c", "coordinates": "x", "speeds": "v"}),
+    (kn.slider, ("j", O, N), {"axis": N.z}),
+    (kn.universal, ("j", O, N), {"axes": (N.x, N.y)}),
+    (kn.planar, ("j", O, N), {"normal": N.z}),
+    (kn.ball, ("j", O, N), {"coordinates": "a b c d"}),
+    (kn.free, ("j", O, N), {}),
+    (kn.screw, ("j", O, N), {"axis": N.z, "pitch": 1}),
+    (kn.close_pin, ("g", O, N, P, A), {"axis": N.z}),
+    (kn.close_ball, ("g", O, N, P, A), {}),
+    (kn.sphere_on_plane, ("c", A, Q, O), {"radius": 1, "normal": N.y}),
+    (kn.disk_on_plane, ("c", A, Q, O), {"axis": A.z, "radius": 1, "normal": N.y}),
+    (kn.gear_pair, ("g", PIN, NEXT), {"teeth": (1, 2)}),
+    (kn.rack_and_pinion, ("g", PIN, RAIL), {"radius": 1}),
+    (kn.reaction, ("R",), {"at": P, "along": N.z}),
+    (kn.auxiliary_speed, ("ua",), {"at": P, "along": N.z}),
+    (kn.Event, ("e", Q1), {}),
+    (
+        kn.System,
+        (N,),
+        {"bodies": [BODY], "speeds": {U1: Q1.dt}, "loads": [LOAD], "coordinates": (Q1,)}
+        | dict.fromkeys(("holonomic", "nonholonomic", "joints", "reactions", "events", "auxiliary_speeds"), ())
+        | dict.fromkeys(("dependent_speeds", "dependent_coordinates"), ()),
+    ),
+    (kn.derive, (SYSTEM,), {"near": {}}),
+    (kn.simulate, (EOM, (0, 0.01)), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}, "inputs": {}, "samples": 2}),
+    (kn.assemble, (EOM,), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}}),
+    (kn.evaluate, (Q1, {Q1: 1.0}), {}),
+    (kn.substitute, (Q1, {Q1: M}), {}),
+    (kn.diff, (Q1**2, Q1), {}),
+    (kn.affine, (Q1, [Q1]), {}),
+    (kn.coordinate, ("a", "m", "d"), {}),
+    (kn.parameter, ("a", 1.0, "m", "d"), {}),
+    (kn.speed, ("a", "m/s"), {}),
+    (kn.coordinates, ("a b", "m"), {}),
+    (kn.input, ("F", "N"), {}),
+    (kn.where, (kn.less(Q1, 1), Q1, 1), {}),
+    (kn.sin, (Q1,), {}),
+    (kn.unit_of, (Q1,), {}),
+]  # fmt: skip
+WRONG = (A, P, M, Q2, 1, None, "x", BODY, A.x, [1, 2], PIN, LOAD, HELD, I)
+
+
+def name_of(call: Any) -> str:
+    return str(getattr(call[0], "__qualname__", call[0]))
+
+
+@pytest.mark.filterwarnings("ignore::kane.KaneWarning")
+@pytest.mark.parametrize("call", CALLS, ids=name_of)
+def test_another_kind_is_named(call):
+    make, args, named = call
+    make(*args, **named)
+    for wrong in WRONG:
+        for k in range(len(args)):
+            _tried(make, (*args[:k], wrong, *args[k + 1 :]), named)
+        for k in named:
+            _tried(make, args, {**named, k: wrong})
+
+
+def _tried(make: Any, args: tuple[Any, ...], named: dict[str, Any]) -> None:
+    with contextlib.suppress(kn.KaneError):
+        make(*args, **named)
+
+
+def test_every_function_that_declares_is_tried():
+    tried = {getattr(call[0], "__name__", "") for call in CALLS}
+    declare = {
+        n
+        for n, made in vars(kn).items()
+        if n in kn.__all__ and inspect.isfunction(made) and made.__module__.startswith("kane.model")
+    }
+    alike = {n for n in declare if n.startswith("close_")} | {
+        "thin_disk", "ring", "spherical_shell", "solid_cylinder", "cylindrical_shell", "solid_cone", "cylindrical", "weld",
+        "torus_on_plane", "dry_friction",
+    }  # fmt: skip
+    assert declare <= tried | alike
