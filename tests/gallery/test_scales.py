@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import warnings
+from functools import cache
 
+import numpy as np
 import pytest
 
 import kane as kn
@@ -47,3 +49,173 @@ def test_how_many_constraints_are_redundant_does_not_depend_on_units(monkeypatch
     for scale in SCALES:
         found = decided("bricard", monkeypatch, scale, redundant=True)
         assert (len(found[0]), *found[1:]) == (len(expected[0]), *expected[1:]), scale
+
+
+# Motions and operating points with the same parameters in other units -----------------------------------------------------
+
+
+def factor(unit, scale, per_second=0):
+    """How many of the scaled units one of `unit`, over so many seconds, is."""
+    e = [float(x) for x in parse(unit).exponents] if unit else [0.0] * 3
+    metre, kilogram, second = scale
+    return kilogram ** e[0] * metre ** e[1] * second ** (e[2] - per_second)
+
+
+class InUnits:
+    """A system of the gallery, and values of it in other units."""
+
+    def __init__(self, name):
+        self.module = load(name)
+        self.eom = kn.derive(self.module.system())
+        eom = self.eom
+        self.units = {x.name: (x.unit, 0) for x in (*eom.coordinates, *eom.inputs, *eom.parameters)}
+        for i, u in enumerate(eom.speeds):
+            if u.unit:
+                self.units[u.name] = (u.unit, 0)
+            elif u.name.startswith("w"):  # of Euler parameters
+                self.units[u.name] = ("rad", 1)
+            else:
+                own = [q for q in eom.coordinates if u.name == f"u_{q.name}"]
+                self.units[u.name] = ((own or [eom.coordinates[i]])[0].unit, 1)
+
+    def factors(self, symbols, scale):
+        return np.array([factor(self.units[s.name][0], scale, self.units[s.name][1]) for s in symbols])
+
+    def scaled(self, values, scale):
+        """Numbers and guesses by name."""
+
+        def one(name, value):
+            unit, per_second = self.units[name]
+            f = factor(unit, scale, per_second)
+            return kn.guess(value.value * f) if hasattr(value, "value") else value * f
+
+        return {name: one(name, v) for name, v in values.items()}
+
+    def parameters(self, scale, **changed):
+        return self.scaled({p.name: changed.get(p.name, p.default) for p in self.eom.parameters}, scale)
+
+    def start(self):
+        """Where the module starts, assembled; else some state."""
+        eom, given = self.eom, getattr(self.module, "START", None)
+        if given:
+            found = kn.assemble(eom, q=given["q"], u=given["u"], inputs=given.get("inputs"))
+            return {x.name: v for x, v in found.q.items()}, {x.name: v for x, v in found.u.items()}
+        q = {x.name: 0.2 + 0.4 * k / len(eom.coordinates) for k, x in enumerate(eom.coordinates)}
+        for s in eom.system.euler_parameters:
+            length = np.sqrt(sum(q[e.name] ** 2 for e in s.coordinates))
+            q |= {e.name: q[e.name] / length for e in s.coordinates}
+        return q, {u.name: 0.5 - k / len(eom.speeds) for k, u in enumerate(eom.speeds)}
+
+
+@pytest.fixture(scope="module")
+def in_units():
+    return cache(InUnits)
+
+
+def moved(system, scale, start):
+    """Status, how many events and warnings, the states in metres, kilograms and seconds, and E over its unit."""
+    eom, (q, u), second = system.eom, start, scale[2]
+    every = (*eom.coordinates, *eom.speeds)
+    factors = system.factors(every, scale)
+    inputs = {r.name: 0.0 for r in eom.inputs if "'" not in r.name} | getattr(system.module, "START", {}).get(
+        "inputs", {}
+    )
+    span = 0.02 if system.module.__name__.endswith("andrews_squeezer") else 0.3
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        sol = kn.simulate(
+            eom, (0, span * second), q=system.scaled(q, scale), u=system.scaled(u, scale), samples=5,
+            parameters=system.parameters(scale), inputs=system.scaled(inputs, scale),
+            atol=1e-9 * min(1.0, *factors),
+        )  # fmt: skip
+    events = [event.name for event, _ in sol.events]
+    return (sol.status, events, len(said), sol.keeps_energy), np.hstack([sol.q, sol.u]) / factors
+
+
+QUICK = ("pendulum_on_cart", "slider_crank", "rolling_disk")
+EVERY = [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in GALLERY]
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_motions_are_the_same_in_any_units(name, in_units):
+    system = in_units(name)
+    start = system.start()
+    verdict, expected = moved(system, (1, 1, 1), start)
+    size = np.abs(expected).max(axis=0)
+    for scale in SCALES:
+        found, states = moved(system, scale, start)
+        assert found == verdict, scale
+        assert (np.abs(states - expected) <= 1e-6 * size + 1e-9 * size.max()).all(), scale
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_assembly_is_the_same_in_any_units(name, in_units):
+    system = in_units(name)
+    eom, given = system.eom, system.module.START
+    inputs = system.module.START.get("inputs", {})
+
+    def assembled(scale):
+        found = kn.assemble(
+            eom, q=system.scaled(given["q"], scale), u=system.scaled(given["u"], scale),
+            inputs=system.scaled(inputs, scale), parameters=system.parameters(scale),
+        )  # fmt: skip
+        every = {**found.q, **found.u}
+        return np.array(list(every.values())) / system.factors(every, scale), found.branch.split(";")[0]
+
+    expected, branch = assembled((1, 1, 1))
+    for scale in SCALES:
+        found, own = assembled(scale)
+        np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-9 * np.abs(expected).max(), err_msg=str(scale))
+        assert own == branch
+
+
+REST = {
+    "pendulum": {"theta": kn.guess(0.3)},
+    "double_pendulum": {"q1": kn.guess(0.3), "q2": kn.guess(-0.2)},
+    "pendulums": {"q1": kn.guess(0.3), "q2": kn.guess(-0.2), "q3": kn.guess(0.1)},
+    "pendulum_on_cart": {"x": 0.0, "theta": kn.guess(0.3)},
+    "furuta_pendulum": {"q1": 0.0, "q2": kn.guess(3.0)},
+    "four_bar": {"q1": kn.guess(-1.5), "q2": kn.guess(0.8), "q3": kn.guess(-0.8)},
+    "whipple_bicycle": {"phi": 0.0, "delta": 0.0, "theta": kn.guess(0.1)},
+}
+"""Guesses of states of rest."""
+TURNS = {
+    "spinning_top": ({"psi": 0.0, "theta": 0.5, "phi": 0.0}, {"u_psi": kn.guess(1.0), "u_theta": 0.0, "u_phi": 100.0}),
+    "flyball_governor": (
+        {"psi": 0.0, "alpha1": kn.guess(0.5), "alpha2": kn.guess(0.5), "s": kn.guess(0.5)},
+        {"u_psi": 2 * np.pi, "u_alpha1": 0.0, "u_alpha2": 0.0, "u_s": 0.0},
+    ),
+    "pure_rolling_disk": ({"q1": 0.0, "q2": 0.4, "q3": 0.0, "q4": 0.0, "q5": 0.0}, {"u2": kn.guess(1.0), "u3": -9.0}),
+    "car_with_trailer": ({"x": 0.0, "y": 0.0, "theta": 0.0, "beta": kn.guess(0.1)}, {"u_v": 5.0}),
+}
+"""Guesses of steady motions."""
+
+
+@pytest.mark.parametrize("name", [*REST, *TURNS])
+def test_rest_and_eigenvalues_are_the_same_in_any_units(name, in_units):
+    system = in_units(name)
+    eom = system.eom
+    q, u = TURNS[name] if name in TURNS else (REST[name], dict.fromkeys((s.name for s in eom.speeds), 0.0))
+    q = {x.name: 0.0 for x in eom.coordinates} | q
+    inputs = {r.name: 0.0 for r in eom.inputs} | (
+        {"delta": 0.2, "F": kn.guess(0.0)} if name == "car_with_trailer" else {}
+    )
+
+    def found(scale):
+        point = kn.trim(
+            eom, q=system.scaled(q, scale), u=system.scaled(u, scale), inputs=system.scaled(inputs, scale),
+            parameters=system.parameters(scale),
+        )  # fmt: skip
+        linear = kn.linearize(eom, **point.arguments)
+        every = (*eom.coordinates, *eom.speeds)
+        place = np.array([point[s] for s in every]) / system.factors(every, scale)
+        return place, linear.eigenvalues * scale[2], (linear.states, linear.cyclic)
+
+    place, roots, names = found((1, 1, 1))
+    for scale in SCALES:
+        other, own, labels = found(scale)
+        assert labels == names
+        np.testing.assert_allclose(other, place, rtol=1e-9, atol=1e-9, err_msg=str(scale))
+        distance = np.abs(own[:, None] - roots)
+        assert distance.min(axis=0).max() < 1e-6 * np.abs(roots).max()
+        assert distance.min(axis=1).max() < 1e-6 * np.abs(roots).max()

@@ -44,6 +44,28 @@ class TestFriction:
         assert sol.event is not None
         assert sol.t[-1] == pytest.approx(2 * threshold / (0.3 * G), rel=1e-6)
 
+    def test_without_one_a_slide_ends_at_a_share_of_its_largest_slip_in_any_units(self):
+        """A block and a pin, from 1e-6 to 1e6: t = u/(μ g) less what a ten-thousandth takes."""
+        normal = pressed()
+        eom = block(kn.friction(P, normal, 0.3), normal)
+        pin = kn.pin("pin", O, N, axis=N.z)
+        rod = kn.RigidBody(
+            "rod", frame=pin.frame, mass_center=O.at("G", 0), mass=1.0, inertia=kn.inertia(pin.frame, 1, 1, 1)
+        )
+        turned = kn.derive(kn.System(N, bodies=[rod], joints=[pin], loads=[kn.dry_friction(pin, 0.3 * G)]))
+        for speed in (1e-6, 1.0, 1e6):
+            for system, name in (
+                (eom, "onset of rolling (friction on P)"),
+                (turned, "onset of rolling (dry friction in pin)"),
+            ):
+                sol = kn.simulate(system, (0, 1e7), q=[0], u=[speed], samples=3, atol=1e-9 * speed)
+                assert sol.event is not None
+                assert sol.event.name == name
+                assert "fell below a ten-thousandth of its largest" in sol.message
+                assert sol.t[-1] == pytest.approx((1 - 1e-4) * speed / (0.3 * G), rel=1e-6)
+        with pytest.raises(kn.SimulationError, match="Expected a start before the event 'onset of rolling"):
+            kn.simulate(eom, (0, 1), q=[0], u=[0])
+
     @pytest.mark.parametrize(
         "of_speed",
         [kn.sign, lambda v: kn.tanh(v / 1e-3), lambda v: v / kn.sqrt(v**2 + 1e-6)],
@@ -137,7 +159,7 @@ class TestDryFriction:
         sol = kn.simulate(eom, (0, 10), q=[0], u=[1.5], samples=3)
         assert sol.event is not None
         assert sol.event.name == "onset of rolling (dry friction in J)"
-        assert sol.t[-1] == pytest.approx((1.5 - 1e-4) / 0.3, rel=1e-6)
+        assert sol.t[-1] == pytest.approx(1.5 * (1 - 1e-4) / 0.3, rel=1e-6)
         smooth = kn.derive(
             kn.System(N, bodies=[body], joints=[joint], loads=[kn.dry_friction(joint, 0.6, smooth=1e-3)])
         )

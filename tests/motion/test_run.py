@@ -225,17 +225,35 @@ class TestFriction:
         decline = 0.3 * 9.81
         assert sol.status == "event"
         assert sol.event.name == "onset of rolling (friction)"
-        assert sol.t[-1] == pytest.approx((2 - 1e-4) / decline, abs=1e-6)
+        assert sol.t[-1] == pytest.approx(2 * (1 - 1e-4) / decline, abs=1e-6)
         assert sol[v] == pytest.approx(sign * (2 - decline * sol.t), abs=1e-7)
         assert sol[x][-1] == pytest.approx(sign * 4 / decline / 2, abs=1e-6)
         assert sol[self.normal] == pytest.approx(np.full(len(sol), 2 * 9.81))
         assert sol.energy_check.relative < 1e-8
         assert sol.work[-1] == pytest.approx(-4, abs=1e-6)
 
-    @pytest.mark.parametrize("speed", [0.0, 1e-5])
-    def test_a_start_without_slip(self, speed):
+    def test_a_start_without_slip(self):
         with pytest.raises(kn.SimulationError, match=r"onset of rolling \(friction\).*slip"):
-            kn.simulate(self.EOM, (0, 5), q=[0], u=[speed])
+            kn.simulate(self.EOM, (0, 5), q=[0], u=[0.0])
+
+    @pytest.mark.parametrize("speed", [1e-6, 1.0, 1e6])
+    def test_what_rounding_leaves_of_rolling_is_no_slip(self, speed):
+        """A wheel that slides at s' = x' − R w: nothing but rounding is left of it where x' = R w."""
+        turn, w = kn.coordinate("turn"), kn.speed("w")
+        A = N.rotate("A", turn, N.z)
+        center = O.at("C", x * N.x)
+        rim = center.fixed_in(A, "rim", -0.3 * N.y)
+        normal = kn.reaction("N", at=center, along=N.y)
+        wheel = kn.RigidBody("w", frame=A, mass_center=center, mass=m, inertia=kn.inertia(A, 1, 1, 1))
+        rub = kn.friction(rim, normal, 0.3, name="friction")
+        loads, speeds = [kn.gravity(-9.81 * N.y), rub], {v: x.dt, w: turn.dt}
+        eom = kn.derive(kn.System(N, bodies=[wheel], speeds=speeds, reactions=[normal], loads=loads))
+        rolling = {v: -0.3 * speed, w: speed * (1 + 1e-14)}
+        with pytest.raises(kn.SimulationError, match=r"onset of rolling \(friction\).*slip"):
+            kn.simulate(eom, (0, 1), q=[0, 0], u=rolling)
+        sol = kn.simulate(eom, (0, 1e9), q=[0, 0], u=rolling | {w: 1.01 * speed}, samples=3, atol=1e-9 * speed)
+        assert sol.event is not None
+        assert sol.event.name == "onset of rolling (friction)"
 
 
 class TestSingularities:

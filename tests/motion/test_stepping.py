@@ -15,7 +15,12 @@ def met(kept, dense, direction=0):
     event = kn.Event("zero", kn.time, 0.0, direction)
     values = np.array(kept)[:, None]
     found = crossings(
-        [event], lambda t, y: y, lambda t: np.array([dense[0] + dense[1] * t]), np.array([0.0, 1.0]), values
+        [event],
+        lambda t, y: y,
+        lambda t: np.array([dense[0] + dense[1] * t]),
+        np.array([0.0, 1.0]),
+        values,
+        np.zeros(1),
     )
     return [t for _, t in found]
 

@@ -7,6 +7,7 @@ f = 0,   eᵀe = 1,   A u + b = 0,   u̇_I = 0,   q̇ = 0 of the coordinates tha
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,16 @@ from kane.numeric.sample import draw
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
 _LINK = 1e-9
+_ROUNDS = 3
+"""Times that sizes of what moves and of what must vanish follow from each other."""
+
+
+class Sizes(NamedTuple):
+    """The sizes of the terms of F; of F and X where both move as far as they do together, `rows` and `columns`."""
+
+    terms: Array
+    rows: Array
+    columns: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,35 +97,26 @@ class Conditions:
             j += [moved[list(self.constant)], -solve(_both("residual", first, second))[:n][free]]
         return np.concatenate(f), np.vstack(j)
 
-    def sizes(self, x: Array) -> tuple[Array, Array]:
-        """How large the terms of F are at X; and how far each X must move to change some terms by their size, 1 where none change."""
-        values, z, first, second, _ = self._numbers(x)
+    def sizes(self, x: Array) -> Sizes:
+        """How large the terms of F are at X, and what steps from there are measured by."""
+        values, z, first, second, solve = self._numbers(x)
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
         size = magnitudes(values, first, z, x[nq : nq + n])
         plain = list(self.perturbed.coordinates)
         held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
         _, slopes = self._places(x, values, first, second)
-        rows = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations])
+        terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations])
         own = [_both("rates", first, second)[plain], _both("spins", first, second)]
-        j = np.abs(np.vstack([*slopes, *own, size.inverse @ _both("residual", first, second)[:n]]))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
-        columns = np.where(np.isfinite(reach) & (reach > 0), reach, 1.0)
-        rows = np.where(rows > 0, rows, (j * columns).max(axis=1, initial=0))
-        first_rate = sum(map(len, held))
-        if self.constraints_only:
-            taken = np.arange(first_rate)
-        else:
-            accelerations = len(rows) - n
-            taken = np.array(
-                [
-                    *range(first_rate),
-                    *(first_rate + i for i in self.constant),
-                    *(accelerations + i for i in self.steady),
-                ],
-                dtype=int,
-            )
-        return np.where(rows > 0, rows, 1.0)[taken], columns
+        residual = _both("residual", first, second)
+        pushed = np.maximum(np.abs(size.inverse @ residual[:n]), np.abs(solve(residual)[:n]))
+        j = np.abs(np.vstack([*slopes, *own, pushed]))
+        start = sum(map(len, held))
+        rest = [] if self.constraints_only else [*self.constant, *(len(terms) - n - start + i for i in self.steady)]
+        taken = [*range(start), *(start + i for i in rest)]
+        least = np.zeros(len(x))
+        least[nq : nq + n] = size.alone
+        rows, columns = _steps(terms, j, least)
+        return Sizes(np.where(terms > 0, terms, rows)[taken], rows[taken], columns)
 
     def _numbers(self, x: Array) -> tuple[Values, Array, Slopes, Slopes | None, Callable[[Array], Array]]:
         """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
@@ -136,6 +138,22 @@ class Conditions:
             norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
         f = values.configuration, norms, values.motion
         return f, (_both("configuration", first, second), norm_slopes, _both("motion", first, second))
+
+
+def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
+    """Sizes of f with `terms` (m) and slopes of the size `j` (m × n), and of x, no smaller than the `least`; 1 where nothing tells.
+
+    An x has the size that changes some terms by theirs. Such changes make terms in other f, which are small where the motion is
+    straight or at rest, and let others move further.
+    """
+    rows, columns = terms, np.zeros(len(least))
+    for _ in range(_ROUNDS):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
+        columns = np.maximum(np.where(np.isfinite(reach), reach, 0.0), least)
+        columns = np.where(columns > 0, columns, 1.0)
+        rows = np.maximum(rows, (j * columns).max(axis=1, initial=0))
+    return np.where(rows > 0, rows, 1.0), columns
 
 
 def _both(name: str, first: Slopes, second: Slopes | None) -> Array:
@@ -171,7 +189,8 @@ def conditions(
     bare = Conditions(numeric, t, symbols, (), (), constraints_only=True)
     nq, n = len(eom.coordinates), len(eom.speeds)
     constant: set[int] = set()
-    steady, (rows, columns) = set(range(n)), bare.sizes(start)
+    steady = set(range(n))
+    _, rows, columns = bare.sizes(start)
     measured = Measured(bare, rows, columns)
     for seed in _NEAR:
         y = start / columns

@@ -22,7 +22,10 @@ _REMOTE = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Magnitudes:
-    """Sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m); the `pace` (1/s), and M⁻¹ (n × n)."""
+    """Sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m).
+
+    Besides, the `pace` (1/s), the `inverse` M⁻¹ (n × n), and each speed `alone` (n) with the energy of all.
+    """
 
     accelerations: Array
     rates: Array
@@ -30,6 +33,7 @@ class Magnitudes:
     motion: Array
     pace: float
     inverse: Array
+    alone: Array
 
 
 def magnitudes(values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes:
@@ -43,7 +47,8 @@ def magnitudes(values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes
     accelerations = np.abs(inverse) @ forces + _REMOTE * far * np.linalg.norm(np.abs(root.T) @ forces)
     own = np.vstack([slopes.rates[:, : nq + n], -inverse @ slopes.residual[:n, : nq + n]])
     fastest = pace(own)
-    speeds = np.maximum(np.abs(u), _REMOTE * far * np.sqrt(np.maximum(u @ m @ u, 0.0)))
+    alone = far * np.sqrt(np.maximum(u @ m @ u, 0.0))
+    speeds = np.maximum(np.abs(u), _REMOTE * alone)
     speeds = np.maximum(speeds, accelerations / fastest if fastest > 0 else 0.0)
 
     def terms(linear: Array, whole: Array) -> Array:
@@ -56,6 +61,7 @@ def magnitudes(values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes
         terms(held, values.motion),
         fastest,
         inverse,
+        alone,
     )
 
 

@@ -84,7 +84,7 @@ def problem(
     if unknown:
         raise ValueMissingError(f"Expected moving= to name coordinates or speeds, got {', '.join(map(str, unknown))}.")
     held = conditions(numeric, float(t), x, choice_of(numeric, independent), names)
-    return Problem(held, x, tuple(free), tuple(missing), Measured(held, *held.sizes(x)))
+    return Problem(held, x, tuple(free), tuple(missing), Measured(held, *held.sizes(x)[1:]))
 
 
 def trim(
@@ -180,7 +180,7 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
 def _shares(conditions: Conditions, x: Array) -> Array:
     """What is left of each condition, over the size of its terms."""
     f, held = conditions(x)[0], len(conditions.eom.system.holonomic)
-    sizes = conditions.sizes(x)[0]
+    sizes = conditions.sizes(x).terms
     shares = share(f, sizes)
     shares[:held] = open_shares(conditions.eom, f[:held], sizes[:held], conditions.state(x).given(conditions.eom))
     return shares

@@ -14,6 +14,9 @@ from kane.kinematics.speeds import Speeds
 from kane.model.declarations import Event
 from kane.model.loads import Load
 
+ROLLING = "onset of rolling"
+SLIPS = 1e-4
+"""Share of the largest slip of a motion below which a contact no longer slides, unless its friction says from which speed on."""
 PAINLEVE_THRESHOLD = 1e-3
 """Share of its frictionless value below which the reactions' determinant counts as lost: they grow without bound towards 0."""
 
@@ -23,7 +26,7 @@ SINGULAR = "singular kinematics"
 _LARGEST_WATCHED = 3
 
 _STOPS_SLIPPING = (
-    "the slip speed of the {0} fell below {1:g}: rolling sets in, and the direction that the load takes from the slip "
+    "the slip speed of the {0} fell below {1}: rolling sets in, and the direction that the load takes from the slip "
     "is lost. The sliding model ends here; with smooth= the friction goes on, and creeps"
 )
 _OPENS = (
@@ -64,10 +67,10 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
         held = free_symbols(x for _, v in (*load.forces, *load.torques) for x in v.scalars())
         own = load.slip
         if own is not None and own.speed is not None:
-            told = _STOPS_SLIPPING.format(load.name, own.threshold)
-            slips.setdefault(
-                own.speed, Event(f"onset of rolling ({load.name})", own.speed, own.threshold, -1, message=told)
-            )
+            least = "a ten-thousandth of its largest" if own.threshold is None else f"{own.threshold:g}"
+            told = _STOPS_SLIPPING.format(load.name, least)
+            event = Event(f"{ROLLING} ({load.name})", own.speed, own.threshold or 0.0, -1, message=told)
+            slips.setdefault(own.speed, event)
         pressing = own.presses if own is not None else held if any(isinstance(s, Speed) for s in held) else ()
         for s in pressing:
             if isinstance(s, Reaction):
@@ -79,6 +82,11 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
             for reaction, name in contacts.items()
         ),
     )
+
+
+def ends_by_share(event: Event) -> bool:
+    """Whether an event is the end of a slip that is a share of the largest."""
+    return event.name.startswith(ROLLING) and event.threshold == 0
 
 
 def singular_events(speeds: Speeds) -> tuple[Event, ...]:

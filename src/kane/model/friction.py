@@ -20,8 +20,6 @@ from kane.numeric.named import finite_number
 from kane.space.point import Point
 from kane.space.vector import Vector
 
-THRESHOLD = 1e-4
-"""Slip speed, in the units of the model, below which a contact no longer slides unless told."""
 _JOINTS = ("pin", "slider")
 
 
@@ -32,7 +30,7 @@ def friction(
     *,
     along: Vector | None = None,
     against: Point | None = None,
-    threshold: float = THRESHOLD,
+    threshold: float | None = None,
     smooth: float | None = None,
     name: str = "",
 ) -> Load:
@@ -48,7 +46,8 @@ def friction(
     mu : coefficient of friction
     along : the direction of the normal, where the reaction does not say it
     against : the particle of the other body that it slides on; it feels the opposite force. Without it the ground
-    threshold : slip speed, in the units of the model, below which the contact is taken not to slide any more
+    threshold : slip speed, in the units of the model, below which the contact is taken not to slide any more; a ten-thousandth of the
+        largest that it has had in the motion, unless told
     smooth : a speed ε: the force is −μ N v/√(v² + ε²), which has no threshold and can start at rest
     name : of the load
 
@@ -83,7 +82,7 @@ def friction(
 
 
 def dry_friction(
-    joint: Joint, size: Any, *, threshold: float = THRESHOLD, smooth: float | None = None, name: str = ""
+    joint: Joint, size: Any, *, threshold: float | None = None, smooth: float | None = None, name: str = ""
 ) -> Load:
     """Dry friction in a pin or a slider: a torque or force of a given size against the joint's rate.
 
@@ -93,7 +92,8 @@ def dry_friction(
     ----------
     joint : a pin or a slider
     size : of the torque (pin) or force (slider), not below zero
-    threshold : rate, in the units of the model, below which the joint is taken to stick
+    threshold : rate, in the units of the model, below which the joint is taken to stick; a ten-thousandth of the largest that it has
+        had in the motion, unless told
     smooth : a rate ε: the load is −size tanh(rate/ε), which has no threshold and can start at rest
     name : of the load
 
@@ -128,9 +128,9 @@ def _direction(v: Vector, square: Expr, eps: float | None) -> Vector:
     return v.normalized() if eps is None else v / sqrt(add(square, mul(as_expr(eps), as_expr(eps))))
 
 
-def _declared(load: Load, speed: Expr, size: Expr, threshold: float, smooth: float | None) -> Load:
+def _declared(load: Load, speed: Expr, size: Expr, threshold: float | None, smooth: float | None) -> Load:
     presses = tuple(s for s in free_symbols([size]) if isinstance(s, Reaction))
-    return replace(load, slip=Slip(speed if smooth is None else None, _above_zero("threshold", threshold), presses))
+    return replace(load, slip=Slip(speed if smooth is None else None, _speed("threshold", threshold), presses))
 
 
 def _speed(name: str, value: Any) -> float | None:

@@ -24,11 +24,11 @@ from kane.space.vector import Vector
 class Slip(Immutable):
     """What friction was declared with: the `speed` of the slip, the `threshold` down to which it holds, the reactions that must press.
 
-    No speed where it holds at rest too.
+    No speed where it holds at rest too; no threshold where it is a share of the largest slip.
     """
 
     speed: Expr | None
-    threshold: float
+    threshold: float | None
     presses: tuple[Reaction, ...] = ()
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kane.dynamics.events import SINGULAR
+from kane.dynamics.events import SINGULAR, SLIPS, ends_by_share
 from kane.model.declarations import Event
 from kane.numeric.arrays import Array
 
@@ -30,19 +30,27 @@ Dense = Callable[[float], Array]
 Met = tuple[Event, float]
 
 
-def crossings(events: Sequence[Event], watch: Watch, dense: Dense, times: Array, values: Array) -> list[Met]:
+def thresholds(events: Sequence[Event], largest: Array) -> Array:
+    """The thresholds of events; slips whose friction names none end at a share of the `largest` that they have been."""
+    slips = np.array([ends_by_share(e) for e in events], dtype=bool)
+    return np.where(slips, SLIPS * largest, [e.threshold for e in events])
+
+
+def crossings(
+    events: Sequence[Event], watch: Watch, dense: Dense, times: Array, values: Array, least: Array
+) -> list[Met]:
     """The events that a step meets, in order of time.
 
     `watch` gives the events' quantities at a time and state, `values` (k × events) those at `times` (k), whose first and last are the
-    ends of the step.
+    ends of the step; `least` are their thresholds.
     """
     met: list[Met] = []
     for k, event in enumerate(events):
-        over = values[:, k] - event.threshold
+        over = values[:, k] - least[k]
         a, b = over[:-1], over[1:]
         falls, rises = (a > 0) & (b <= 0) & (event.direction <= 0), (a < 0) & (b >= 0) & (event.direction >= 0)
 
-        def gap(t: float, k: int = k, threshold: float = event.threshold) -> float:
+        def gap(t: float, k: int = k, threshold: float = float(least[k])) -> float:
             return float(watch(t, dense(t))[k] - threshold)
 
         for i in np.flatnonzero(falls | rises):

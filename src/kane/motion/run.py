@@ -75,7 +75,7 @@ def simulate(
     inputs : a number or a function of time for each input
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
     method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
-    rtol, atol : relative and absolute tolerance
+    rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
     max_seconds : after what time by the clock to stop
@@ -153,7 +153,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)
     start, numbers = stepper.keep(t0, y)
     stepper.settle(t0, start, numbers)
-    check_events(stepper.first, stepper.now.watch(t0, start), t0)
+    check_events(stepper.first, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
     names = stepper.now.rates.labels[:-1]
     constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
     rates = stepper.rate(t0, start)

@@ -1,19 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a motion starts with: its arguments checked, and the model at the first state."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from kane.dynamics.events import ends_by_share
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
+from kane.expr.ops import OPS, SQRT
+from kane.expr.size import size
 from kane.model.bodies import parts_of
 from kane.model.plausible import largest_moment, least_moment
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
+
+_SLIPLESS = 1e-9
+"""Share of the speeds that a slip is made of, below which a start is without slip."""
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
@@ -93,15 +100,28 @@ def check_steps(most: Any) -> int:
     return int(most)
 
 
-def check_events(eom: Equations, values: Array, t0: float) -> None:
-    """The model must hold at the start; the user's own events may start on either side of their thresholds."""
+def check_events(eom: Equations, values: Array, t0: float, at: Callable[[], Mapping[Expr, Any]]) -> None:
+    """The model must hold at the start; the user's own events may start on either side of their thresholds.
+
+    What rounding leaves of the speeds that a slip is made of is none; `at` gives a number for every symbol.
+    """
     own = {e.name for e in eom.system.events}
     for event, value in zip(eom.events, values, strict=True):
-        if event.direction < 0 and value <= event.threshold and event.name not in own:
+        if event.name in own:
+            continue
+        least = _SLIPLESS * _speeds(event.quantity, at()) if ends_by_share(event) else event.threshold
+        if event.direction < 0 and value <= least:
             raise SimulationError(
                 f"Expected a start before the event {event.name!r}, got {value:.6g} at t = {t0:g}, already at or below "
-                f"{event.threshold:g}. {event.message}"
+                f"{least:.6g}. {event.message}"
             )
+
+
+def _speeds(slip: Expr, values: Mapping[Expr, Any]) -> float:
+    """The speeds that a slip, |v| or √(v·v), is made of."""
+    inner = slip.args[0] if slip.op in (SQRT, OPS["abs"]) else slip
+    terms = float(evaluate(size(inner, {}), values))
+    return math.sqrt(terms) if slip.op is SQRT else terms
 
 
 def check_rates(

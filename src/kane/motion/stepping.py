@@ -16,7 +16,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.chatter import Pace, chattering
-from kane.motion.met import PARTS, crossings, leapt, vanishing
+from kane.motion.met import PARTS, crossings, leapt, thresholds, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
@@ -177,7 +177,7 @@ class Course:
         within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
         values = np.vstack([self.watched, within, after])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
-        met = crossings(events, now.watch, dense, times, values)
+        met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest))
         met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
         for event, t in sorted(met, key=lambda pair: pair[1]):
             self.events.append((event, t))
