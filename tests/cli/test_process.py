@@ -3,19 +3,15 @@
 
 from __future__ import annotations
 
-import io
 import os
 import subprocess
 import sys
-import time
 import warnings
 
 import pytest
 import typer
-from rich.console import Console
 
 from kane.cli.faults import guarded
-from kane.cli.screen import working
 from kane.errors import KaneWarning
 from tests.cli.command import SPRING, written
 from tests.present.page import Page
@@ -102,15 +98,3 @@ def test_a_fault_of_kane_is_not_hidden():
         raise RuntimeError("inner")
     with pytest.raises(typer.Exit), guarded():
         raise typer.Exit(0)
-
-
-def test_only_what_takes_long_is_announced():
-    def said(duration, terminal=True):
-        file = io.StringIO()
-        with working("Deriving", Console(file=file, force_terminal=terminal), patience=0.05):
-            time.sleep(duration)
-        return file.getvalue()
-
-    assert "Deriving …" in said(0.3)
-    assert "Deriving" not in said(0)
-    assert said(0.3, terminal=False) == ""

@@ -21,6 +21,7 @@ from kane.numeric.named import named_values
 from kane.numeric.newton import Closed
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import STATE_RANK, singular
+from kane.progress import working
 
 _ROUNDING = 1e-7
 """Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
@@ -114,7 +115,8 @@ def assemble(
     if u is not None and rates is not None:
         raise SimulationError("Expected either u= or rates= to assemble with, got both.")
     wanted = _wanted_speeds(eom, u, rates)
-    found = _configurations(eom, entries("coordinates", eom.coordinates, q), constants, all_branches)
+    with working("Assembling"):
+        found = _configurations(eom, entries("coordinates", eom.coordinates, q), constants, all_branches)
     made = []
     for configuration, branch in found if all_branches else found[:1]:
         at = dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))

@@ -22,6 +22,7 @@ from kane.expr.symbols import Symbol
 from kane.numeric.arclength import CLOSED, Curve, Path
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
+from kane.progress import far, working
 
 _ROUNDED = 1e-14
 """Share of what counts as 1 below which a value of a point is zero but for rounding."""
@@ -99,11 +100,12 @@ def continuation(
     wanted = _values(values)
     groups = {"q": q, "u": u, "parameters": parameters, "inputs": inputs}
     task, place = _problem(eom.numeric(settings), symbol, wanted[0], groups, moving, independent)
-    start = solve_problem(task, CLOSED)
-    unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
-    curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
-    path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
-    return _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
+    with working("Following the branch"):
+        start = solve_problem(task, CLOSED)
+        unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
+        curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
+        path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
+        return _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
 
 
 def _values(values: Sequence[float]) -> Array:
@@ -211,6 +213,7 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
         return {conditions.symbols[i].name: float(d) for i, d in moved if i < states}
 
     def at(y: Array) -> tuple[OperatingPoint, Linear, str]:
+        far(lambda: f"linearizing at {unknowns.where(y)}")
         y = np.where(np.abs(y) <= _ROUNDED, 0.0, y)
         point = point_of(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
         at_point, corner = _linear(lin, point, independent, lambda: beside(y))

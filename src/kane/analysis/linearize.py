@@ -21,6 +21,7 @@ from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.program.native.machine import Settings
+from kane.progress import working
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,17 +47,22 @@ class Linearizer:
         side: Side | None = None,
     ) -> Linear:
         """See `linearize`."""
-        numeric = self.eom.numeric(self.settings)
-        state = state_at(numeric, q, u, parameters, inputs, t)
-        flow, verdict = _flow(numeric, state, choice_of(numeric, independent), bool(independent), tolerance)
-        smooth = differentiable(flow, self.outputs, tolerance if verdict.holds else 0.0, side)
-        if smooth.flow is not flow:
-            flow, verdict = smooth.flow, steadiness(smooth.flow, tolerance)
-        if steady and not verdict.holds:
-            raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(independent), tolerance)))
-        _check_independent(flow, independent)
-        linear = self._linear(smooth, verdict)
-        return linear.without(*([leave_out] if isinstance(leave_out, str) else leave_out)) if len(leave_out) else linear
+        with working("Linearizing"):
+            numeric = self.eom.numeric(self.settings)
+            state = state_at(numeric, q, u, parameters, inputs, t)
+            flow, verdict = _flow(numeric, state, choice_of(numeric, independent), bool(independent), tolerance)
+            smooth = differentiable(flow, self.outputs, tolerance if verdict.holds else 0.0, side)
+            if smooth.flow is not flow:
+                flow, verdict = smooth.flow, steadiness(smooth.flow, tolerance)
+            if steady and not verdict.holds:
+                raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(independent), tolerance)))
+            _check_independent(flow, independent)
+            linear = self._linear(smooth, verdict)
+            return (
+                linear.without(*([leave_out] if isinstance(leave_out, str) else leave_out))
+                if len(leave_out)
+                else linear
+            )
 
     @staticmethod
     def _steady_with(flow: Flow, fixed: bool, tolerance: float) -> str:

@@ -25,6 +25,7 @@ from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, closest, starts
 from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
 from kane.program.native.machine import Settings
+from kane.progress import working
 
 _TRIES, _SEED = 12, 20049
 _ROUNDED = 1e-12
@@ -121,18 +122,19 @@ def trim(
     ValueMissingError
         if the conditions do not determine what is left out
     """
-    numeric = eom.numeric(settings)
-    task = problem(numeric, {"q": q, "u": u, "inputs": inputs, "parameters": parameters}, t, moving, independent)
-    x = solve_problem(task, tolerance)
-    names = undetermined(task, x, task.missing)
-    if names:
-        raise ValueMissingError(
-            f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "
-            "some of them, or a guess for each: kn.guess(value)."
-        )
-    state = closed(numeric, task.conditions.state(x))
-    warn_of_jumps(numeric, state, tolerance)
-    return point_of(eom, state)
+    with working("Trimming"):
+        numeric = eom.numeric(settings)
+        task = problem(numeric, {"q": q, "u": u, "inputs": inputs, "parameters": parameters}, t, moving, independent)
+        x = solve_problem(task, tolerance)
+        names = undetermined(task, x, task.missing)
+        if names:
+            raise ValueMissingError(
+                f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "
+                "some of them, or a guess for each: kn.guess(value)."
+            )
+        state = closed(numeric, task.conditions.state(x))
+        warn_of_jumps(numeric, state, tolerance)
+        return point_of(eom, state)
 
 
 def equilibrium(

@@ -16,6 +16,7 @@ from kane.cli.faults import own_code
 from kane.cli.models import model_of
 from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
+from kane.progress import working
 
 _ROUNDS, _LEAST, _BATCH = 7, 0.01, 4096
 
@@ -23,7 +24,7 @@ _ROUNDS, _LEAST, _BATCH = 7, 0.01, 4096
 def bench(name: Name, as_json: AsJson = False) -> None:
     """Time the derivation, the compilation and one evaluation of MODEL; count its operations."""
     model = model_of(name)
-    with screen.working("Measuring"), own_code(model.path):
+    with working("Measuring"), own_code(model.path):
         derive_s, eom = _first(lambda: kn.derive(model.system))
         begin = start(model, eom, {})
         values = {p.name: 1.0 for p in eom.parameters if p.default is None} | dict(begin.parameters)

@@ -13,6 +13,7 @@ from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
 from kane.present.formulas import step_formulas
 from kane.present.text import step_text
+from kane.progress import working
 from kane.write.latex import latex_name
 
 
@@ -35,7 +36,7 @@ def derive(
 
 def derived(model: Model) -> kn.Equations:
     """The model's equations; says so where they take long."""
-    with screen.working("Deriving"), own_code(model.path, "System"):
+    with working("Deriving"), own_code(model.path, "System"):
         return kn.derive(model.system)
 
 

@@ -11,6 +11,7 @@ from kane.cli.derive import derived
 from kane.cli.faults import Misuse
 from kane.cli.models import model_of
 from kane.cli.options import Force, Name, Out
+from kane.progress import working
 
 
 class Target(StrEnum):
@@ -36,7 +37,7 @@ def emit(
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
     place = screen.target(out, model.path, force) if out else None
     eom = derived(model)
-    with screen.working("Compiling"):
+    with working("Compiling"):
         source = eom.compile(name=called or model.name).emit(target.value)
     if place:
         screen.write(place, source)

@@ -9,8 +9,8 @@ from typing import Any
 import kane as kn
 from kane.cli.faults import Misuse, own_code
 from kane.cli.models import KINDS, Model
-from kane.cli.screen import working
 from kane.errors import ModelError, ValueMissingError, alike
+from kane.progress import working
 
 _OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input"), strict=True))
 _WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input"), strict=True))

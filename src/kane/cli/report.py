@@ -11,6 +11,7 @@ from kane.cli.models import model_of
 from kane.cli.motion import motion, start
 from kane.cli.options import End, Force, Inputs, Name, Out, Parameters, Q, U
 from kane.present.checks import energy_check
+from kane.progress import working
 
 
 def report(
@@ -35,7 +36,7 @@ def report(
     if sol is None:
         typer.echo(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
-    with screen.working("Writing the report"):
+    with working("Writing the report"):
         written(eom, place, solution=sol, title=model.title, sources=model.sources, checks=checks)
     if sol is not None:
         typer.echo(f"From {sol.t[0]:g} s: {sol.message}.")

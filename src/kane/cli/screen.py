@@ -1,22 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the commands write: lines, tables, JSON, files, and on stderr that something takes long."""
+"""What the commands write: lines, tables, JSON, files."""
 
 import json
 import math
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import typer
-from rich.console import Console
 
 from kane.cli.faults import Misuse
 from kane.expr.count import Operations
-
-PATIENCE = 1.0
-"""Seconds after which it is said that something takes long."""
 
 
 def heading(text: str) -> None:
@@ -78,29 +72,3 @@ def write(path: Path, text: str) -> None:
     """Write a text and say where."""
     path.write_text(text, encoding="utf-8")
     typer.echo(f"Written: {path}", err=True)
-
-
-@contextmanager
-def working(doing: str, console: Console | None = None, patience: float = PATIENCE) -> Iterator[None]:
-    """Say on a terminal's stderr what is being done, once it has taken `patience` seconds."""
-    screen = console or Console(stderr=True)
-    if not screen.is_terminal:
-        yield
-        return
-    status, lock, over = screen.status(f"{doing} …"), threading.Lock(), False
-
-    def begin() -> None:
-        with lock:
-            if not over:
-                status.start()
-
-    timer = threading.Timer(patience, begin)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-        with lock:
-            over = True
-            status.stop()

@@ -17,6 +17,7 @@ from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
 from kane.errors import ModelError, cut
 from kane.model.system import System
+from kane.progress import working
 
 
 def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None = None) -> Equations:
@@ -48,12 +49,13 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
         raise ModelError(
             f"Expected a System to derive equations of, got {cut(repr(system))}. Gather bodies and speeds in kn.System(…)."
         )
-    parts = derived(system, place(system, near))
-    held = parts.constraints.constraints
-    partition = first_partition(system, parts.constraints, parts.compared) if held else None
-    check_potentials(parts)
-    regular = without_poles(parts, partition)
-    return _equations(solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds"))
+    with working("Deriving"):
+        parts = derived(system, place(system, near))
+        held = parts.constraints.constraints
+        partition = first_partition(system, parts.constraints, parts.compared) if held else None
+        check_potentials(parts)
+        regular = without_poles(parts, partition)
+        return _equations(solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds"))
 
 
 def repartition(eom: Equations, partition: Partition) -> Equations:

@@ -33,6 +33,7 @@ from kane.motion.stepping import SOLVERS, Course, End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
+from kane.progress import far, working
 
 _MOST_STEPS = 1_000_000
 _SAME_TIME = 1e-12
@@ -115,20 +116,25 @@ def simulate(
     check_prescribed(eom, constants, span)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
-    stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
-    begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
-    start = _admissible(stepper, t0, np.append(_start(eom, q, u, rates, begin, t0), 0.0))
-    for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
-        if not np.isfinite(value):
-            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
-    course = Course(stepper, solver, span, start, sample_times(samples, span))
-    end = None
-    while end is None:
-        end = course.advance()
+    with working("Simulating"):
+        stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
+        begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
+        start = _admissible(stepper, t0, np.append(_start(eom, q, u, rates, begin, t0), 0.0))
+        for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
+            if not np.isfinite(value):
+                warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
+        course = Course(stepper, solver, span, start, sample_times(samples, span))
+        end = _to_its_end(course)
     solution = _solution(course, end, constants, drives)
     if solution.status != "stopped" and not solution.keeps_energy:
         warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=2)
     return solution
+
+
+def _to_its_end(course: Course) -> End:
+    while (end := course.advance()) is None:
+        far(course.far)
+    return end
 
 
 def _wrong_energy(solution: Solution) -> str:

@@ -97,6 +97,10 @@ class Course:
         """Evaluations of the right-hand side, those of solvers that were given up too."""
         return self._spent + int(self.solver.nfev)
 
+    def far(self) -> str:
+        """How far the motion is, in words."""
+        return f"t = {self.solver.t:.4g} of {self.span[1]:.4g} s"
+
     def advance(self) -> End | None:
         """One step."""
         solver, stepper, span = self.solver, self.stepper, self.span

@@ -6,6 +6,7 @@ F(y) = 0 is solved together with τ·Δy = Δs, τ the tangent, so that a point 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Residual, close
 from kane.numeric.rank import level, singular
+from kane.progress import far
 
 _FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
 """Steps along the curve, where the whole range of μ counts 1."""
@@ -97,6 +99,7 @@ class Curve:
             return Path(tuple(points[: marked[-1] + 1]), tuple(marked), tuple(turning), message)
 
         for _ in range(max_points):
+            far(partial(where, y))
             new = self.corrected(y + step * tau, tau)
             if new is None or np.linalg.norm(new - y) > 3 * step:
                 step /= 2

@@ -18,6 +18,7 @@ from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check, motion_checks
 from kane.present.costs import costs
 from kane.present.tables import PageTable, Tex, declared_tables
+from kane.progress import working
 from kane.units.text import unit_text
 from kane.write.latex import latex_name
 
@@ -55,27 +56,28 @@ def report(
         raise ValueError(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
-    told = list(checks)
-    motion = {"checks": told} if solution is None else _motion(solution, told)
-    page = _template().render(
-        title=title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}",
-        eom=eom,
-        summary=_summary(eom),
-        receipt=costs(eom),
-        declared=declared_tables(eom, solution.parameters if solution is not None else None),
-        chapters=chapters(eom),
-        long=LONG,
-        solution=solution,
-        **motion,
-        sources=tuple(sources),
-        version=version("kane"),
-        katex_css=Markup(asset("katex.min.css")),
-        katex_js=Markup(asset("katex.min.js")),
-    )
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(page, encoding="utf-8")
-    return target
+    with working("Writing the report"):
+        told = list(checks)
+        motion = {"checks": told} if solution is None else _motion(solution, told)
+        page = _template().render(
+            title=title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}",
+            eom=eom,
+            summary=_summary(eom),
+            receipt=costs(eom),
+            declared=declared_tables(eom, solution.parameters if solution is not None else None),
+            chapters=chapters(eom),
+            long=LONG,
+            solution=solution,
+            **motion,
+            sources=tuple(sources),
+            version=version("kane"),
+            katex_css=Markup(asset("katex.min.css")),
+            katex_js=Markup(asset("katex.min.js")),
+        )
+        target = Path(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(page, encoding="utf-8")
+        return target
 
 
 def _template() -> Template:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from kane.program.emit.llvm import emit_llvm, hoists
 from kane.program.native.machine_code import Library, compile_text, target
 from kane.program.program import Program
+from kane.progress import working
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +26,9 @@ class Settings:
 
 def build_library(programs: Sequence[Program], settings: Settings) -> Library:
     """Emit and compile as one module, or take the object from the cache. The names of all routines must differ."""
-    on = target(settings.cpu, settings.features)
-    text = emit_llvm(programs, settings.contract, on.lanes)
-    routines = [r.name for program in programs for r in program.routines]
-    symbols = [*hoists(programs), *(f"{name}{entry}" for name in routines for entry in ("", ".call", ".batch"))]
-    return compile_text(text, on, symbols, settings.cache)
+    with working("Compiling"):
+        on = target(settings.cpu, settings.features)
+        text = emit_llvm(programs, settings.contract, on.lanes)
+        routines = [r.name for program in programs for r in program.routines]
+        symbols = [*hoists(programs), *(f"{name}{entry}" for name in routines for entry in ("", ".call", ".batch"))]
+        return compile_text(text, on, symbols, settings.cache)

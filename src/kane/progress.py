@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What takes long says so: a line on a terminal's stderr with what is being done, how far it is and since when; gone when it is done.
+
+Where stderr is no terminal nothing is written, nor with `KANE_PROGRESS=off`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+PATIENCE = 1.0
+"""Seconds after which it is said that something takes long."""
+_AGAIN = 0.2
+"""Seconds after which the line is written anew."""
+_WIDTH = 100
+_CLEAR = "\r\x1b[K"
+
+
+class _Line:
+    """What is being done now, the innermost last; `far` says how far it is."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.doing: list[str] = []
+        self.far: list[str] = []
+        self.begun = 0.0
+        self.owner: int | None = None
+        self.done = threading.Event()
+        self.shown = False
+
+    def write(self) -> None:
+        """The line, over the one before; with the lock held."""
+        far = f": {self.far[0]}" if self.far[0] else " …"
+        within = f", {self.doing[-1].lower()}" if len(self.doing) > 1 else ""
+        text = f"{self.doing[0]}{far}{within} ({time.monotonic() - self.begun:.0f} s)"
+        sys.stderr.write(f"{_CLEAR}{text[:_WIDTH]}")
+        sys.stderr.flush()
+        self.shown = True
+
+    def watch(self, done: threading.Event, patience: float) -> None:
+        """Write the line again and again, in a thread of its own."""
+        wait = patience
+        while not done.wait(wait):
+            wait = _AGAIN
+            with self.lock:
+                if done.is_set():
+                    return
+                try:
+                    self.write()
+                except (OSError, ValueError):  # the terminal is gone
+                    return
+
+    def end(self) -> None:
+        """Nothing is left of the line."""
+        with self.lock:
+            self.done.set()
+            if self.shown:
+                self.shown = False
+                try:
+                    sys.stderr.write(_CLEAR)
+                    sys.stderr.flush()
+                except (OSError, ValueError):
+                    pass
+
+
+_line = _Line()
+
+
+def _to_be_seen() -> bool:
+    try:
+        terminal = sys.stderr is not None and sys.stderr.isatty()
+    except ValueError:
+        return False
+    return terminal and os.environ.get("TERM") != "dumb" and os.environ.get("KANE_PROGRESS", "").lower() != "off"
+
+
+@contextmanager
+def working(doing: str, patience: float | None = None) -> Iterator[None]:
+    """Say on a terminal's stderr what is being done, once it has taken `patience` seconds; within another one, in its place.
+
+    Of several threads the first has the line.
+    """
+    me = threading.get_ident()
+    with _line.lock:
+        inner = _line.owner is not None
+        mine = _line.owner in (None, me) and (_line.doing[-1] != doing if inner else _to_be_seen())
+        if mine:
+            _line.doing.append(doing)
+            _line.far.append("")
+        if mine and not inner:
+            _line.owner, _line.begun, _line.done = me, time.monotonic(), threading.Event()
+            limit = PATIENCE if patience is None else patience
+            threading.Thread(target=_line.watch, args=(_line.done, limit), daemon=True).start()
+    try:
+        yield
+    finally:
+        if mine:
+            if not inner:
+                _line.end()
+            with _line.lock:
+                _line.doing.pop()
+                _line.far.pop()
+                _line.owner = me if inner else None
+
+
+def far(text: Callable[[], str]) -> None:
+    """How far the innermost work is; `text` is asked for only where it may be seen."""
+    if _line.owner == threading.get_ident():
+        _line.far[-1] = text()
