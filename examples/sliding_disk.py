@@ -49,7 +49,7 @@ sol = kn.simulate(
 assert sol.status == "event", sol.message  # rolling sets in
 assert sol.energy_check.relative < 1e-8, sol.energy_check  # E − ∫P dt is constant
 assert sol[normal].min() > 0  # the disk stays on the ground
-assert sol[slip.magnitude()][-1] < 1.1e-4
+assert sol[slip.magnitude()][-1] < 1.1e-4 * sol[slip.magnitude()].max()
 print(sol)
 print(sol.energy_check)
 
