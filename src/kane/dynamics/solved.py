@@ -68,7 +68,7 @@ class Solved(Immutable):
     without the loads that hold reactions: a change of the sign of their determinants' ratio is Painlevé's case.
 
     Where W has poles that the motion has not, `twin` is the solution by speeds some of which vanish, `vanishing`: what is read in
-    numbers is written in those.
+    numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X.
     """
 
     route: str
@@ -81,9 +81,13 @@ class Solved(Immutable):
     bare_reaction_matrix: Matrix
     twin: Solved | None = None
     vanishing: Mapping[Expr, Expr] = field(default_factory=dict)
+    shorter_rates: Exprs | None = None
 
     regular = read[Derived](lambda s: s.twin.derived if s.twin else s.derived, "What is read in numbers.")
-    rates = read[Exprs](lambda s: s.written(s.regular.rates), "q̇ as functions of the state.")
+    rates = read[Exprs](
+        lambda s: s.written(s.regular.rates) if s.shorter_rates is None else s.shorter_rates,
+        "q̇ as functions of the state, which satisfies the constraints.",
+    )
     right_hand_side = read[Exprs](lambda s: (*s.rates, *s.accelerations), "(q̇, u̇) as functions of the state.")
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),

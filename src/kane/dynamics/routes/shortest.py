@@ -133,12 +133,22 @@ def with_reactions(way: Found, u_dot: Exprs, derived: Derived | None = None, e: 
     whole = replace(s, accelerations=u_dot, reactions=best)
     if derived is None or e is None or s.embedding is None:
         return whole
-    route = s.route if w is None else "contacts"
-    return replace(whole, route=route, derived=derived, embedding=replace(e, guards={**s.embedding.guards, **e.guards}))
+    guards = {**s.embedding.guards, **e.guards}
+    if w is None:
+        return replace(whole, derived=derived, embedding=replace(e, guards=guards))
+    own = tuple(map(w.held, s.derived.rates))
+    shorter = price((*own, *u_dot, *best)) < price((*rates, *u_dot, *best)) and _divisors(own) <= _divisors(rates)
+    return replace(
+        whole,
+        route="contacts",
+        derived=derived,
+        embedding=replace(e, guards=guards),
+        shorter_rates=own if shorter else None,
+    )
 
 
 def _cost(s: Solved) -> int:
-    return price((*s.derived.rates, *s.accelerations, *s.reactions))
+    return price((*(s.shorter_rates or s.derived.rates), *s.accelerations, *s.reactions))
 
 
 class _Poles:
