@@ -17,6 +17,7 @@ from typing import NamedTuple
 from kane.dynamics.blocks import Blocks, primitive
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
+from kane.expr.collect import collected
 from kane.expr.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
@@ -36,13 +37,14 @@ class BlockSolution(NamedTuple):
 def block_solution(blocks: Blocks) -> BlockSolution:
     """Solve for u̇ and R; a SingularError where a pivot of M, or of what R is solved from, is zero whatever the state.
 
-    Equations that hold each other's u̇ are divided by what parameters and numbers all of their terms have in common, where that is
-    shorter.
+    Equations that hold each other's u̇ are divided by what parameters and numbers all of their terms have in common, and what is left
+    is collected, where that is shorter.
     """
     usual, shorter = _solution(blocks), primitive(blocks)
     if shorter is blocks:
         return usual
-    return min(usual, _solution(shorter), key=lambda s: price((*s.accelerations, *s.reactions)))
+    short = shorter._replace(forcing=tuple(map(collected, shorter.forcing)))
+    return min(usual, _solution(shorter), _solution(short), key=lambda s: price((*s.accelerations, *s.reactions)))
 
 
 def _solution(blocks: Blocks) -> BlockSolution:

@@ -16,6 +16,7 @@ from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.embedded import Motions
 from kane.dynamics.terms import Term, generalized_by_motion, sum_of
 from kane.expr.build import neg
+from kane.expr.collect import collected
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.motion import Motion
@@ -26,7 +27,7 @@ from kane.space.vector import Vector
 def reactions(
     derived: Derived, e: Embedding | None, moving: Motions, u_dot: Mapping[Expr, Expr], matrix: Matrix
 ) -> Iterator[tuple[Expr, ...]]:
-    """R in two ways: vectors along the frames in which they are short, and along those of the partial velocities.
+    """R in three ways: vectors along the frames in which they are short, along those of the partial velocities, and these collected.
 
     Accelerations are those of the bodies of `moving` with `u_dot`, partial velocities those of `derived`, which has all speeds.
     """
@@ -35,8 +36,9 @@ def reactions(
         for term in derived.left_by(moving.kinematics, moving.bodies, u_dot)
         if not term.vector.is_zero
     ]
-    for turned in (False, True):
-        yield tuple(solved_reactions(matrix, _remainders(derived, e, whole, turned)))
+    short = [term._replace(vector=term.vector.map(collected)) for term in whole]
+    for terms, turned in ((whole, False), (whole, True), (short, True)):
+        yield tuple(solved_reactions(matrix, _remainders(derived, e, terms, turned)))
 
 
 def _motion(derived: Derived, term: Term) -> Motion:

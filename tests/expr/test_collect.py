@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Sums of products collected: the same value, like terms joined, common factors out."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kane as kn
+from kane.expr.collect import collected
+from kane.expr.count import count_operations
+from tests.examples import examples
+
+R, G = kn.parameter("R"), kn.parameter("g")
+Q, (U, V) = kn.coordinate("q"), kn.speeds("u v")
+VALUES = {R: 0.7, G: 9.81, Q: 0.4, U: -1.7, V: 0.6}
+
+
+def test_an_equation_of_the_disk():
+    e = G * kn.sin(Q) + R * U * V + R * V * U / 2 - R * U * U * kn.tan(Q) / 4
+    assert str(collected(e)) == "g*sin(q) - R*u*(u*tan(q)/4 - 3*v/2)"
+
+
+def test_like_terms_are_joined_and_may_vanish():
+    assert str(collected(R * (U * V) - (R * V) * U * 2 / 3)) == "R*u*v/3"
+    assert collected(R * (U * V) - (R * V) * U) is kn.expr.node.ZERO
+
+
+def test_what_is_no_sum_is_left():
+    e = R * (U + V)
+    assert collected(e) is e
+
+
+def test_long_sums_are_left():
+    terms = [kn.parameter(f"a{k}") * U for k in range(20)]
+    e = sum(terms[1:], start=terms[0])
+    assert collected(e) is e
+
+
+@given(st.integers(0, 10_000))
+@examples(0.5)
+def test_random_sums(seed):
+    rng = random.Random(seed)
+    atoms = [R, G, U, V, kn.sin(Q), kn.cos(Q)]
+    e = kn.expr.node.ZERO
+    for _ in range(rng.randint(1, 8)):
+        term = kn.expr.node.constant(rng.choice([1, 2, -3, 0.5]))
+        for _ in range(rng.randint(1, 4)):
+            term = term * rng.choice(atoms)
+        e = e + term if rng.random() < 0.6 else e - term / 4
+    found = collected(e)
+    assert kn.evaluate(found, VALUES) == pytest.approx(kn.evaluate(e, VALUES), rel=1e-12, abs=1e-12)
+    assert count_operations(collected(found)).total <= count_operations(found).total
