@@ -16,7 +16,8 @@ import kane as kn
 from kane.analysis.load_signs import doubtful_loads
 from tests.systems.draft_kinds import KINDS, drafted
 from tests.systems.drafts import Draft, built, verdict
-from tests.systems.slips import SEEN, UNSEEN, sign_of_a_force, sign_of_a_value, slipped
+from tests.systems.slips import SEEN, slipped
+from tests.systems.slips_unseen import UNSEEN, sign_of_a_force, sign_of_a_value
 
 BLOCK = 100
 LEAST = 0.99

@@ -142,3 +142,13 @@ def test_a_cart_is_regular_at_every_heading(yaw):
     state = np.array([{**q, **u}[s.name] for s in (*eom.coordinates, *eom.speeds)])
     rates = eom.compile().rhs(0.0, state)
     np.testing.assert_allclose(rates, [run * np.cos(yaw), u["climb"], spin, *wheels, *wanted], atol=1e-11)
+
+
+def test_constraints_that_hold_nothing_leave_no_choice():
+    """Two names of one particle: no speed depends on the others, and there is nothing to choose at a pole."""
+    system = sled()
+    body = system["sled"]
+    one, two = (body.mass_center.fixed_in(body.frame, name, 0.2 * body.frame.x) for name in ("K", "K0"))
+    with pytest.warns(kn.KaneWarning, match="contact"):
+        eom = kn.derive(system.replace(nonholonomic=kn.no_slip(one, two, along=body.frame.y, name="contact")))
+    assert eom.dependent_speeds == ()

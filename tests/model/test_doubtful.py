@@ -35,7 +35,6 @@ def said(
 
 RIGHT = {
     "below the centre": CENTER.fixed_in(C, "D", -R * B.z),
-    "at the trace": P.fixed_in(C, "D"),
     "of a frame fixed in the wheel": CENTER.fixed_in(C.rotate("C'", 0.3, C.x), "D", -R * B.z),
 }
 
@@ -55,6 +54,10 @@ def test_a_particle_of_the_wheel(name):
         (P.fixed_in(Y, "D"), "got D, a particle of Y"),
         (CENTER.at("D", -R * B.z), "got D, a geometric point"),
         (P, "got P, a geometric point.*O.fixed_in"),
+        (
+            P.fixed_in(C, "D"),
+            "D made on a point that moves with 'disk', got P, which does not.*such as C.: C..fixed_in.C, ",
+        ),
         (CENTER.fixed_in(C, "D", R * B.z), "got D beyond its mass centre. Change the sign"),
     ],
 )
@@ -87,6 +90,21 @@ def test_an_edge_is_a_particle_of_the_wheel(point, along, message):
     if message:
         with pytest.raises(kn.KaneWarning, match=message):
             raise kn.KaneWarning(*told)
+
+
+def test_a_plate_is_met_by_its_own_particle():
+    plate = N.rotate("plate", q3, N.z)
+    S = N.rotate_body("S", kn.coordinates("a b c"), "xyz")
+    G = O.at("G", x * N.x + y * N.y + R * N.z)
+    ball = kn.RigidBody("ball", frame=S, mass_center=G, mass=1, inertia=kn.solid_sphere(S, 1, R))
+    disk = kn.RigidBody("plate", frame=plate, mass_center=O, mass=1, inertia=kn.thin_disk(plate, 1, R, plate.z))
+    met = G.fixed_in(S, "S^", -R * N.z)
+    right = kn.rolling(met, O.fixed_in(plate, "T^", x * N.x + y * N.y), normal=N.z)
+    wrong = kn.rolling(met, G.fixed_in(plate, "T^", -R * N.z), normal=N.z)
+    assert said(None, bodies=[ball, disk], held=right) == []
+    (told,) = said(None, bodies=[ball, disk], held=wrong)
+    assert "Expected T^ made on a point that moves with 'plate', got G, which does not" in told
+    assert "such as O: O.fixed_in(plate, …)" in told
 
 
 def test_a_blade_on_a_frame_without_mass():

@@ -143,6 +143,8 @@ def test_names():
         (lambda: kn.gravity(9.81), "got 9.81. Give it a direction, downwards: -g\\*N.z"),
         (lambda: kn.action_reaction(P, A, N.x), "force on a Point, got Frame"),
         (lambda: kn.torque_pair(A, P, N.x), "torque on a Frame, got Point"),
+        (lambda: kn.linear_spring(P, P, k), "two of Point for the spring, got P twice. Name what is at its other end"),
+        (lambda: kn.torsional_damper(A, A, c, N.z), "two of Frame for the axis of the torsional damper, got A twice"),
         (lambda: kn.linear_spring(A, P, k), r"two of Point for the spring, got Frame\('A'"),
         (lambda: kn.linear_damper(P, A, c), r"two of Point for the damper, got Frame\('A'"),
         (

@@ -52,7 +52,7 @@ def without_poles(derived: Derived, partition: Partition | None) -> Partition | 
     Those of `partition`, or, if the user named none, others that are determined no worse at configurations elsewhere.
     """
     pivots = [p for p in derived.kinematical.pivots if any(isinstance(s, Coordinate) for s in free_symbols([p]))]
-    if partition is None or not pivots:
+    if partition is None or not partition.dependent or not pivots:
         return None
     places, f = _Places(derived), closure(derived.system).f
     place = {u: i for i, u in enumerate(derived.speeds)}

@@ -29,6 +29,8 @@ def warn_of_doubts(
     contacts = {c.forces[0][0]: c for c in constraints if c.normal is not None and c.forces}
     for p, c in contacts.items():
         told += _contact(p, c, parts)
+    met = dict.fromkeys(p for c in constraints if c.kind == "motion" for p, _ in c.forces)
+    told += [text for p in met for text in _carried(p, parts, inertial)]
     edges: dict[Point, list[Constraint]] = {}
     for c in constraints:
         if c.kind == "motion" and c.normal is None and c.forces:
@@ -101,6 +103,21 @@ def _edge(p: Point, c: Constraint, parts: Sequence[Part], inertial: Frame) -> It
             return
     if wheels:
         yield _of_another(p, wheels[-1], c.name)
+
+
+def _carried(p: Point, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
+    """A particle that is made on a point which does not move with its body: v^X + ω × r is then the velocity of none."""
+    bodies = [x for x in parts if x.frame is not None and x.frame is p.body]
+    if not bodies or p.parent is None or any(x.mass_center is p.parent for x in bodies):
+        return
+    axes = (inertial.x, inertial.y, inertial.z)
+    if not any(all(_moves_with(p, x, e, inertial) for e in axes) for x in bodies):
+        body, frame = bodies[-1], p.body.name if p.body is not None else ""
+        center = body.mass_center.name
+        yield (
+            f"Expected {p.name} made on a point that moves with {body.name!r}, got {p.parent.name}, which does not: v + ω × r is "
+            f"the velocity of no particle of it. Make it on one, such as {center}: {center}.fixed_in({frame}, …)."
+        )
 
 
 def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:

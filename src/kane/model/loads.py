@@ -98,6 +98,10 @@ def _between(what: str, a: Any, b: Any, kind: type[Point] | type[Frame]) -> str:
         if not isinstance(x, kind):
             instead = _point_instead(x) if kind is Point else _frame_instead(x)
             raise ModelError(f"Expected two of {kind.__name__} for the {what}, got {cut(repr(x))}. {instead}")
+    if a is b:
+        raise ModelError(
+            f"Expected two of {kind.__name__} for the {what}, got {a.name} twice. Name what is at its other end."
+        )
     return f"{what} between {a.name} and {b.name}"
 
 
