@@ -132,11 +132,15 @@ def moved(system, scale, start):
     return (sol.status, events, len(said), sol.keeps_energy), np.hstack([sol.q, sol.u]) / factors
 
 
-QUICK = ("pendulum_on_cart", "slider_crank", "rolling_disk")
-EVERY = [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in GALLERY]
+QUICK = ("pendulum_on_cart", "slider_crank", "rolling_disk", "four_bar", "car_with_trailer")
 
 
-@pytest.mark.parametrize("name", EVERY)
+def slow_but(names):
+    """The names, those that are not quick marked so."""
+    return [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in names]
+
+
+@pytest.mark.parametrize("name", slow_but(GALLERY))
 def test_motions_are_the_same_in_any_units(name, in_units):
     system = in_units(name)
     start = system.start()
@@ -148,7 +152,7 @@ def test_motions_are_the_same_in_any_units(name, in_units):
         assert (np.abs(states - expected) <= 1e-6 * size + 1e-9 * size.max()).all(), scale
 
 
-@pytest.mark.parametrize("name", HELD)
+@pytest.mark.parametrize("name", slow_but(HELD))
 def test_assembly_is_the_same_in_any_units(name, in_units):
     system = in_units(name)
     eom, given = system.eom, system.module.START
@@ -191,7 +195,7 @@ TURNS = {
 """Guesses of steady motions."""
 
 
-@pytest.mark.parametrize("name", [*REST, *TURNS])
+@pytest.mark.parametrize("name", slow_but([*REST, *TURNS]))
 def test_rest_and_eigenvalues_are_the_same_in_any_units(name, in_units):
     system = in_units(name)
     eom = system.eom
