@@ -132,15 +132,12 @@ def moved(system, scale, start):
     return (sol.status, events, len(said), sol.keeps_energy), np.hstack([sol.q, sol.u]) / factors
 
 
-QUICK = ("pendulum_on_cart", "slider_crank", "rolling_disk", "four_bar", "car_with_trailer")
-
-
-def slow_but(names):
+def slow_but(quick, names):
     """The names, those that are not quick marked so."""
-    return [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in names]
+    return [n if n in quick else pytest.param(n, marks=pytest.mark.slow) for n in names]
 
 
-@pytest.mark.parametrize("name", slow_but(GALLERY))
+@pytest.mark.parametrize("name", slow_but(["slider_crank", "rolling_disk"], GALLERY))
 def test_motions_are_the_same_in_any_units(name, in_units):
     system = in_units(name)
     start = system.start()
@@ -152,7 +149,7 @@ def test_motions_are_the_same_in_any_units(name, in_units):
         assert (np.abs(states - expected) <= 1e-6 * size + 1e-9 * size.max()).all(), scale
 
 
-@pytest.mark.parametrize("name", slow_but(HELD))
+@pytest.mark.parametrize("name", slow_but(["slider_crank", "four_bar"], HELD))
 def test_assembly_is_the_same_in_any_units(name, in_units):
     system = in_units(name)
     eom, given = system.eom, system.module.START
@@ -195,7 +192,7 @@ TURNS = {
 """Guesses of steady motions."""
 
 
-@pytest.mark.parametrize("name", slow_but([*REST, *TURNS]))
+@pytest.mark.parametrize("name", slow_but(["pendulum_on_cart", "car_with_trailer"], [*REST, *TURNS]))
 def test_rest_and_eigenvalues_are_the_same_in_any_units(name, in_units):
     system = in_units(name)
     eom = system.eom
