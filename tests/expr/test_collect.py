@@ -54,3 +54,12 @@ def test_random_sums(seed):
     found = collected(e)
     assert kn.evaluate(found, VALUES) == pytest.approx(kn.evaluate(e, VALUES), rel=1e-12, abs=1e-12)
     assert count_operations(collected(found)).total <= count_operations(found).total
+
+
+def test_divisors_of_parameters_are_cancelled_and_tangents_stay():
+    m = kn.parameter("m")
+    e = (2 * m * R * R / 5) * (G * U / R) / R
+    assert str(collected(e)) in ("2*m*g*u/5", "2*g*m*u/5")
+    tangent = kn.sin(Q) / kn.cos(Q) * U / R
+    assert str(collected(tangent)) == "u*tan(q)/R"
+    assert str(collected(U / R + V / R)) == "(u + v)/R"

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.expr.node import as_expr
-from kane.gallery import chaplygin_sleigh, knife_edge, pure_rolling_disk
+from kane.gallery import chaplygin_sleigh, knife_edge, pure_rolling_disk, sphere_on_turntable
 
 MARGIN = 1.2
 
@@ -37,7 +37,30 @@ def disk(s):
     ]
 
 
-WHOLE = {"sleigh": (chaplygin_sleigh, sleigh), "skate": (knife_edge, skate)}
+def ball(s):
+    """ė0 = −½ e·ω, ė = ½ (e0 ω + ω × e); the centre runs in circles at 2Ω/7 (Weltner 1979, Am. J. Phys. 47, 984-986)."""
+    e0, e1, e2, e3 = (s[f"e{k}"] for k in range(4))
+    x, y, z = s["w_x"], s["w_y"], s["w_z"]
+    turn, roll = 2 * s["Omega"] / 7, 5 * s["Omega"] / (7 * s["R"])
+    a = [-turn * s["u_y"], turn * s["u_x"]]
+    return [
+        s["u_x"],
+        s["u_y"],
+        -(e1 * x + e2 * y + e3 * z) / 2,
+        (e0 * x + e3 * y - e2 * z) / 2,
+        (e0 * y + e1 * z - e3 * x) / 2,
+        (e0 * z + e2 * x - e1 * y) / 2,
+        *a,
+        roll * s["u_x"],
+        roll * s["u_y"],
+        0,
+        s["m"] * a[0],
+        s["m"] * a[1],
+        s["m"] * s["g"],
+    ]
+
+
+WHOLE = {"sleigh": (chaplygin_sleigh, sleigh), "skate": (knife_edge, skate), "ball": (sphere_on_turntable, ball)}
 
 
 def symbols(eom):

@@ -3,17 +3,19 @@
 
     R u₂ u₃ + R u₂ u₃/2 − R u₂² tan q₂/4 + g sin q₂  →  g sin q₂ + R u₂ (3 u₃/2 − u₂ tan q₂/4)
 
-Sums within products are left as they are. What that costs is for the caller to compare.
+What a product and parameters that it is divided by have in common is cancelled: (2 m R²/5) (Ω u/R)/R is 2 m Ω u/5. Sums within
+products are left as they are. What all this costs is for the caller to compare.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cmp_to_key
 
-from kane.expr.build import add, mul, neg
+from kane.expr.build import add, div, mul, neg
 from kane.expr.node import ONE, ZERO, Expr, Number, constant, constant_value, precedes
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
+from kane.expr.symbols import Parameter
 
 _MOST = 12
 """Terms, and factors of a term, up to which a sum is collected."""
@@ -25,22 +27,23 @@ def _first(a: Expr, b: Expr) -> int:
 
 _ORDER = cmp_to_key(_first)
 
-Term = tuple[Number, tuple[Expr, ...]]
-"""A number, and factors in their order."""
+Powers = tuple[tuple[Expr, int], ...]
+Term = tuple[Number, Powers]
+"""A number, and factors in their order with their powers, which may be below zero."""
 
 
 def collected(e: Expr) -> Expr:
-    """The sum e collected; e itself where it is none, or a long one."""
+    """The sum or product e collected; e itself where it is neither, or a long one."""
     if e.op is NEG:
         return neg(collected(e.args[0]))
-    if e.op is not ADD and e.op is not SUB:
+    if e.op not in (ADD, SUB, MUL, DIV):
         return e
     terms = _terms(e)
     return e if terms is None else _factored(terms)
 
 
 def _terms(e: Expr) -> list[Term] | None:
-    found: dict[tuple[Expr, ...], Number] = {}
+    found: dict[Powers, Number] = {}
     waiting: list[tuple[Expr, int]] = [(e, 1)]
     count = 0
     while waiting:
@@ -61,54 +64,63 @@ def _terms(e: Expr) -> list[Term] | None:
 def _product(e: Expr) -> Term:
     """The number and the factors that e is the product of."""
     number: Number = 1
-    factors: list[Expr] = []
-    waiting = [e]
+    powers: Counter[Expr] = Counter()
+    waiting = [(e, 1)]
     while waiting:
-        x = waiting.pop()
+        x, power = waiting.pop()
         value = constant_value(x)
-        if value is not None:
-            number = number * value
+        if value is not None and value != 0:
+            number = number * (value if power > 0 else Fraction(1, value) if isinstance(value, int) else 1 / value)
         elif x.op is MUL:
-            waiting += x.args
+            waiting += [(a, power) for a in x.args]
+        elif x.op is DIV and _of_parameters(x.args[1]):  # a tangent stays one
+            waiting += [(x.args[0], power), (x.args[1], -power)]
         elif x.op is NEG:
             number = -number
-            waiting.append(x.args[0])
-        elif x.op is DIV and x.args[1].op is CONST:
-            below = constant_value(x.args[1])
-            assert below is not None
-            number = number * (Fraction(1, below) if isinstance(below, int) else 1 / below)
-            waiting.append(x.args[0])
+            waiting.append((x.args[0], power))
         else:
-            factors.append(x)
-    return number, tuple(sorted(factors, key=_ORDER))
+            powers[x] += power
+    return number, tuple((f, powers[f]) for f in sorted(powers, key=_ORDER) if powers[f])
+
+
+def _of_parameters(e: Expr) -> bool:
+    """Whether e is a product of parameters and numbers."""
+    if e.op is MUL:
+        return all(map(_of_parameters, e.args))
+    return e.op is CONST or isinstance(e, Parameter)
 
 
 def _factored(terms: Sequence[Term]) -> Expr:
-    """The factor that most terms have, times what is left of them, plus the other terms likewise."""
+    """The factor that most terms have, times what is left of them, plus the other terms likewise; a divisor that all have below."""
     if not terms:
         return ZERO
     if len(terms) == 1:
         ((number, factors),) = terms
         return _times(number, factors)
-    counts = Counter(f for _, factors in terms for f in dict.fromkeys(factors))
-    common = max(counts, key=lambda f: counts[f])
-    if counts[common] < 2:
+    maps = [(n, dict(f)) for n, f in terms]
+    below = [f for f in maps[0][1] if all(p.get(f, 0) < 0 for _, p in maps)]
+    if below:
+        return div(_factored([(n, _raised(p, below[0], 1)) for n, p in maps]), below[0])
+    counts = Counter(f for _, p in maps for f, k in p.items() if k > 0)
+    common = max(counts, key=lambda f: counts[f], default=None)
+    if common is None or counts[common] < 2:
         total = ZERO
         for number, factors in terms:
             total = add(total, _times(number, factors))
         return total
-    own = [(n, _without(f, common)) for n, f in terms if common in dict.fromkeys(f)]
-    others = [(n, f) for n, f in terms if common not in dict.fromkeys(f)]
+    own = [(n, _raised(p, common, -1)) for n, p in maps if p.get(common, 0) > 0]
+    others = [(n, tuple(p.items())) for n, p in maps if p.get(common, 0) <= 0]
     return add(_factored(others), mul(common, _factored(own)))
 
 
-def _without(factors: tuple[Expr, ...], one: Expr) -> tuple[Expr, ...]:
-    place = next(i for i, f in enumerate(factors) if f is one)
-    return (*factors[:place], *factors[place + 1 :])
+def _raised(powers: Mapping[Expr, int], factor: Expr, by: int) -> Powers:
+    """The product with one factor's power changed."""
+    return tuple((f, k + by if f is factor else k) for f, k in powers.items() if f is not factor or k + by)
 
 
-def _times(number: Number, factors: Sequence[Expr]) -> Expr:
-    total = ONE
-    for f in factors:
-        total = mul(total, f)
-    return mul(constant(number), total)
+def _times(number: Number, factors: Powers) -> Expr:
+    above, below = ONE, ONE
+    for f, k in factors:
+        for _ in range(abs(k)):
+            above, below = (mul(above, f), below) if k > 0 else (above, mul(below, f))
+    return div(mul(constant(number), above), below)
