@@ -77,7 +77,7 @@ def test_every_slip_has_an_occasion():
 def test_what_cannot_be_seen_is_another_sound_model():
     """Signs and values of one unit: neither refused nor warned of, but by chance."""
     said = []
-    for seed in range(2000, 2060):
+    for seed in range(2000, 2036):
         sound = drafted(seed)
         if any(slip(sound, np.random.default_rng(seed)) for slip in UNSEEN.values()):
             said.append(verdict(slipped(sound, np.random.default_rng([seed, 2]), UNSEEN)[1]).said)
@@ -97,7 +97,7 @@ def doubted(d: Draft) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(6), pytest.param(range(2000, 2120), marks=pytest.mark.slow)], ids=["few", "many"]
+    "seeds", [range(6), pytest.param(range(2000, 2072), marks=pytest.mark.slow)], ids=["few", "many"]
 )
 def test_hints_at_springs_that_push_and_dampers_that_feed(seeds):
     """Every stiffness and damping below zero, every spring and drag of the wrong sign; no motor, and nothing of what is sound."""
