@@ -15,7 +15,7 @@ from kane.cli.faults import Misuse
 from kane.cli.models import model_of
 from kane.cli.motion import motion, start
 from kane.cli.options import AsJson, End, Force, Inputs, Name, Parameters, Q, U
-from kane.dynamics.events import SINGULAR
+from kane.dynamics.events import KinematicsEnd
 from kane.present.checks import energy_check
 
 ENDINGS = (".png", ".svg", ".pdf")
@@ -68,7 +68,7 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
     """A motion in figures, ready for JSON."""
     eom, check = sol.equations, energy_check(sol)
     energy = sol.energy_check
-    singular = sol.event is not None and sol.event.name.startswith(SINGULAR)  # of the coordinates, not of the model
+    singular = isinstance(sol.event, KinematicsEnd)  # of the coordinates, not of the model
     rows = {s.name: np.asarray(sol[s]) for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
     return {
         "ok": check.passed and sol.status != "stopped" and not singular,

@@ -65,11 +65,14 @@ def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> No
 
 
 def _null_vector(matrix: Matrix) -> Array | None:
-    """x with A x = 0 at a random point, its entries scaled; None where A is regular there."""
-    if not matrix.rows:
-        return None
-    numbers = sample(matrix.entries, _SEED)
-    return null_direction(np.array(numbers).reshape(matrix.shape), SOLVE_RANK)
+    """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several."""
+    found = None
+    for seed in _SEEDS if matrix.rows else ():
+        numbers = np.array(sample(matrix.entries, seed)).reshape(matrix.shape)
+        found = null_direction(numbers, SOLVE_RANK)
+        if found is None:
+            break
+    return found
 
 
 def check_released(system: System, rows: ConstraintRows) -> None:

@@ -43,6 +43,23 @@ _HAS_NO_REACTIONS = (
 )
 
 
+class SlipEnd(Event):
+    """The end of a slip, at its threshold or, where that is zero, at a share of the largest slip of the motion."""
+
+    __slots__ = ()
+
+    @property
+    def by_share(self) -> bool:
+        """Whether a share of the largest slip ends it."""
+        return self.threshold == 0
+
+
+class KinematicsEnd(Event):
+    """A pivot of W through zero."""
+
+    __slots__ = ()
+
+
 def watched_events(solved: Solved) -> tuple[Event, ...]:
     """Painlevé's case, the ends of slip and of the kinematics, and the events that the system declares."""
     derived = solved.regular
@@ -69,7 +86,7 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
         if own is not None and own.speed is not None:
             least = "a ten-thousandth of its largest" if own.threshold is None else f"{own.threshold:g}"
             told = _STOPS_SLIPPING.format(load.name, least)
-            event = Event(f"{ROLLING} ({load.name})", own.speed, own.threshold or 0.0, -1, message=told)
+            event = SlipEnd(f"{ROLLING} ({load.name})", own.speed, own.threshold or 0.0, -1, message=told)
             slips.setdefault(own.speed, event)
         pressing = own.presses if own is not None else held if any(isinstance(s, Speed) for s in held) else ()
         for s in pressing:
@@ -84,15 +101,10 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
     )
 
 
-def ends_by_share(event: Event) -> bool:
-    """Whether an event is the end of a slip that is a share of the largest."""
-    return event.name.startswith(ROLLING) and event.threshold == 0
-
-
 def singular_events(speeds: Speeds) -> tuple[Event, ...]:
     """Each pivot of W through zero: there the coordinates' rates are not determined by the speeds."""
     return tuple(
-        Event(f"{SINGULAR} ({pivot} = 0)", pivot, message=_HAS_NO_RATES.format(pivot))
+        KinematicsEnd(f"{SINGULAR} ({pivot} = 0)", pivot, message=_HAS_NO_RATES.format(pivot))
         for pivot in dict.fromkeys(speeds.pivots)
         if not is_constant_in_time([pivot])
     )

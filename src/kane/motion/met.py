@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kane.dynamics.events import SINGULAR, SLIPS, ends_by_share
+from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.model.declarations import Event
 from kane.numeric.arrays import Array
 
@@ -32,7 +32,7 @@ Met = tuple[Event, float]
 
 def thresholds(events: Sequence[Event], largest: Array) -> Array:
     """The thresholds of events; slips whose friction names none end at a share of the `largest` that they have been."""
-    slips = np.array([ends_by_share(e) for e in events], dtype=bool)
+    slips = np.array([isinstance(e, SlipEnd) and e.by_share for e in events], dtype=bool)
     return np.where(slips, SLIPS * largest, [e.threshold for e in events])
 
 
@@ -117,7 +117,7 @@ def vanishing(
     gone = max(_GONE, _LOOSE * rtol)
     for k, event in enumerate(events):
         size = np.abs(values[:, k])
-        if not event.name.startswith(SINGULAR) or not size.min() < _SMALL * largest[k]:
+        if not isinstance(event, KinematicsEnd) or not size.min() < _SMALL * largest[k]:
             continue
         i = int(np.argmin(size))
 

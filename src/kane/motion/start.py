@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.events import ends_by_share
+from kane.dynamics.events import SlipEnd
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.evaluate import evaluate, free_symbols
@@ -109,7 +109,11 @@ def check_events(eom: Equations, values: Array, t0: float, at: Callable[[], Mapp
     for event, value in zip(eom.events, values, strict=True):
         if event.name in own:
             continue
-        least = _SLIPLESS * _speeds(event.quantity, at()) if ends_by_share(event) else event.threshold
+        least = (
+            _SLIPLESS * _speeds(event.quantity, at())
+            if isinstance(event, SlipEnd) and event.by_share
+            else event.threshold
+        )
         if event.direction < 0 and value <= least:
             raise SimulationError(
                 f"Expected a start before the event {event.name!r}, got {value:.6g} at t = {t0:g}, already at or below "
