@@ -167,8 +167,11 @@ def test_terms_stand_with_load_place_and_partial_velocity(page: Page) -> None:
 def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
     eom = kn.derive(four_bar.system())
     step = chapters(eom)[3]
-    (table,) = step.tables
-    assert [str(row[0]) for row in table.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom.derived)]
+    every, own = step.tables
+    assert [str(row[0]) for row in every.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom.derived)]
+    assert [str(row[0]) for row in own.rows] == [str(Tex(latex_name(str(s)))) for s in eom.independent_speeds]
+    mass, *_ = chapters(eom)[6].displays
+    assert mass.startswith(r"\tilde M \dot{u}_I = \tilde f")
     shown = {f.name: f.text for f in step.formulas}
     assert [u.name for u in eom.dependent_speeds] == [name for name in shown if name.startswith("u")] == ["u1", "u3"]
     at = {"q": {"q1": 0.7, "q2": -0.3, "q3": 1.9}, "u": {"u2": 2.0}}

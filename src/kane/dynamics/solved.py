@@ -13,7 +13,9 @@ from kane.dynamics.constraints.left_out import Watch, watch
 from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derived import Derived, Exprs
 from kane.dynamics.lazy import Lately, LazyMapping, read
+from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import add, neg, sub
+from kane.expr.collect import collected
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
@@ -230,6 +232,10 @@ class Solved(Immutable):
     mass_matrix_nh = read[Matrix](
         lambda s: Matrix(mass_rows(s.nonholonomic.bodies, s.independent_speeds, ())),
         "M̃ = BᵀMB of the independent speeds, M̃_rs = Σ m ṽ_r·ṽ_s + ω̃_r·I·ω̃_s.",
+    )
+    forcing_nh = read[Exprs](
+        lambda s: tuple(collected(generalized_by_motion(s.nonholonomic.left, u)) for u in s.independent_speeds),
+        "f̃ of M̃ u̇_I = f̃, where no load holds a reaction: Σ ṽ_r·(F − m ã_b) + ω̃_r·(T − I·α̃_b − ω × I·ω).",
     )
     Fr_nh = read[Exprs](
         lambda s: s._nonholonomic(s.nonholonomic.Fr, s.derived.as_declared.Fr),

@@ -132,6 +132,7 @@ class Equations(Immutable):
     partial_velocities_nh = Solved.partial_velocities_nh.within("solved")
     partial_angular_velocities_nh = Solved.partial_angular_velocities_nh.within("solved")
     mass_matrix_nh = Solved.mass_matrix_nh.within("solved")
+    forcing_nh = Solved.forcing_nh.within("solved")
     kinetic_energy_nh = read[Expr](
         lambda e: energy.kinetic_energy_in_speeds(e.solved.nonholonomic.bodies), "K in the independent speeds."
     )

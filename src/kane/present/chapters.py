@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The report's seven chapters, one a step of the method."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.dynamics.readings.contributions import Contributions
 from kane.dynamics.readings.steps import Kind, Quantity, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
-from kane.expr.symbols import rate
+from kane.expr.symbols import Symbol, rate
 from kane.present.declared import DECLARED
 from kane.present.formulas import Formula, formulas, quantity_latex, step_formulas
 from kane.present.provenance import (
@@ -75,12 +75,16 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     tables: tuple[PageTable, ...] = ()
     displays: tuple[str, ...] = ()
     if step.number == 4 and _surveyable(eom):
-        tables = (_partials(eom, shown),)
-        shown = {q: f for q, f in shown.items() if q.kind not in (Kind.PARTIAL_VELOCITY, Kind.PARTIAL_ANGULAR_VELOCITY)}
+        tables = tuple(_partials(eom, shown, *parts) for parts in (_ALL, _INDEPENDENT)[: 2 if eom.embedding else 1])
+        shown = {q: f for q, f in shown.items() if q.kind not in (*_ALL[1:], *_INDEPENDENT[1:])}
     if step.number == 7 and len(eom.speeds) <= _WIDE:
         held = r" + A^{T} \lambda" if eom.embedding else ""
-        displays = (rf"M \dot{{u}} = f{held}, \qquad M = " + _matrix(eom, shown),)
-        shown = {q: f for q, f in shown.items() if q.kind is not Kind.MASS or q.place not in set(eom.speeds)}
+        displays = (rf"M \dot{{u}} = f{held}, \qquad M = " + _matrix(eom.speeds, shown, Kind.MASS),)
+        if eom.embedding:
+            own = _matrix(eom.independent_speeds, shown, Kind.NONHOLONOMIC_MASS)
+            displays = (r"\tilde M \dot{u}_I = \tilde f, \qquad \tilde M = " + own, *displays)
+        matrices = (Kind.MASS, Kind.NONHOLONOMIC_MASS)
+        shown = {q: f for q, f in shown.items() if q.kind not in matrices or q.place not in set(eom.speeds)}
     solution, note = _solution(eom) if step.number == 7 else ((), "")
     return Chapter(
         step.number,
@@ -121,35 +125,46 @@ def _prose(eom: Equations, step: Step) -> str:
 
 
 _EMBEDDED = {
-    4: _PROSE[4] + r" The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$.",
+    4: _PROSE[4]
+    + r" The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$, and with them the "
+    r"nonholonomic partial velocities $\tilde{\mathbf{v}}_r = \mathbf{v}_r + \sum_D \mathbf{v}_D A_{n,Dr}$ of the others.",
     5: _PROSE[5] + r" Of the independent speeds, $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$ over the dependent ones $D$.",
-    7: r"$\tilde F_r + \tilde F^{*}_r = 0$, or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$"
+    7: r"$\tilde F_r + \tilde F^{*}_r = 0$, ordered as $\tilde M\dot{u}_I = \tilde f$, "
+    r"or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$"
     f"{_REACTIONS}.",
 }
 """Of a system with constraints."""
 
 
-def _partials(eom: Equations, shown: Mapping[Quantity, Formula]) -> PageTable:
+_ALL = ("Partial angular velocities and partial velocities", Kind.PARTIAL_ANGULAR_VELOCITY, Kind.PARTIAL_VELOCITY)
+_INDEPENDENT = (
+    "Nonholonomic partial angular velocities and partial velocities",
+    Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY,
+    Kind.NONHOLONOMIC_PARTIAL_VELOCITY,
+)
+
+
+def _partials(eom: Equations, shown: Mapping[Quantity, Formula], title: str, turn: Kind, shift: Kind) -> PageTable:
     """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
     frames, points = moving_places(eom.system)
     columns: list[tuple[Kind, Kind, Frame | Point]] = [
-        *((Kind.ANGULAR_VELOCITY, Kind.PARTIAL_ANGULAR_VELOCITY, f) for f in frames),
-        *((Kind.VELOCITY, Kind.PARTIAL_VELOCITY, p) for p in points),
+        *((Kind.ANGULAR_VELOCITY, turn, f) for f in frames),
+        *((Kind.VELOCITY, shift, p) for p in points),
     ]
+    speeds = shown_speeds(eom.derived) if turn is Kind.PARTIAL_ANGULAR_VELOCITY else eom.independent_speeds
     rows = [
         (Tex(latex_name(s.name)), *(Tex(_right(shown, Quantity(partial, place, s))) for _, partial, place in columns))
-        for s in shown_speeds(eom.derived)
+        for s in speeds
     ]
     heads = (quantity_latex(Quantity(kind, place), eom.system.inertial) for kind, _, place in columns)
     head = (r"$u_r$", *(f"${latex}_r$" for latex in heads))
-    return PageTable("Partial angular velocities and partial velocities", head, tuple(rows))
+    return PageTable(title, head, tuple(rows))
 
 
-def _matrix(eom: Equations, shown: Mapping[Quantity, Formula]) -> str:
-    speeds = eom.speeds
+def _matrix(speeds: Sequence[Symbol], shown: Mapping[Quantity, Formula], kind: Kind) -> str:
     n = range(len(speeds))
     rows = r" \\[3pt] ".join(
-        " & ".join(_right(shown, Quantity(Kind.MASS, speeds[min(i, j)], speeds[max(i, j)])) for j in n) for i in n
+        " & ".join(_right(shown, Quantity(kind, speeds[min(i, j)], speeds[max(i, j)])) for j in n) for i in n
     )
     return rf"\begin{{bmatrix}} {rows} \end{{bmatrix}}"
 

@@ -103,7 +103,9 @@ _VECTORS = {
     Kind.ANGULAR_VELOCITY: r"\boldsymbol{\omega}",
     Kind.PARTIAL_ANGULAR_VELOCITY: r"\boldsymbol{\omega}",
     Kind.ANGULAR_ACCELERATION: r"\boldsymbol{\alpha}",
+    Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY: r"\tilde{\boldsymbol{\omega}}",
     Kind.VELOCITY: r"\mathbf{v}",
+    Kind.NONHOLONOMIC_PARTIAL_VELOCITY: r"\tilde{\mathbf{v}}",
     Kind.PARTIAL_VELOCITY: r"\mathbf{v}",
     Kind.ACCELERATION: r"\mathbf{a}",
 }
@@ -113,6 +115,8 @@ _SCALARS = {
     Kind.INERTIA_FORCE: "F^{{*}}_{{{place}}}",
     Kind.NONHOLONOMIC_ACTIVE_FORCE: r"\tilde{{F}}_{{{place}}}",
     Kind.NONHOLONOMIC_INERTIA_FORCE: r"\tilde{{F}}^{{*}}_{{{place}}}",
+    Kind.NONHOLONOMIC_MASS: r"\tilde{{M}}_{{{place}\,{speed}}}",
+    Kind.NONHOLONOMIC_FORCING: r"\tilde{{f}}_{{{place}}}",
     Kind.MASS: r"M_{{{place}\,{speed}}}",
     Kind.FORCING: "f_{{{place}}}",
 }

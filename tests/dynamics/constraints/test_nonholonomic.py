@@ -31,6 +31,9 @@ def test_those_of_the_rolling_disk_are_the_textbook_s():
     assert [str(eom.partial_angular_velocities_nh[m.C][u]) for u in (u1, u2, u3)] == ["B.x", "B.y", "B.z"]
     diagonal = [eom.mass_matrix_nh[k, k] for k in range(3)]
     assert [str(x) for x in diagonal] == ["5*m*R^2/4", "m*R^2/4", "3*m*R^2/2"]
+    told = {str(quantity): str(x) for quantity, x in eom.steps[6].results}
+    assert (told["~M[u1, u1]"], told["~M[u3, u3]"]) == ("5*m*R^2/4", "3*m*R^2/2")
+    assert told["~f[u3]"] == "m*R^2*u1*u2"
     assert all(x is as_expr(0) for k, row in enumerate(eom.mass_matrix_nh.rows) for j, x in enumerate(row) if j != k)
 
 
@@ -69,6 +72,10 @@ def test_they_are_what_the_dependent_ones_leave(name, rng):
             np.abs(own_mass - b.T @ mass @ b).max()
             <= 1e-10 * np.abs(mass).max() * max(1, np.abs(a_n).max(initial=0)) ** 2
         )
+        if not eom.reactions:
+            left = own_mass @ np.array(u_dot, dtype=float)[own]
+            right = np.array(eom.evaluate(list(eom.forcing_nh), **at), dtype=float)
+            assert np.abs(left - right).max() <= 1e-9 * max(1, np.abs(mass).max() * np.abs(u_dot).max())
         k, usual = eom.evaluate([eom.kinetic_energy_nh, eom.kinetic_energy], **at)
         assert k == pytest.approx(usual, rel=1e-10)
 

@@ -35,6 +35,10 @@ class Kind(Enum):
     INERTIA_FORCE = "F*_{place}"
     NONHOLONOMIC_ACTIVE_FORCE = "~F_{place}"
     NONHOLONOMIC_INERTIA_FORCE = "~F*_{place}"
+    NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY = "~w_{place},{speed}"
+    NONHOLONOMIC_PARTIAL_VELOCITY = "~v_{place},{speed}"
+    NONHOLONOMIC_MASS = "~M[{place}, {speed}]"
+    NONHOLONOMIC_FORCING = "~f[{place}]"
     MASS = "M[{place}, {speed}]"
     FORCING = "f[{place}]"
 
@@ -112,9 +116,11 @@ _TEXTS = (
     f"F_r + F*_r = 0, ordered as M u' = f{REACTIONS}.",
 )
 _CONSTRAINED = {
-    4: _TEXTS[3] + " The constraints A u + b = 0 give the dependent speeds, u_D = A_n u_I + b_n.",
+    4: _TEXTS[3]
+    + " The constraints A u + b = 0 give the dependent speeds, u_D = A_n u_I + b_n, and with them the nonholonomic "
+    "partial velocities ~v_r = v_r + sum of v_D A_n[D, r] of the others.",
     5: _TEXTS[4] + " Of the independent speeds, ~F_r = F_r + sum of A_n[D, r] F_D over the dependent ones D.",
-    7: "~F_r + ~F*_r = 0, or M u' = f + A^T lambda with A u + b = 0" + f"{REACTIONS}.",
+    7: "~F_r + ~F*_r = 0, ordered as ~M u_I' = ~f, or M u' = f + A^T lambda with A u + b = 0" + f"{REACTIONS}.",
 }
 """The texts of a system with constraints, where they differ."""
 
@@ -186,7 +192,22 @@ def _constrained(solved: Solved) -> tuple[Result, ...]:
     return (
         *_each(Kind.CONSTRAINT, rows.constraints, solved.derived.constraint_rates),
         *_each(Kind.SYMBOL, solved.dependent_speeds, map(add, solved.A_n @ solved.independent_speeds, solved.b_n)),
+        *_nonholonomic_partials(solved),
     )
+
+
+def _nonholonomic_partials(solved: Solved) -> Iterator[Result]:
+    """ṽ_r and ω̃_r, those that are not zero."""
+    frames, points = moving_places(solved.derived.system)
+    motions = solved.nonholonomic.kinematics
+    moving: list[tuple[Kind, Frame | Point, Motion]] = [
+        *((Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY, f, motions.frame(f)) for f in frames),
+        *((Kind.NONHOLONOMIC_PARTIAL_VELOCITY, p, motions.point(p)) for p in points),
+    ]
+    for kind, place, motion in moving:
+        for u in solved.independent_speeds:
+            if u in motion.partials and not motion.partials[u].is_zero:
+                yield Quantity(kind, place, u), motion.partials[u]
 
 
 def _forces(
@@ -209,6 +230,11 @@ def _equations(solved: Solved) -> tuple[Result, ...]:
     derived = solved.derived
     speeds, blocks, auxiliary = derived.speeds, derived.blocks, derived.auxiliary_speeds
     results: list[Result] = []
+    if solved.embedding is not None:
+        own = solved.independent_speeds
+        for i, (r, row) in enumerate(zip(own, solved.mass_matrix_nh, strict=True)):
+            results += _entries(r, own[i:], row[i:], Kind.NONHOLONOMIC_MASS)
+        results += _each(Kind.NONHOLONOMIC_FORCING, own, solved.forcing_nh)
     for i, (r, row) in enumerate(zip(speeds, blocks.mass, strict=True)):
         results += _entries(r, speeds[i:], row[i:])
     results += _each(Kind.FORCING, speeds, derived.forcing)
@@ -220,6 +246,6 @@ def _equations(solved: Solved) -> tuple[Result, ...]:
     return tuple(results)
 
 
-def _entries(r: Symbol, speeds: Sequence[Symbol], row: Sequence[Expr]) -> list[Result]:
+def _entries(r: Symbol, speeds: Sequence[Symbol], row: Sequence[Expr], kind: Kind = Kind.MASS) -> list[Result]:
     """The entries of a row of M that are not zero."""
-    return [(Quantity(Kind.MASS, r, s), x) for s, x in zip(speeds, row, strict=True) if x is not ZERO]
+    return [(Quantity(kind, r, s), x) for s, x in zip(speeds, row, strict=True) if x is not ZERO]
