@@ -8,12 +8,14 @@ from benchmarks.random_trees import BRANCHES, LIMBS, random_tree
 from kane.gallery import (
     andrews_squeezer,
     bricard,
+    car_with_trailer,
     chaplygin_sleigh,
     four_bar,
     pendulums,
     pure_rolling_disk,
     rattleback,
     rolling_disk,
+    snakeboard,
     sphere_on_turntable,
     whipple_bicycle,
 )
@@ -54,4 +56,6 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "rattleback": rattleback.system,
     "sphere on a turntable": sphere_on_turntable.system,
     "Chaplygin sleigh": chaplygin_sleigh.system,
+    "snakeboard": snakeboard.system,
+    "car with trailer": car_with_trailer.system,
 }

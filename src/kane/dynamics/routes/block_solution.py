@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from kane.dynamics.blocks import Blocks, primitive
+from kane.dynamics.routes.order import sparse_order
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
 from kane.expr.collect import collected
@@ -48,6 +49,25 @@ def block_solution(blocks: Blocks) -> BlockSolution:
 
 
 def _solution(blocks: Blocks) -> BlockSolution:
+    order = sparse_order(blocks.mass.rows)
+    if order == sorted(order):
+        return _in_order(blocks)
+    found = _in_order(
+        blocks._replace(
+            mass=blocks.mass.take(order, order),
+            forcing=tuple(blocks.forcing[i] for i in order),
+            coupling=blocks.coupling.take(order),
+            mass_a=blocks.mass_a.take(columns=order),
+        )
+    )
+    place = {i: k for k, i in enumerate(order)}
+    back = [place[i] for i in range(len(order))]
+    return found._replace(
+        accelerations=tuple(found.accelerations[k] for k in back), pivots=tuple(found.pivots[k] for k in back)
+    )
+
+
+def _in_order(blocks: Blocks) -> BlockSolution:
     factors = ldl(blocks.mass.rows)
     d = factors.pivots
     y = forward(factors.lower, blocks.forcing)
