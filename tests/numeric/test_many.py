@@ -60,3 +60,18 @@ def test_sizes_are_those_of_the_terms_in_any_units(exponent, rng):
     assert (found.x[:2] / metre < 10).all()
     assert 0.16 / 10 < found.f[0] / metre**2 < 100
     assert 0.1 < found.f[1] / metre < 10
+
+
+def test_what_enters_one_equation_weakly_is_measured_by_the_others():
+    """x of the size of 1 in one, and a millionth of that in another: its size is 1, and what is closed is so."""
+
+    def function(x, members):
+        f = np.stack([x[:, 0] - 2 + np.sin(x[:, 1]), 1e-6 * x[:, 0] + np.cos(x[:, 1]) - 0.3], axis=1)
+        one = np.ones(len(x))
+        rows = [[one, np.cos(x[:, 1])], [1e-6 * one, -np.sin(x[:, 1])]]
+        return f, np.moveaxis(np.array(rows), -1, 0)
+
+    drawn = np.vstack([np.zeros(2), np.random.default_rng(3).uniform(-np.pi, np.pi, (11, 2))])
+    found = sizes(function, drawn)
+    assert 0.1 < found.x[0] < 10
+    assert (found.f < 10).all()

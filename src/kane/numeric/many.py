@@ -26,6 +26,8 @@ _ROUNDED = 1e-10
 _TURNS = 2 * np.pi * 2**20
 """So many that lengths of any size are no turn."""
 _EXTENTS = np.geomspace(1e-15, 1e15, 61)
+_ALIKE = 0.8
+"""Powers of a thousand up to which what does not turn is left as it is: Euler parameters off the unit sphere make so much."""
 _STEPS, _HALVINGS, _PATIENCE = 60, 20, 10
 """Steps, halvings of one, and steps after which no more is waited for where half of the starts have ended and one is closed."""
 _FIRM = 1e-13
@@ -80,8 +82,10 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = ()) -> Sizes:
         g, usable = np.abs(g), _finite(f, g)
     typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        own = np.where(slope > 0, typical[:, None] / slope, 0.0).max(axis=0, initial=0)
-    own = np.where(turns, 1.0, np.where((own > 0) & np.isfinite(own), own, extent))
+        own = np.where((slope > 0) & (typical[:, None] > 0), typical[:, None] / slope, np.inf).min(
+            axis=0, initial=np.inf
+        )
+    own = np.where(turns, 1.0, np.where(np.isfinite(own), own, extent))
     terms = np.maximum(typical, (slope * own).max(axis=1, initial=0))
     return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
 
@@ -96,13 +100,13 @@ def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) ->
     with np.errstate(all="ignore"):
         more, _ = function(x[j] + _TURNS * np.eye(n), np.full(n, j))
     slope = g[usable].max(axis=0)
-    # beside what a coordinate may change, and what rounding leaves of f, which a large constant in it is part of
-    limit = 1e-9 * (slope @ np.maximum(np.abs(x[j]), _TURNS)) + 1e-14 * np.abs(f[usable]).max(axis=0)
-    return np.asarray(np.abs(more - f[j]) <= limit).T
+    # beside what this coordinate may change, and what rounding leaves of f, which a large constant in it is part of
+    limit = 1e-9 * slope * np.maximum(np.abs(x[j]), _TURNS) + 1e-14 * np.abs(f[usable]).max(axis=0)[:, None]
+    return np.asarray(limit >= np.abs(more - f[j]).T)
 
 
 def _extent(function: Residuals, x: Array, turning: Mask) -> Array:
-    """How many times as large as in x (k × n) what does not turn must be to change f as much as the terms without it (n).
+    """How many times as large as in x (k × n) what does not turn must be to change some f as much as the terms without it (n).
 
     It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it.
     """
@@ -120,7 +124,8 @@ def _extent(function: Residuals, x: Array, turning: Mask) -> Array:
     for i in np.flatnonzero(free):
         own = first[~turning[:, i] & np.isfinite(first)]
         if len(own):
-            extent[i] = 1000.0 ** np.round(np.median(own) / 3)
+            power = float(own.min()) / 3
+            extent[i] = 1000.0 ** round(power) if abs(power) > _ALIKE else 1.0
     return extent
 
 
