@@ -48,9 +48,8 @@ def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | 
             raise corner_error(sides)
         own = one_side(sides, side)
     elif sides is not None and sides.pieces and different_slopes((own, sides.pieces[0])).any():
-        own = sides.pieces[
-            0
-        ]  # at the corner itself the graph may have another derivative: that of sign x |x| is sign² x
+        # at the corner itself the graph may have another derivative: that of sign x |x| is sign² x
+        own = sides.pieces[0]
     elif own.finite:
         check_cones(flow, outputs)
     if not own.finite:

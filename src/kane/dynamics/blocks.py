@@ -17,6 +17,7 @@ from kane.expr.affine import affine_forms
 from kane.expr.build import add
 from kane.expr.content import Contents, content, divider, over_number
 from kane.expr.evaluate import free_symbols
+from kane.expr.irreducible import blocks as connected
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
@@ -133,7 +134,9 @@ def primitive(blocks: Blocks) -> Blocks:
     divided = divider(memo)
     mass, coupling = ([list(row) for row in m.rows] for m in (blocks.mass, blocks.coupling))
     forcing, changed = list(blocks.forcing), False
-    for rows in _groups(blocks.mass):
+    for rows in connected(blocks.mass.rows, list(range(count))):
+        if len(rows) > _FEW:
+            continue
         common = content((x for i in rows for x in (*mass[i], *coupling[i], forcing[i])), memo)
         if not common:
             continue
@@ -151,14 +154,3 @@ def primitive(blocks: Blocks) -> Blocks:
     return blocks._replace(
         mass=Matrix(mass, (count, count)), forcing=tuple(forcing), coupling=Matrix(coupling, blocks.coupling.shape)
     )
-
-
-def _groups(mass: Matrix) -> list[list[int]]:
-    """Rows of M that are connected by entries; none of those that are too many to gain by it."""
-    group = list(range(mass.shape[0]))
-    for i in range(len(group)):
-        for j in range(i):
-            if mass[i, j] is not ZERO and group[i] != group[j]:
-                group = [group[j] if g == group[i] else g for g in group]
-    found = [[i for i, g in enumerate(group) if g == one] for one in dict.fromkeys(group)]
-    return [rows for rows in found if len(rows) <= _FEW]

@@ -11,6 +11,7 @@ summed before the product with its partial velocity:
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import starmap
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -98,14 +99,16 @@ def generalized(terms: Iterable[Term], speed: Expr) -> Expr:
     return sum_of(partial.dot(term.vector) for term, partial in met(terms, speed))
 
 
-def generalized_by_motion(terms: Iterable[Term], speed: Expr) -> Expr:
-    """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the product."""
+def generalized_by_motion(
+    terms: Iterable[Term], speed: Expr, product: Callable[[Vector, Vector], Expr] = Vector.dot
+) -> Expr:
+    """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the scalar `product`."""
     groups: tuple[dict[Parts, tuple[Vector, Vector]], ...] = {}, {}
     for term, partial in met(terms, speed):
         if not term.vector.is_zero:
             group, key = groups[isinstance(term.place, Frame)], partial.parts
             group[key] = partial, (group[key][1] + term.vector).gathered() if key in group else term.vector
-    shift, turn = (sum_of([partial.dot(x) for partial, x in group.values()]) for group in groups)
+    shift, turn = (sum_of(starmap(product, group.values())) for group in groups)
     return add(shift, turn)
 
 

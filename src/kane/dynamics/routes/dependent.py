@@ -14,14 +14,13 @@ from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.poles import constraint_rate
 from kane.expr.build import neg
-from kane.expr.diff import tangent
 from kane.expr.evaluate import free_symbols
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ZERO, Expr
 from kane.expr.square import square
-from kane.expr.symbols import QuasiRate, Symbol, Time, input_of, rate
+from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import substitute
 from kane.kinematics.constraints import drift_of
-from kane.kinematics.motion import Following, Kinematics
+from kane.kinematics.motion import Following
 
 Exprs = tuple[Expr, ...]
 
@@ -41,20 +40,8 @@ def dependent_accelerations(derived: Derived, e: Embedding, u_dot: Sequence[Expr
     yield solved([drift_of(c, given, usual) for c in held])
     rates = [constraint_rate(c) for c in held]
     if not any(isinstance(s, QuasiRate) for s in free_symbols(rates)):
-        yield solved(_derivatives(rates, derived, given))
-
-
-def _derivatives(rates: Sequence[Expr], derived: Derived, given: Kinematics) -> list[Expr]:
-    """The time derivatives of expressions in rates, with the accelerations that are given."""
-    changes: dict[Expr, Expr] = dict(zip(derived.system.coordinates, derived.rates, strict=True))
-    first: dict[Expr, Expr] = {rate(q): x for q, x in zip(derived.system.coordinates, derived.rates, strict=True)}
-    changes.update((x, given.drift(value)) for x, value in first.items())
-
-    def seed(leaf: Expr) -> Expr:
-        if isinstance(leaf, Time):
-            return ONE
-        return rate(leaf) if isinstance(leaf, Symbol) and input_of(leaf) is not None else changes.get(leaf, ZERO)
-
-    memo: dict[Expr, Expr] = {}
-    images: dict[Expr, Expr] = {}
-    return [substitute(tangent(e, seed, memo), first, images) for e in rates]
+        by_speeds: dict[Expr, Expr] = {
+            rate(q): x for q, x in zip(derived.system.coordinates, derived.rates, strict=True)
+        }
+        memo: dict[Expr, Expr] = {}
+        yield solved([given.drift(substitute(x, by_speeds, memo)) for x in rates])

@@ -8,13 +8,12 @@ many as entries of M_a. Where no load holds a reaction.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import starmap
 
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.embedded import Motions
-from kane.dynamics.terms import Term, generalized_by_motion, sum_of
+from kane.dynamics.terms import Term, generalized_by_motion
 from kane.expr.build import neg
 from kane.expr.collect import collected
 from kane.expr.matrix import Matrix
@@ -48,9 +47,10 @@ def _motion(derived: Derived, term: Term) -> Motion:
 
 def _remainders(derived: Derived, e: Embedding | None, whole: Sequence[Term], turned: bool) -> tuple[Expr, ...]:
     """ρ_a + A_naᵀ ρ_D, one for each auxiliary speed."""
+    product = _dot_along if turned else Vector.dot
 
     def rho(s: Expr) -> Expr:
-        return neg(_along_partials(whole, s) if turned else generalized_by_motion(whole, s))
+        return neg(generalized_by_motion(whole, s, product))
 
     own = [rho(a) for a in derived.auxiliary_speeds]
     if e is None or not e.partition.dependent:
@@ -62,17 +62,6 @@ def _remainders(derived: Derived, e: Embedding | None, whole: Sequence[Term], tu
     return (Matrix.column(own) + e.a_na.T @ Matrix.column(held)).entries
 
 
-def _along_partials(whole: Sequence[Term], speed: Expr) -> Expr:
-    """Σ v_s·F + Σ ω_s·T, the sums along the frame of their partial velocity first, which other reactions share."""
-    groups: dict[object, tuple[Vector, Vector]] = {}
-    for term in whole:
-        partial = term.motion.partials.get(speed)
-        if partial is not None:
-            key = (isinstance(term.place, Frame), partial.parts)
-            before = groups.get(key)
-            groups[key] = partial, term.vector if before is None else (before[1] + term.vector).gathered()
-    return sum_of(starmap(_dot_along, groups.values()))
-
-
 def _dot_along(partial: Vector, v: Vector) -> Expr:
+    """Their product, v along the frame of the partial velocity first, as other reactions need it."""
     return partial.dot(v.express(partial.parts[0][0]) if len(partial.parts) == 1 else v)

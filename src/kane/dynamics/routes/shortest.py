@@ -54,7 +54,7 @@ def shortest(derived: Derived, partition: Partition | None) -> Solved:
     way = Found(usual, None if coupled else all_speeds(derived))
     e = usual.embedding
     if e is None:
-        return usual if coupled else with_reactions(way, usual.accelerations)
+        return usual if coupled else with_reactions(way, usual.accelerations, derived, None)
     large = price((*derived.rates, *usual.accelerations, *usual.reactions)) > LARGE
     poles = _Poles(usual)
     best = _cheapest(
@@ -67,7 +67,7 @@ def shortest(derived: Derived, partition: Partition | None) -> Solved:
     )
     whole = [with_reactions(w, u_dot, derived, e) for w, u_dot in found]
     if not any(w is way for w, _ in found):
-        whole.append(with_reactions(way, usual.accelerations))
+        whole.append(with_reactions(way, usual.accelerations, derived, e))
     return min(whole, key=_cost).guarded()
 
 
@@ -120,7 +120,7 @@ def dependent_ways(derived: Derived, e: Embedding, way: Found, large: bool) -> I
         yield from dependent_accelerations(derived, e, own)
 
 
-def with_reactions(way: Found, u_dot: Exprs, derived: Derived | None = None, e: Embedding | None = None) -> Solved:
+def with_reactions(way: Found, u_dot: Exprs, derived: Derived, e: Embedding | None) -> Solved:
     """The solution with this u̇, and the reactions as they are shortest beside it."""
     s, w = way.solution, way.w
     values: dict[Expr, Expr] = dict(zip(s.derived.speeds, u_dot if w is None else s.accelerations, strict=True))
@@ -128,10 +128,10 @@ def with_reactions(way: Found, u_dot: Exprs, derived: Derived | None = None, e: 
     if s.derived.reactions and way.moving is not None:
         found = reactions(s.derived, s.embedding, way.moving, values, s.reaction_matrix)
         ways += found if w is None else (tuple(map(w.held, r)) for r in found)
-    rates = (s.derived if derived is None else derived).rates
+    rates = derived.rates
     best = min(ways, key=lambda r: price((*rates, *u_dot, *r)))
     whole = replace(s, accelerations=u_dot, reactions=best)
-    if derived is None or e is None or s.embedding is None:
+    if e is None or s.embedding is None:
         return whole
     guards = {**s.embedding.guards, **e.guards}
     if w is None:
