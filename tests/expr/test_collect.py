@@ -63,3 +63,12 @@ def test_divisors_of_parameters_are_cancelled_and_tangents_stay():
     tangent = kn.sin(Q) / kn.cos(Q) * U / R
     assert str(collected(tangent)) == "u*tan(q)/R"
     assert str(collected(U / R + V / R)) == "(u + v)/R"
+
+
+def test_what_a_quotient_is_divided_by_is_cancelled():
+    c = kn.cos(Q)
+    assert str(collected((U / c) * (R * V * c) - R * U * V * 2 / 3)) == "R*u*v/3"
+
+
+def test_sums_that_are_factors_are_collected():
+    assert str(collected(G * (R * U * V - (R * V) * U / 2))) == "g*R*u*v/2"

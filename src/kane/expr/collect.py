@@ -3,8 +3,9 @@
 
     R u₂ u₃ + R u₂ u₃/2 − R u₂² tan q₂/4 + g sin q₂  →  g sin q₂ + R u₂ (3 u₃/2 − u₂ tan q₂/4)
 
-What a product and parameters that it is divided by have in common is cancelled: (2 m R²/5) (Ω u/R)/R is 2 m Ω u/5. Sums within
-products are left as they are. What all this costs is for the caller to compare.
+What a product and parameters that it is divided by have in common is cancelled: (2 m R²/5) (Ω u/R)/R is 2 m Ω u/5; and what a
+quotient in it is divided by: (u₂/cos q₂) (R u₁ cos q₂) is R u₁ u₂. Sums that are factors of a product are collected, those within the
+terms of a sum are left as they are. What all this costs is for the caller to compare.
 """
 
 from collections import Counter
@@ -39,7 +40,15 @@ def collected(e: Expr) -> Expr:
     if e.op not in (ADD, SUB, MUL, DIV):
         return e
     terms = _terms(e)
-    return e if terms is None else _factored(terms)
+    if terms is None:
+        return e
+    if len(terms) > 1:
+        return _factored(terms)
+    return _factored([(n, tuple((_collected_sum(f), k) for f, k in factors)) for n, factors in terms])
+
+
+def _collected_sum(e: Expr) -> Expr:
+    return collected(e) if e.op is ADD or e.op is SUB else e
 
 
 def _terms(e: Expr) -> list[Term] | None:
@@ -80,7 +89,18 @@ def _product(e: Expr) -> Term:
             waiting.append((x.args[0], power))
         else:
             powers[x] += power
+    _cancel(powers)
     return number, tuple((f, powers[f]) for f in sorted(powers, key=_ORDER) if powers[f])
+
+
+def _cancel(powers: Counter[Expr]) -> None:
+    """Quotients whose divisor is a factor, too, are replaced by what is divided."""
+    for x in [x for x in powers if x.op is DIV]:
+        top, below = x.args
+        times = min(powers[x], powers[below])
+        if times > 0:
+            powers.update({top: times})
+            powers.subtract({x: times, below: times})
 
 
 def _of_parameters(e: Expr) -> bool:

@@ -19,7 +19,7 @@ from kane.dynamics.routes.contacts import by_definitions, twins
 from kane.dynamics.routes.dependent import dependent_accelerations
 from kane.dynamics.routes.embedded import Motions, embedded, holds_reactions, motions
 from kane.dynamics.routes.rates import ConstraintRates
-from kane.dynamics.routes.reactions import reactions
+from kane.dynamics.routes.reactions import LARGE, reactions
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.count import price
@@ -35,8 +35,6 @@ Exprs = tuple[Expr, ...]
 
 _FEW = 2
 """Of the ways so far those that are followed."""
-LARGE = 800
-"""Operations of the classical route above which fewer ways are tried: they differ by little there, and each takes its time."""
 
 
 class Found(NamedTuple):
@@ -126,8 +124,8 @@ def with_reactions(way: Found, u_dot: Exprs, derived: Derived, e: Embedding | No
     values: dict[Expr, Expr] = dict(zip(s.derived.speeds, u_dot if w is None else s.accelerations, strict=True))
     ways = [s.reactions] if len(s.reactions) == len(s.derived.reactions) else []
     if s.derived.reactions and way.moving is not None:
-        found = reactions(s.derived, s.embedding, way.moving, values, s.reaction_matrix)
-        ways += found if w is None else (tuple(map(w.held, r)) for r in found)
+        held = _as_it_is if w is None else w.held
+        ways += reactions(s.derived, s.embedding, way.moving, values, s.reaction_matrix, held)
     rates = derived.rates
     best = min(ways, key=lambda r: price((*rates, *u_dot, *r)))
     whole = replace(s, accelerations=u_dot, reactions=best)
@@ -145,6 +143,10 @@ def with_reactions(way: Found, u_dot: Exprs, derived: Derived, e: Embedding | No
         embedding=replace(e, guards=guards),
         shorter_rates=own if shorter else None,
     )
+
+
+def _as_it_is(e: Expr) -> Expr:
+    return e
 
 
 def _cost(s: Solved) -> int:
