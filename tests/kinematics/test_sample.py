@@ -55,7 +55,7 @@ def test_the_same_equations_without_it(name, monkeypatch):
     """With nothing ruled out the search finds the same matches: the same nodes."""
     system = CASES[name]()
     quick = kn.derive(system)
-    monkeypatch.setattr(Sample, "whole", lambda self, coefficients, frame: (3, True))
+    monkeypatch.setattr(Sample, "whole", lambda self, coefficients, frames: [(3, True)] * len(frames))
     thorough = kn.derive(system)
     assert all(a is b for a, b in zip(quick.right_hand_side, thorough.right_hand_side, strict=True))
 
@@ -66,13 +66,12 @@ def test_what_it_sees(euler):
     sample = Sample(generalized_speeds(system))
     inner, outer = (b.frame for b in system.rigid_bodies)
     w = sample.coefficients(outer.angular_velocity(N))
-    assert sample.whole(w, outer) == (3, True)
-    assert sample.whole(w, inner) == (0, False)
+    assert sample.whole(w, (outer, inner)) == [(3, True), (0, False)]
     turn = sample.turn(outer)
     assert turn.T @ turn == pytest.approx(np.eye(3), abs=1e-12)
     assert turn.T @ w == pytest.approx(np.hstack([np.zeros((3, 3)), np.eye(3)]), abs=1e-10)
     v = sample.coefficients(system.bodies[0].mass_center.velocity(N))
-    assert sample.whole(v, inner) == (2, True)  # along x nothing, along y and z one speed each
+    assert sample.whole(v, (inner,)) == [(2, True)]  # along x nothing, along y and z one speed each
     assert sample.turn(inner).T @ v @ [0, 1, 2, 0, 0, 0] == pytest.approx([0, 2, -1], abs=1e-10)
 
 
@@ -94,4 +93,24 @@ def test_where_the_numbers_say_nothing_nothing_is_ruled_out():
     speeds = {kn.speed("v"): x.dt * (1 + beyond)}
     system = kn.System(N, bodies=[kn.Particle("p", point, 1)], speeds=speeds)
     sample = Sample(generalized_speeds(system))
-    assert sample.whole(sample.coefficients(point.velocity(N)), N) == (3, True)
+    assert sample.whole(sample.coefficients(point.velocity(N)), (N,)) == [(3, True)]
+
+
+@pytest.mark.parametrize("euler", [False, True])
+def test_other_speeds_of_the_same_rates_share_the_numbers(euler):
+    """What was computed for one set of speeds serves another one: the same numbers as from the start, W aside."""
+    system = balls(2, euler)
+    given = Sample(generalized_speeds(system))
+    v = system.bodies[1].mass_center.velocity(N)
+    given.coefficients(v)
+    other = generalized_speeds(system.redefined({u: 2 * e for u, e in system.speeds.items()}))
+    shared, alone = given.by(other), Sample(other)
+    assert shared.values is given.values
+    assert np.array_equal(shared.coefficients(v), alone.coefficients(v))
+    assert shared.coefficients(v) == pytest.approx(given.coefficients(v) / 2, rel=1e-9)
+
+
+def test_plain_numbers_divide_as_ieee_754_says():
+    q = kn.coordinate("q")
+    speeds = generalized_speeds(kn.System(N, bodies=[kn.Particle("p", O.at("P", q * N.x), 1)], speeds="rates"))
+    assert np.isinf(Sample(speeds, 1, {q: 0}).numbers([1 / q])[0])

@@ -225,10 +225,10 @@ def by_other_speeds(
 ) -> Derived:
     """The same motions by other speeds, with the rows of the constraints in them, and of particles of `contacts` taken as known."""
     system = d.system.redefined(definitions)
-    speeds = generalized_speeds(system)
-    kinematics, inertias = _motions(system, speeds, d.auxiliary_speeds, d.kinematics.aligned, contacts)
+    speeds, usual = generalized_speeds(system), d.kinematics
+    kinematics = Kinematics(speeds, usual.cuts, usual.sample.by(speeds), usual.homes, usual.aligned, contacts)
     rows = constraint_rows(system, kinematics, d.auxiliary_speeds) if rows is None else rows
-    return replace(d, system=system, kinematical=speeds, kinematics=kinematics, inertias=inertias, constraints=rows)
+    return replace(d, system=system, kinematical=speeds, kinematics=kinematics, constraints=rows)
 
 
 def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs]:
@@ -257,8 +257,7 @@ def _motions(
     speeds: Speeds,
     auxiliary: Iterable[AuxiliarySpeed],
     aligned: Aligned,
-    contacts: Mapping[Point, Contact] = MappingProxyType({}),
 ) -> tuple[Kinematics, Inertias]:
     inertias = inertias_of(system.bodies, aligned)
-    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned, contacts)
+    kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned)
     return kinematics, inertias

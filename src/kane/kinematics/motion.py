@@ -173,9 +173,9 @@ class Kinematics:
             return None
         omega = angular_velocity(frame, self.speeds.system.inertial)
         best: tuple[int, Basis, Forms] | None = None
-        numbers = self.sample.coefficients(omega)
-        for target in frame.lineage:
-            if self.sample.whole(numbers, target)[0] <= (best[0] if best is not None else 0):
+        counts = self.sample.whole(self.sample.coefficients(omega), frame.lineage)
+        for target, (count, _) in zip(frame.lineage, counts, strict=True):
+            if count <= (best[0] if best is not None else 0):
                 continue
             for measures in _measures(omega, target):
                 forms = self._forms(measures)
@@ -296,10 +296,8 @@ class Kinematics:
         velocity = point.velocity(self.speeds.system.inertial)
         targets = dict.fromkeys(g for f, _ in velocity.parts for g in f.lineage)
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
-        numbers = self.sample.coefficients(velocity)
-        for target in targets:
-            if not self.sample.whole(numbers, target)[1]:
-                continue
+        whole = self.sample.whole(self.sample.coefficients(velocity), tuple(targets))
+        for target in [target for target, (_, every) in zip(targets, whole, strict=True) if every]:
             for measures in _measures(velocity, target):
                 forms = self._forms(measures)
                 if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(

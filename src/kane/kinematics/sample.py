@@ -4,35 +4,41 @@
 A measure number can only be a sum of whole rows of Y if its coefficients in the speeds are 0, 1 and −1 there.
 """
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.node import Expr
-from kane.expr.symbols import Symbol
+from kane.expr.node import Expr, constant_value
+from kane.expr.ops import CONST, PI, SYMBOL
+from kane.expr.visit import fold
 from kane.kinematics.speeds import Speeds
 from kane.numeric.arrays import Array
 from kane.numeric.sample import draw
 from kane.space.rotation import Basis
-from kane.space.vector import Vector, axes
+from kane.space.vector import Parts, Vector, axes
 
 _SLACK = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Random values of a system's symbols, made when first needed; rates run through their unit vectors and zero."""
+    """Random values of a system's symbols, made when first needed; rates run through their unit vectors and zero.
+
+    `values` are those of every expression that was asked for, `turns` direction cosines, `rooted` measure numbers along the root's axes.
+    """
 
     speeds: Speeds
     seed: int = 20046
     values: dict[Expr, Any] = field(default_factory=dict)
     turns: dict[Basis, Array] = field(default_factory=dict)
+    rooted: dict[Parts, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self.values.update({s: np.float64(v) for s, v in self.values.items() if isinstance(v, float | int)})
         self.values.update(
             zip(self.speeds.rates, np.eye(len(self.speeds.rates), len(self.speeds.rates) + 1), strict=True)
         )
@@ -40,17 +46,26 @@ class Sample:
             e = np.array([draw(self.seed, s, -1.0, 1.0) for s in group.coordinates])
             self.values.update(zip(group.coordinates, e / np.linalg.norm(e), strict=True))
 
+    def by(self, speeds: Speeds) -> "Sample":
+        """The same numbers for other speeds of the same rates."""
+        if speeds.rates != self.speeds.rates:
+            return Sample(speeds, self.seed)
+        return Sample(speeds, self.seed, self.values, self.turns, self.rooted)
+
     def numbers(self, exprs: Iterable[Expr]) -> list[Any]:
         """Values of expressions, each with one entry a basic rate and one for all rates at rest, or a scalar."""
-        wanted = list(exprs)
-        numbers: list[Any] = evaluate(wanted, {s: self._value(s) for s in free_symbols(wanted)})
-        return numbers
+        with np.errstate(all="ignore"):
+            return [fold(e, self.values, self._value) for e in exprs]
 
-    def _value(self, s: Symbol) -> Any:
-        if s not in self.values:
-            e = self.speeds.euler_rates.get(s)
-            self.values[s] = draw(self.seed, s) if e is None else self.numbers([e])[0]
-        return self.values[s]
+    def _value(self, node: Expr) -> Any:
+        if node.op is SYMBOL:
+            e = self.speeds.euler_rates.get(node)
+            return np.float64(draw(self.seed, node)) if e is None else fold(e, self.values, self._value)
+        if node.op is CONST:
+            return np.float64(constant_value(node) or 0)
+        if node.op is PI:
+            return np.float64(math.pi)
+        return node.op.numpy(*[self.values[a] for a in node.args])
 
     def turn(self, frame: Basis) -> Array:
         """Direction cosines of the frame in the root."""
@@ -78,21 +93,25 @@ class Sample:
 
     def in_root(self, v: Vector) -> Array:
         """The three measure numbers of `v` along the root's axes, for each basic rate and for all at rest."""
-        width = len(self.speeds.rates) + 1
-        total = np.zeros((3, width))
-        for frame, triple in v.parts:
-            parts = [np.broadcast_to(x, (width,)) for x in self.numbers(triple)]
-            total = total + self.turn(frame) @ np.array(parts)
-        return total
+        if v.parts not in self.rooted:
+            width = len(self.speeds.rates) + 1
+            total = np.zeros((3, width))
+            for frame, triple in v.parts:
+                parts = [np.broadcast_to(x, (width,)) for x in self.numbers(triple)]
+                total = total + self.turn(frame) @ np.array(parts)
+            self.rooted[v.parts] = total
+        return self.rooted[v.parts]
 
-    def whole(self, coefficients: Array, frame: Basis) -> tuple[int, bool]:
-        """How many measure numbers along `frame` may be sums of whole rows, and whether all that are not absent may.
+    def whole(self, coefficients: Array, frames: Sequence[Basis]) -> list[tuple[int, bool]]:
+        """How many measure numbers along each of `frames` may be sums of whole rows, and whether all that are not absent may.
 
         Where the numbers are not finite nothing is ruled out.
         """
-        along = self.turn(frame).T @ coefficients
-        if not np.isfinite(along).all():
-            return 3, True
-        near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=1, initial=0) < _SLACK
-        present = np.abs(along).max(axis=1, initial=0) > _SLACK
-        return int((near & present).sum()), bool(near.all() and present.any())
+        along = np.array([self.turn(f).T for f in frames]).reshape(-1, 3, 3) @ coefficients
+        finite = np.isfinite(along).all(axis=(1, 2))
+        with np.errstate(invalid="ignore"):
+            near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=2, initial=0) < _SLACK
+            present = np.abs(along).max(axis=2, initial=0) > _SLACK
+        counts, full = (near & present).sum(axis=1), near.all(axis=1) & present.any(axis=1)
+        told = zip(counts.tolist(), full.tolist(), finite.tolist(), strict=True)
+        return [(count, every) if known else (3, True) for count, every, known in told]
