@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kane.dynamics.constraints.partition import Partition, choose, quality
+from kane.dynamics.constraints.partition import Partition, choose, choose_each, qualities, qualities_of, quality
+from kane.numeric.rank import balanced
 from kane.numeric.rank import balanced
 
 
@@ -66,3 +67,16 @@ def test_what_rounding_leaves_of_zero_fills_nothing(noise, rng):
     plain = choose(np.where(np.abs(a) > 1e-9, a, 0.0))
     assert choose(a) == plain
     assert choose(a * (1 + 1e-12 * rng.normal(size=a.shape))) == plain
+
+
+def test_matrices_side_by_side_are_eliminated_as_each_alone(rng):
+    for _ in range(20):
+        a = np.round(rng.normal(size=(4, 4, 6)), 1) * (rng.random((4, 4, 6)) < 0.6)
+        preferred, easy = rng.permutation(6)[: rng.integers(0, 3)].tolist(), rng.random((4, 6)) < 0.3
+        before = easy.copy()
+        together = choose_each(a, preferred, easy=easy)
+        assert together == [choose(x, preferred, easy=easy) for x in a]
+        assert np.array_equal(easy, before)
+        scaled = balanced(a)
+        every = qualities_of(scaled, together)
+        assert every == pytest.approx(np.array([qualities(a, p) for p in together]), rel=1e-12)

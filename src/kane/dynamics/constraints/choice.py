@@ -7,14 +7,14 @@ passing. A configuration at which nothing can move is another assembly, and coun
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kane.dynamics.constraints.closure import Closure
 from kane.dynamics.constraints.configurations import Configurations, configurations
-from kane.dynamics.constraints.partition import POOR, Partition, choose, qualities
+from kane.dynamics.constraints.partition import POOR, Partition, choose, choose_each, qualities_of
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
@@ -116,43 +116,56 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
     `preferred` comes before quality, see `choose`; at `special` ones (k) dependent speeds must be good, at the others most times.
     """
 
-    def merit(partition: Partition) -> tuple[int, int, float]:
+    scaled = balanced(a)
+
+    def merits(partitions: Sequence[Partition]) -> list[Merit]:
         """Minus how many speeds asked for are not given, minus at how many configurations speeds do not follow; the quality else."""
-        found = qualities(a, partition)
-        usual = float(np.quantile(found, _SHARE))
-        poor = int((found < _SINGULAR).sum())
-        absent = len(set(preferred) - set(partition.dependent)) if poor < len(a) else len(preferred) + 1
-        return -absent, -poor, min(usual, found[special].min(initial=1.0))
+        found = qualities_of(scaled, partitions)
+        usual = np.quantile(found, _SHARE, axis=1)
+        poor = (found < _SINGULAR).sum(axis=1)
+        least = np.minimum(usual, found[:, special].min(axis=1, initial=1.0))
+        every = len(preferred) + 1
+        absent = [len(set(preferred) - set(p.dependent)) for p in partitions]
+        told = zip(absent, poor.tolist(), least.tolist(), strict=True)
+        return [(-gone if bad < len(a) else -every, -bad, good) for gone, bad, good in told]
 
     first = choose(a[0], preferred, easy=easy)
-    best = merit(first)
+    (best,) = merits([first])
     if best[:2] == (0, 0) and best[2] >= POOR:
         return first
-    found, least = first, (best[0], best[1], _BETTER * best[2])
-    for numbers in a[1:]:
-        other = choose(numbers, preferred, easy=easy)
-        if (own := merit(other)) > least:
-            found, least = other, own
+    others = list(dict.fromkeys(choose_each(a[1:], preferred, easy=easy)))
+    found, least = _best(first, (best[0], best[1], _BETTER * best[2]), others, merits)
     for _ in range(_ROUNDS):
-        others = [(merit(p), p) for p in exchanged(a, found)]
-        own, other = max(others, key=lambda pair: pair[0], default=(least, found))
-        if not own > least:
+        before = found
+        found, least = _best(found, least, exchanged(scaled, found), merits)
+        if found is before:
             break
-        found, least = other, own
     if found.dependent == first.dependent:
         return first
     # in the order in which they are eliminated where they follow best
-    again = choose(a[int(np.argmax(qualities(a, found)))], found.dependent, easy=easy)
+    again = choose(a[int(np.argmax(qualities_of(scaled, [found])))], found.dependent, easy=easy)
     return again if set(again.dependent) == set(found.dependent) else found
 
 
-def exchanged(a: Array, partition: Partition) -> list[Partition]:
-    """A few with one dependent speed exchanged for another, for which the least determinant of several matrices is largest.
+Merit = tuple[int, int, float]
+
+
+def _best(
+    found: Partition, least: Merit, others: Sequence[Partition], merits: Callable[[Sequence[Partition]], list[Merit]]
+) -> tuple[Partition, Merit]:
+    """The first of the best `others` with its merit, if that is more than the `least`, that of what was `found`."""
+    told = merits(others) if others else []
+    own = max(told, default=least)
+    return (others[told.index(own)], own) if own > least else (found, least)
+
+
+def exchanged(scaled: Array, partition: Partition) -> list[Partition]:
+    """A few with one dependent speed exchanged for another, for which the least determinant of balanced matrices is largest.
 
     Exchanging u_i for u_j multiplies det A_D by the entry (i, j) of A_D⁻¹ A.
     """
-    rows = balanced(a)[:, list(partition.rows)]
-    free = partition.independent(a.shape[2])
+    rows = scaled[:, list(partition.rows)]
+    free = partition.independent(scaled.shape[2])
     if not partition.dependent or not free:
         return []
     left, values, right = np.linalg.svd(rows[:, :, list(partition.dependent)])

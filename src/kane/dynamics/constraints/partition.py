@@ -11,9 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import DERIVE_RANK, balanced
+
+Indices = npt.NDArray[np.intp]
 
 _LARGE = 0.15
 """Share of the largest entry left that a pivot must have."""
@@ -57,51 +60,73 @@ def choose(
     easy : where entries are numbers, which are the cheapest pivots
     reach : sizes that the entries have had, if they are known
     """
-    work = balanced(np.array(a, dtype=float), reach)
-    m, n = work.shape
-    cheap = np.zeros((m, n), dtype=bool) if easy is None else easy
-    full = np.abs(work) > DERIVE_RANK
-    rows: list[int] = []
-    columns: list[int] = []
-    left = set(range(m))
+    return choose_each(np.asarray(a, dtype=float)[None], preferred, easy=easy, reach=reach)[0]
+
+
+def choose_each(
+    a: Array,
+    preferred: Sequence[int] = (),
+    *,
+    easy: Mask | None = None,
+    reach: Array | None = None,
+) -> list[Partition]:
+    """`choose` at each of several matrices (k × m × n), which are eliminated side by side."""
+    count, m, n = a.shape
+    order = np.array([*preferred, *(c for c in range(n) if c not in set(preferred))], dtype=int)
+    work = balanced(a, reach)[:, :, order]
+    easily = np.zeros((m, n), dtype=bool) if easy is None else np.asarray(easy)[:, order]
+    cheap, full = np.tile(easily, (count, 1, 1)), np.abs(work) > DERIVE_RANK
+    first = np.arange(n) < len(preferred)
+    open_rows, open_columns = np.ones((count, m), dtype=bool), np.ones((count, n), dtype=bool)
+    each, going = np.arange(count), np.ones(count, dtype=bool)
+    rows: list[list[int]] = [[] for _ in range(count)]
+    columns: list[list[int]] = [[] for _ in range(count)]
     for _ in range(min(m, n)):
-        open_rows = sorted(left)
-        wanted = [c for c in preferred if c not in columns] or [c for c in range(n) if c not in columns]
-        best = _pivot(work, full, cheap, open_rows, wanted)
-        if best is None and preferred:
-            best = _pivot(work, full, cheap, open_rows, [c for c in range(n) if c not in columns])
-        if best is None:
+        asked = open_columns & first
+        sizes = np.abs(work) * open_rows[:, :, None]
+        # what is preferred while there is any, and anything where it is not given
+        given = (sizes.max(axis=1, initial=0) > DERIVE_RANK) & asked
+        wanted = np.where(given.any(axis=1)[:, None], asked, open_columns)
+        going &= (sizes * wanted[:, None, :]).max(axis=(1, 2), initial=0) > DERIVE_RANK
+        if not going.any():
             break
-        r, c = best
-        rows.append(r)
-        columns.append(c)
-        left.remove(r)
-        for i in left:
-            factor = work[i, c] / work[r, c]
-            if factor:
-                work[i] -= factor * work[r]
-                if full[i, c]:  # not what rounding leaves of zero
-                    full[i] |= full[r]
-                    cheap[i] &= ~full[r]
-                work[i, c] = 0.0
-    return Partition(tuple(rows), tuple(columns), tuple(sorted(left)))
+        r, c = _pivots(sizes, full, cheap, open_rows[:, :, None] & wanted[:, None, :])
+        for k in np.flatnonzero(going).tolist():
+            rows[k].append(int(r[k]))
+            columns[k].append(int(order[c[k]]))
+        open_rows[each[going], r[going]] = False
+        open_columns[each[going], c[going]] = False
+        _eliminate(work, full, cheap, open_rows & going[:, None], r, c)
+    left = [tuple(sorted(set(range(m)) - set(taken))) for taken in rows]
+    return [Partition(tuple(i), tuple(j), rest) for i, j, rest in zip(rows, columns, left, strict=True)]
 
 
-def _pivot(work: Array, full: Mask, cheap: Mask, rows: list[int], columns: list[int]) -> tuple[int, int] | None:
-    """The emptiest of the large entries."""
-    if not rows or not columns:
-        return None
-    places = np.ix_(rows, columns)
-    block = np.abs(work[places])
-    largest = float(block.max())
-    if not largest > DERIVE_RANK:
-        return None
-    shape = full[places]
-    cost = np.outer(shape.sum(axis=1) - 1, shape.sum(axis=0) - 1) + 0.5 * ~cheap[places]
+def _pivots(sizes: Array, full: Mask, cheap: Mask, among: Mask) -> tuple[Indices, Indices]:
+    """Row and column of the emptiest of the large entries `among` those that are left, of each matrix."""
+    count, _, n = sizes.shape
+    sizes, full = np.where(among, sizes, 0.0), full & among
+    largest = sizes.max(axis=(1, 2), keepdims=True, initial=0)
+    largest[largest <= 0] = 1.0
+    across = (full.sum(axis=2, keepdims=True) - 1) * (full.sum(axis=1, keepdims=True) - 1)
     # what only rounding tells apart is a tie, which the order decides
-    cost = np.where(block >= _LARGE * largest, cost, np.inf) - 1e-3 * np.round(block / largest, 6)
-    i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
-    return rows[i], columns[j]
+    cost = np.where(among & (sizes >= _LARGE * largest), across + 0.5 * ~cheap, np.inf)
+    place = (cost - 1e-3 * np.round(sizes / largest, 6)).reshape(count, -1).argmin(axis=1)
+    return place // n, place % n
+
+
+def _eliminate(work: Array, full: Mask, cheap: Mask, others: Mask, r: Indices, c: Indices) -> None:
+    """One column of each matrix by its pivot, in the rows `others`."""
+    each = np.arange(len(work))
+    top, column = work[each, r], work[each, :, c]
+    pivot = np.where(top[each, c] == 0, 1.0, top[each, c])
+    factors = np.where(others, column / pivot[:, None], 0.0)
+    touched = (factors != 0)[:, :, None]
+    work -= np.where(touched, factors[:, :, None] * top[:, None, :], 0.0)
+    filled = touched & full[each, :, c][:, :, None] & full[each, r][:, None, :]  # not what rounding leaves of zero
+    full |= filled
+    cheap &= ~filled
+    changed, rows = np.nonzero(touched[:, :, 0])
+    work[changed, rows, c[changed]] = 0.0
 
 
 def quality(a: Array, partition: Partition, reach: Array | None = None) -> float:
@@ -114,11 +139,23 @@ def quality(a: Array, partition: Partition, reach: Array | None = None) -> float
 
 def qualities(a: Array, partition: Partition, reach: Array | None = None) -> Array:
     """The `quality` at each of several matrices (k × m × n)."""
-    rows = balanced(a, reach)[:, list(partition.rows)]
-    block = rows[:, :, list(partition.dependent)]
-    if not block.size:
-        return np.ones(len(a))
-    values = np.linalg.svd(block, compute_uv=False)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.abs(block).max(axis=(1, 2)) / np.abs(rows).max(axis=(1, 2))
-        return np.asarray(np.nan_to_num(np.minimum(values[:, -1] / values[:, 0], share)))
+    return qualities_of(balanced(a, reach), [partition])[0]
+
+
+def qualities_of(scaled: Array, partitions: Sequence[Partition]) -> Array:
+    """The `quality` of each of several partitions at each of several balanced matrices (k × m × n): partitions × k."""
+    found = np.ones((len(partitions), len(scaled)))
+    alike: dict[int, list[int]] = {}
+    for i, p in enumerate(partitions):
+        alike.setdefault(len(p.dependent), []).append(i)
+    for d, places in alike.items():
+        if not d or not len(scaled):
+            continue
+        rows = scaled[:, np.array([partitions[i].rows for i in places])]  # k × partitions × d × n
+        columns = np.array([partitions[i].dependent for i in places])
+        block = np.take_along_axis(rows, columns[None, :, None, :], axis=3)
+        values = np.linalg.svd(block, compute_uv=False)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = np.abs(block).max(axis=(2, 3)) / np.abs(rows).max(axis=(2, 3))
+            found[places] = np.nan_to_num(np.minimum(values[..., -1] / values[..., 0], share)).T
+    return found
