@@ -28,7 +28,7 @@ _SLACK = 1e-6
 class Sample:
     """Random values of a system's symbols, made when first needed; rates run through their unit vectors and zero.
 
-    `values` are those of every expression that was asked for, `turns` direction cosines, `rooted` measure numbers along the root's axes.
+    `values` are those of every expression that was met, `turns` direction cosines, `rooted` measure numbers along the root's axes.
     """
 
     speeds: Speeds

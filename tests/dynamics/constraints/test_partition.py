@@ -8,7 +8,6 @@ import pytest
 
 from kane.dynamics.constraints.partition import Partition, choose, choose_each, qualities, qualities_of, quality
 from kane.numeric.rank import balanced
-from kane.numeric.rank import balanced
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 5), (4, 4), (5, 9)])

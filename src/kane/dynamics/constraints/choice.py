@@ -34,6 +34,8 @@ _BETTER = 4.0
 _ROUNDS, _EXCHANGES = 6, 8
 """How many speeds are exchanged one after the other, and how many exchanges are looked at for each."""
 
+Merit = tuple[int, int, float]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compared:
@@ -115,7 +117,6 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
     Others are those at each of the matrices, and the best of these with one speed after the other exchanged while that helps. What is
     `preferred` comes before quality, see `choose`; at `special` ones (k) dependent speeds must be good, at the others most times.
     """
-
     scaled = balanced(a)
 
     def merits(partitions: Sequence[Partition]) -> list[Merit]:
@@ -145,9 +146,6 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
     # in the order in which they are eliminated where they follow best
     again = choose(a[int(np.argmax(qualities_of(scaled, [found])))], found.dependent, easy=easy)
     return again if set(again.dependent) == set(found.dependent) else found
-
-
-Merit = tuple[int, int, float]
 
 
 def _best(
