@@ -112,6 +112,6 @@ class Sample:
         with np.errstate(invalid="ignore"):
             near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=2, initial=0) < _SLACK
             present = np.abs(along).max(axis=2, initial=0) > _SLACK
-        counts, full = (near & present).sum(axis=1), near.all(axis=1) & present.any(axis=1)
-        told = zip(counts.tolist(), full.tolist(), finite.tolist(), strict=True)
-        return [(count, every) if known else (3, True) for count, every, known in told]
+        counts, full = (near & present).sum(axis=1), np.asarray(near.all(axis=1) & present.any(axis=1))
+        told = zip(counts, full, finite, strict=True)
+        return [(int(count), bool(every)) if known else (3, True) for count, every, known in told]

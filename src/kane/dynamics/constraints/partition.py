@@ -139,7 +139,7 @@ def quality(a: Array, partition: Partition, reach: Array | None = None) -> float
 
 def qualities(a: Array, partition: Partition, reach: Array | None = None) -> Array:
     """The `quality` at each of several matrices (k × m × n)."""
-    return qualities_of(balanced(a, reach), [partition])[0]
+    return np.asarray(qualities_of(balanced(a, reach), [partition])[0])
 
 
 def qualities_of(scaled: Array, partitions: Sequence[Partition]) -> Array:
