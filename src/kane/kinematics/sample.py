@@ -108,7 +108,7 @@ class Sample:
         Where the numbers are not finite nothing is ruled out.
         """
         along = np.array([self.turn(f).T for f in frames]).reshape(-1, 3, 3) @ coefficients
-        finite = np.isfinite(along).all(axis=(1, 2))
+        finite = np.asarray(np.isfinite(along).all(axis=(1, 2)))
         with np.errstate(invalid="ignore"):
             near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=2, initial=0) < _SLACK
             present = np.abs(along).max(axis=2, initial=0) > _SLACK
