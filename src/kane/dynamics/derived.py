@@ -212,7 +212,7 @@ def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Deriv
     auxiliary, pairs = _auxiliary_speeds(system)
     kinematics, inertias = _motions(system, speeds, auxiliary, aligned_bases(system.frames))
     check_reaction_places(system, kinematics)
-    rows = constraint_rows(system, kinematics, auxiliary)
+    rows = constraint_rows(system.constraints, kinematics, auxiliary)
     check_released(system, rows)
     return Derived(system, auxiliary, pairs, speeds, kinematics, inertias, rows, near)
 
@@ -220,14 +220,13 @@ def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Deriv
 def by_other_speeds(
     d: Derived,
     definitions: Mapping[Speed, Expr],
-    rows: ConstraintRows | None = None,
+    rows: ConstraintRows,
     contacts: Mapping[Point, Contact] = MappingProxyType({}),
 ) -> Derived:
-    """The same motions by other speeds, with the rows of the constraints in them, and of particles of `contacts` taken as known."""
+    """The same motions by other speeds, with the `rows` of the constraints in them, and of particles of `contacts` taken as known."""
     system = d.system.redefined(definitions)
     speeds, usual = generalized_speeds(system), d.kinematics
     kinematics = Kinematics(speeds, usual.cuts, usual.sample.by(speeds), usual.homes, usual.aligned, contacts)
-    rows = constraint_rows(system, kinematics, d.auxiliary_speeds) if rows is None else rows
     return replace(d, system=system, kinematical=speeds, kinematics=kinematics, constraints=rows)
 
 

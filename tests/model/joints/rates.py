@@ -33,7 +33,7 @@ def power_and_rate(system, seed):
     """
     speeds = generalized_speeds(system)
     kinematics = Kinematics(speeds, {}, Sample(speeds))
-    rows = constraint_rows(system, kinematics, ())
+    rows = constraint_rows(system.constraints, kinematics, ())
     u = list(system.speeds)
     power = [sum((x * s for x, s in zip(row, u, strict=True)), start=b) for row, b in zip(rows.a, rows.b, strict=True)]
     rates = [
@@ -47,6 +47,6 @@ def power_and_rate(system, seed):
 
 def rank(system, seed):
     speeds = generalized_speeds(system)
-    rows = constraint_rows(system, Kinematics(speeds, {}, Sample(speeds)), ())
+    rows = constraint_rows(system.constraints, Kinematics(speeds, {}, Sample(speeds)), ())
     numbers = kn.evaluate([x for row in rows.a for x in row], random_values(system, seed))
     return np.linalg.matrix_rank(np.array(numbers, dtype=float).reshape(len(rows.a), -1), tol=1e-9)

@@ -23,6 +23,7 @@ from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import determinant
+from kane.kinematics.constraints import constraint_rows
 
 Exprs = tuple[Expr, ...]
 
@@ -60,16 +61,18 @@ def _given(a: Matrix, partition: Partition, rows: Sequence[int]) -> dict[int, in
 
 def _twin(derived: Derived, w: ConstraintRates, chosen: Sequence[Touch]) -> Derived:
     """The same by other speeds, with the rows w = 0."""
-    twin = by_other_speeds(derived, w.definitions(derived), contacts=contacts(chosen, w.speeds, derived.kinematics))
-    rows = twin.constraints
-    m, n = rows.a.shape
-
-    def rest(values: Exprs) -> Exprs:
-        return tuple(ZERO if r in w.speeds else w.held(x) for r, x in enumerate(values))
-
-    a = Matrix([w.row(r, n) if r in w.speeds else [w.held(x) for x in rows.a.rows[r]] for r in range(m)], (m, n))
-    own = replace(rows, a=a, a_auxiliary=derived.constraints.a_auxiliary, b=rest(rows.b), drift=rest(rows.drift))
-    return replace(twin, constraints=own)
+    known = contacts(chosen, w.speeds, derived.kinematics)
+    twin = by_other_speeds(derived, w.definitions(derived), derived.constraints, known)
+    constraints, (m, n) = derived.constraints.constraints, derived.constraints.a.shape
+    others = [r for r in range(m) if r not in w.speeds]
+    rows = constraint_rows([constraints[r] for r in others], twin.kinematics, derived.auxiliary_speeds)
+    a = [w.row(r, n) for r in range(m)]
+    b, drift = [ZERO] * m, [ZERO] * m
+    for k, r in enumerate(others):
+        a[r], b[r], drift[r] = list(map(w.held, rows.a.rows[k])), w.held(rows.b[k]), w.held(rows.drift[k])
+    return replace(
+        twin, constraints=replace(derived.constraints, a=Matrix(a, (m, n)), b=tuple(b), drift=tuple(drift))
+    )
 
 
 def by_definitions(derived: Derived, twin: Derived, u_dot: Exprs, w: ConstraintRates) -> Exprs:
