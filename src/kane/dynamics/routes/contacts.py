@@ -70,9 +70,7 @@ def _twin(derived: Derived, w: ConstraintRates, chosen: Sequence[Touch]) -> Deri
     b, drift = [ZERO] * m, [ZERO] * m
     for k, r in enumerate(others):
         a[r], b[r], drift[r] = list(map(w.held, rows.a.rows[k])), w.held(rows.b[k]), w.held(rows.drift[k])
-    return replace(
-        twin, constraints=replace(derived.constraints, a=Matrix(a, (m, n)), b=tuple(b), drift=tuple(drift))
-    )
+    return replace(twin, constraints=replace(derived.constraints, a=Matrix(a, (m, n)), b=tuple(b), drift=tuple(drift)))
 
 
 def by_definitions(derived: Derived, twin: Derived, u_dot: Exprs, w: ConstraintRates) -> Exprs:
