@@ -222,10 +222,17 @@ def by_other_speeds(
     definitions: Mapping[Speed, Expr],
     rows: ConstraintRows,
     contacts: Mapping[Point, Contact] = MappingProxyType({}),
+    *,
+    matched: bool = True,
 ) -> Derived:
-    """The same motions by other speeds, with the `rows` of the constraints in them, and of particles of `contacts` taken as known."""
+    """The same motions by other speeds, with the `rows` of the constraints in them, and of particles of `contacts` taken as known.
+
+    Of speeds that are sums of rates velocities need not be `matched`: they come out along the tree.
+    """
     system = d.system.redefined(definitions)
     speeds, usual = generalized_speeds(system), d.kinematics
+    if not matched:
+        speeds = replace(speeds, nontrivial=False)
     kinematics = Kinematics(speeds, usual.cuts, usual.sample.by(speeds), usual.homes, usual.aligned, contacts)
     return replace(d, system=system, kinematical=speeds, kinematics=kinematics, constraints=rows)
 

@@ -14,6 +14,7 @@ from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derived import Derived
+from kane.dynamics.routes.absolute import absolute
 from kane.dynamics.routes.classical import all_accelerations, unguarded_classical
 from kane.dynamics.routes.contacts import by_definitions, twins
 from kane.dynamics.routes.dependent import dependent_accelerations
@@ -21,6 +22,7 @@ from kane.dynamics.routes.embedded import Motions, embedded, holds_reactions, mo
 from kane.dynamics.routes.rates import ConstraintRates
 from kane.dynamics.routes.reactions import LARGE, reactions
 from kane.dynamics.solved import Solved
+from kane.errors import KaneError
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.count import price
 from kane.expr.evaluate import is_constant_in_time
@@ -46,7 +48,17 @@ class Found(NamedTuple):
 
 
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
-    """u̇ and the reactions by the route with the fewest operations."""
+    """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
+    other = absolute(derived, partition)
+    if other is not None:
+        try:
+            return other.declared(_shortest(other.derived, partition), derived, partition).guarded()
+        except KaneError:  # what is wrong is said of the declared speeds
+            pass
+    return _shortest(derived, partition).guarded()
+
+
+def _shortest(derived: Derived, partition: Partition | None) -> Solved:
     usual = unguarded_classical(derived, partition)
     coupled = holds_reactions(derived)
     way = Found(usual, None if coupled else all_speeds(derived))
@@ -66,7 +78,7 @@ def shortest(derived: Derived, partition: Partition | None) -> Solved:
     whole = [with_reactions(w, u_dot, derived, e) for w, u_dot in found]
     if not any(w is way for w, _ in found):
         whole.append(with_reactions(way, usual.accelerations, derived, e))
-    return min(whole, key=_cost).guarded()
+    return min(whole, key=_cost)
 
 
 def _cheapest(ways: Iterable[T], exprs: Callable[[T], Iterable[Expr]]) -> list[T]:
