@@ -186,4 +186,13 @@ def free_symbols(roots: Iterable[Expr]) -> tuple[Symbol, ...]:
 
 def is_constant_in_time(exprs: Iterable[Expr]) -> bool:
     """Whether the expressions hold parameters and numbers only."""
-    return all(isinstance(s, Parameter) for s in free_symbols(exprs))
+    seen: set[Expr] = set()
+    waiting = list(exprs)
+    while waiting:
+        node = waiting.pop()
+        if node.op is SYMBOL and not isinstance(node, Parameter):
+            return False
+        if node not in seen:
+            seen.add(node)
+            waiting.extend(node.args)
+    return True

@@ -337,20 +337,22 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
     seen: set[Expr] = set()
     order: list[Expr] = []
     for root in roots:
-        stack = [root]
+        stack: list[Expr | None] = [root]
         while stack:
-            node = stack[-1]
-            if node in seen:
-                stack.pop()
+            node = stack.pop()
+            if node is None:  # all below the node before it has been seen
+                node = stack.pop()
+            elif node in seen:
                 continue
-            waiting = [a for a in node.args if a not in seen]
-            if waiting:
-                waiting.reverse()
-                stack.extend(waiting)
-            else:
+            elif node.args:
+                stack += (node, None)
+                for a in reversed(node.args):
+                    if a not in seen:
+                        stack.append(a)
+                continue
+            if node is not None and node not in seen:
                 seen.add(node)
                 order.append(node)
-                stack.pop()
     return order
 
 

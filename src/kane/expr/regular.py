@@ -11,7 +11,7 @@ from kane.expr.build import NODE_BUILDERS, div
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, MUL, NEG, REGULAR
 from kane.expr.size import Sizes, never_zero, size
-from kane.expr.visit import fold, rebuilt
+from kane.expr.visit import fold, imaged
 
 Guards = Mapping[Expr, Expr]
 """The size of each divisor that may vanish."""
@@ -63,10 +63,10 @@ def guarding(by: Guards) -> Callable[[Expr], Expr]:
     images: dict[Expr, Expr] = {}
 
     def image(node: Expr) -> Expr:
-        own = [images[a] for a in node.args]
         if node.op is DIV and node.args[1] in by:
-            return div(own[0], NODE_BUILDERS["regular"](own[1], by[node.args[1]]))
-        return rebuilt(node, own)
+            above, below = (images[a] for a in node.args)
+            return div(above, NODE_BUILDERS["regular"](below, by[node.args[1]]))
+        return imaged(node, images)
 
     return (lambda root: fold(root, images, image)) if by else (lambda root: root)
 
@@ -78,8 +78,7 @@ def unguarded(roots: Sequence[Expr]) -> Sequence[Expr]:
     images: dict[Expr, Expr] = {}
 
     def image(node: Expr) -> Expr:
-        own = [images[a] for a in node.args]
-        return own[0] if node.op is REGULAR else rebuilt(node, own)
+        return images[node.args[0]] if node.op is REGULAR else imaged(node, images)
 
     return [fold(root, images, image) for root in roots]
 

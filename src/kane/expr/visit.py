@@ -15,18 +15,25 @@ def fold(root: Expr, values: dict[Expr, R], combine: Callable[[Expr], R]) -> R:
 
     When `combine` is called the results of the node's arguments are in `values`; what is in it at the start is not visited.
     """
-    stack = [root]
+    if root in values:
+        return values[root]
+    stack: list[Expr | None] = [root]
     while stack:
-        node = stack[-1]
-        if node in values:
-            stack.pop()
-            continue
-        waiting = [a for a in node.args if a not in values]
-        if waiting:
-            stack.extend(waiting)
-        else:
-            stack.pop()
-            values[node] = combine(node)
+        node = stack.pop()
+        if node is None:  # what is below the node before it is known
+            node = stack.pop()
+            if node is not None and node not in values:
+                values[node] = combine(node)
+        elif node not in values:
+            ready = True
+            for a in node.args:
+                if a not in values:
+                    if ready:
+                        stack += (node, None)
+                        ready = False
+                    stack.append(a)
+            if ready:
+                values[node] = combine(node)
     return values[root]
 
 
@@ -34,10 +41,20 @@ def substitute(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, E
     """`root` with every key of `replacements` replaced; what does not change stays the same object."""
     images: dict[Expr, Expr] = {} if memo is None else memo
     images.update(replacements)
-    return fold(root, images, lambda node: rebuilt(node, [images[a] for a in node.args]))
+    return fold(root, images, lambda node: imaged(node, images))
+
+
+def imaged(node: Expr, images: Mapping[Expr, Expr]) -> Expr:
+    """The operation of `node` on the images of its arguments, `node` itself where they are its own."""
+    for a in node.args:
+        if images[a] is not a:
+            return NODE_BUILDERS[node.op.name](*[images[x] for x in node.args])
+    return node
 
 
 def rebuilt(node: Expr, args: Sequence[Expr]) -> Expr:
     """The operation of `node` on `args`, `node` itself where they are its own."""
-    same = all(x is y for x, y in zip(args, node.args, strict=True))
-    return node if same else NODE_BUILDERS[node.op.name](*args)
+    for x, y in zip(args, node.args, strict=True):
+        if x is not y:
+            return NODE_BUILDERS[node.op.name](*args)
+    return node

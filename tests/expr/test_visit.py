@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Visits of the graph: each node once, its arguments before, however deep, and what is known is not visited again."""
+
+from __future__ import annotations
+
+from hypothesis import given
+
+import kane as kn
+from kane.expr.build import NODE_BUILDERS
+from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.node import Expr, postorder
+from kane.expr.symbols import Parameter
+from kane.expr.visit import fold, imaged, rebuilt, substitute
+from tests.expr.expressions import DEEP, Program, programs
+
+
+def by_recursion(root: Expr, seen: dict[Expr, None]) -> None:
+    for a in root.args:
+        by_recursion(a, seen)
+    seen.setdefault(root)
+
+
+@given(programs())
+def test_postorder_is_that_of_a_recursion_from_the_first_argument_on(program: Program) -> None:
+    seen: dict[Expr, None] = {}
+    roots = program.nodes()
+    for root in roots:
+        by_recursion(root, seen)
+    assert all(a is b for a, b in zip(postorder(roots), seen, strict=True))
+
+
+@given(programs())
+def test_a_fold_combines_each_node_once_after_its_arguments(program: Program) -> None:
+    values: dict[Expr, int] = {}
+    met: list[Expr] = []
+
+    def depth(node: Expr) -> int:
+        met.append(node)
+        return 1 + max((values[a] for a in node.args), default=0)
+
+    for root in program.nodes():
+        fold(root, values, depth)
+        fold(root, values, depth)
+    assert len(met) == len(set(met)) == len(values)
+
+
+@given(programs())
+def test_what_does_not_change_stays_the_same_object(program: Program) -> None:
+    for root in program.nodes():
+        assert substitute(root, {}) is root
+        assert rebuilt(root, root.args) is root
+        assert imaged(root, {a: a for a in root.args}) is root
+        symbols = free_symbols([root])
+        assert is_constant_in_time([root]) == all(isinstance(s, Parameter) for s in symbols)
+
+
+def test_a_fold_within_a_fold_shares_what_is_known() -> None:
+    q = kn.coordinate("q")
+    inner, values = kn.sin(q) + 2, dict[Expr, int]()
+
+    def count(node: Expr) -> int:
+        if node is q:
+            return fold(kn.time, values, count)
+        return 1 + sum(values[a] for a in node.args)
+
+    assert fold(inner, values, count) == 4
+    assert kn.time in values
+
+
+def test_a_deep_graph_is_folded_without_recursion() -> None:
+    q = kn.coordinate("q")
+    deep: Expr = q
+    for _ in range(DEEP):
+        deep = NODE_BUILDERS["exp"](deep)
+    values: dict[Expr, int] = {}
+    assert fold(deep, values, lambda node: 1 + sum(values[a] for a in node.args)) == DEEP + 1
