@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -15,13 +15,13 @@ from kane.dynamics.derived import Derived, Exprs
 from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import add, neg, sub
-from kane.expr.collect import collected
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.regular import Guards, factors, guarding
+from kane.expr.regular import Guards, denominators, factors, guarding, unguarded
+from kane.expr.shorten import shortened
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substitute
@@ -230,11 +230,11 @@ class Solved(Immutable):
         "Nonholonomic partial angular velocities ω̃_r of each frame, for the independent speeds.",
     )
     mass_matrix_nh = read[Matrix](
-        lambda s: Matrix(mass_rows(s.nonholonomic.bodies, s.independent_speeds, ())),
+        lambda s: Matrix([s.short(row) for row in mass_rows(s.nonholonomic.bodies, s.independent_speeds, ())]),
         "M̃ = BᵀMB of the independent speeds, M̃_rs = Σ m ṽ_r·ṽ_s + ω̃_r·I·ω̃_s.",
     )
     forcing_nh = read[Exprs](
-        lambda s: tuple(collected(generalized_by_motion(s.nonholonomic.left, u)) for u in s.independent_speeds),
+        lambda s: s.short([generalized_by_motion(s.nonholonomic.left, u) for u in s.independent_speeds]),
         "f̃ of M̃ u̇_I = f̃, where no load holds a reaction: Σ ṽ_r·(F − m ã_b) + ω̃_r·(T − I·α̃_b − ω × I·ω).",
     )
     Fr_nh = read[Exprs](
@@ -279,4 +279,17 @@ class Solved(Immutable):
         if e is None:
             return every
         dependent = [every[i] for i in e.partition.dependent]
-        return (*(own[i] for i in e.independent), *map(add, every[n:], e.a_na.T @ dependent))
+        return (*self.short([own[i] for i in e.independent]), *map(add, every[n:], e.a_na.T @ dependent))
+
+    def short(self, exprs: Sequence[Expr]) -> Exprs:
+        """What holds on the constraints in the shortest of a few ways, u_D written in u_I where that is one."""
+        e = self.embedding
+        if e is None:
+            return tuple(exprs)
+        plain, values = unguarded(exprs), unguarded(self.speeds_by_independent)
+        by = {u: x for u, x in zip(self.derived.speeds, values, strict=True) if u is not x}
+        memo: dict[Expr, Expr] = {}
+        found = shortened(plain, [substitute(x, by, memo) for x in plain])
+        sizes: Sizes = {}
+        held = (d for d in denominators(found) if any(f in e.guards for f in factors(d)))
+        return tuple(map(guarding({d: size(d, sizes) for d in held} | dict(e.guards)), found))

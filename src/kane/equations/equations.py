@@ -134,7 +134,8 @@ class Equations(Immutable):
     mass_matrix_nh = Solved.mass_matrix_nh.within("solved")
     forcing_nh = Solved.forcing_nh.within("solved")
     kinetic_energy_nh = read[Expr](
-        lambda e: energy.kinetic_energy_in_speeds(e.solved.nonholonomic.bodies), "K in the independent speeds."
+        lambda e: e.solved.short([energy.kinetic_energy_in_speeds(e.solved.nonholonomic.bodies)])[0],
+        "K in the independent speeds.",
     )
     Fr_nh = Solved.Fr_nh.within("solved")
     Fr_star_nh = Solved.Fr_star_nh.within("solved")

@@ -9,7 +9,7 @@ terms of a sum are left as they are. What all this costs is for the caller to co
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cmp_to_key
 
@@ -33,6 +33,11 @@ Term = tuple[Number, Powers]
 """A number, and factors in their order with their powers, which may be below zero."""
 
 
+def ordered(factors: Iterable[Expr]) -> list[Expr]:
+    """Factors in the order in which they stand in a product."""
+    return sorted(factors, key=_ORDER)
+
+
 def collected(e: Expr) -> Expr:
     """The sum or product e collected; e itself where it is neither, or a long one."""
     if e.op is NEG:
@@ -43,8 +48,8 @@ def collected(e: Expr) -> Expr:
     if terms is None:
         return e
     if len(terms) > 1:
-        return _factored(terms)
-    return _factored([(n, tuple((_collected_sum(f), k) for f, k in factors)) for n, factors in terms])
+        return factored(terms)
+    return factored([(n, tuple((_collected_sum(f), k) for f, k in factors)) for n, factors in terms])
 
 
 def _collected_sum(e: Expr) -> Expr:
@@ -90,7 +95,7 @@ def _product(e: Expr) -> Term:
         else:
             powers[x] += power
     _cancel(powers)
-    return number, tuple((f, powers[f]) for f in sorted(powers, key=_ORDER) if powers[f])
+    return number, tuple((f, powers[f]) for f in ordered(powers) if powers[f])
 
 
 def _cancel(powers: Counter[Expr]) -> None:
@@ -110,7 +115,7 @@ def _of_parameters(e: Expr) -> bool:
     return e.op is CONST or isinstance(e, Parameter)
 
 
-def _factored(terms: Sequence[Term]) -> Expr:
+def factored(terms: Sequence[Term]) -> Expr:
     """The factor that most terms have, times what is left of them, plus the other terms likewise; a divisor that all have below."""
     if not terms:
         return ZERO
@@ -120,7 +125,7 @@ def _factored(terms: Sequence[Term]) -> Expr:
     maps = [(n, dict(f)) for n, f in terms]
     below = [f for f in maps[0][1] if all(p.get(f, 0) < 0 for _, p in maps)]
     if below:
-        return div(_factored([(n, _raised(p, below[0], 1)) for n, p in maps]), below[0])
+        return div(factored([(n, _raised(p, below[0], 1)) for n, p in maps]), below[0])
     counts = Counter(f for _, p in maps for f, k in p.items() if k > 0)
     common = max(counts, key=lambda f: counts[f], default=None)
     if common is None or counts[common] < 2:
@@ -130,7 +135,7 @@ def _factored(terms: Sequence[Term]) -> Expr:
         return total
     own = [(n, _raised(p, common, -1)) for n, p in maps if p.get(common, 0) > 0]
     others = [(n, tuple(p.items())) for n, p in maps if p.get(common, 0) <= 0]
-    return add(_factored(others), mul(common, _factored(own)))
+    return add(factored(others), mul(common, factored(own)))
 
 
 def _raised(powers: Mapping[Expr, int], factor: Expr, by: int) -> Powers:

@@ -300,9 +300,7 @@ class Kinematics:
         for target in [target for target, (_, every) in zip(targets, whole, strict=True) if every]:
             for measures in _measures(velocity, target):
                 forms = self._forms(measures)
-                if all(f.exact or not (f.coefficients or f.rest is not ZERO) for f in forms) and any(
-                    f.exact for f in forms
-                ):
+                if all(f.exact or not f.coefficients for f in forms) and any(f.exact for f in forms):
                     own, rest = self._vectors(forms, target)
                     own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
                     return self._direct(None, target, own, rest, forms)

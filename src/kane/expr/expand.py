@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Short expressions multiplied out: sums of products, with like terms joined, squares of sines and cosines too.
+
+    (b u₁ + u₂)² + (b u₁ − u₂)²  →  2 b² u₁² + 2 u₂²        m u₁ s² + m u₁ c²  →  m u₁        a − a s²  →  a c²
+
+What cancels is gone then, where no single step of building sees it. A tangent is s/c until the end. What would become long stays a
+factor, and arguments of functions are left as they are.
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from kane.expr.build import NODE_BUILDERS
+from kane.expr.collect import Powers, Term, ordered
+from kane.expr.node import Expr, Number, constant_value
+from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB, TAN
+from kane.expr.visit import fold
+
+MOST = 48
+"""Terms up to which a sum is multiplied out."""
+_ROUNDING = 2.0**-50
+"""Share of its terms' numbers at which a sum of them is what rounding left of zero."""
+
+Polynomial = dict[Powers, Number]
+_Known = dict[Expr, Polynomial | None]
+
+
+def expanded(e: Expr) -> list[Term] | None:
+    """The terms of e; None where they are many."""
+    known: _Known = {}
+    found = fold(e, known, lambda node: _of(node, known))
+    return None if found is None else [(n, _with_tangents(f)) for f, n in _without_squares(found).items()]
+
+
+def _of(node: Expr, known: _Known) -> Polynomial | None:
+    """The terms of a node by those of its arguments."""
+    value = constant_value(node)
+    if value is not None:
+        return {(): value} if value else {}
+    op, args = node.op, node.args
+    if op is ADD or op is SUB:
+        a, b = known[args[0]], known[args[1]]
+        return None if a is None or b is None else _few(_sum(a, b, 1 if op is ADD else -1))
+    if op is NEG:
+        a = known[args[0]]
+        return None if a is None else {f: -n for f, n in a.items()}
+    if op is MUL:
+        a, b = (_factor(x, known) for x in args)
+        if len(a) * len(b) > MOST:
+            a, b = (_atom(args[0]), b) if len(a) > len(b) else (a, _atom(args[1]))
+        return _few(_times(a, b))
+    if op is DIV:
+        return _few(_times(_factor(args[0], known), _inverse(args[1], known)))
+    if op is TAN:
+        sine, cosine = (NODE_BUILDERS[name](args[0]) for name in ("sin", "cos"))
+        return {_powers({sine: 1, cosine: -1}): 1} if sine.op is SIN and cosine.op is COS else _atom(node)
+    return _atom(node)
+
+
+def _few(a: Polynomial) -> Polynomial | None:
+    return a if len(a) <= MOST else None
+
+
+def _atom(node: Expr) -> Polynomial:
+    return {((node, 1),): 1}
+
+
+def _factor(node: Expr, known: _Known) -> Polynomial:
+    found = known[node]
+    return _atom(node) if found is None else found
+
+
+def _inverse(node: Expr, known: _Known) -> Polynomial:
+    below = _factor(node, known)
+    if len(below) != 1:
+        return {((node, -1),): 1}
+    ((factors, n),) = below.items()
+    return {tuple((f, -k) for f, k in factors): Fraction(1, n) if isinstance(n, int) else 1 / n}
+
+
+def _powers(powers: Mapping[Expr, int]) -> Powers:
+    return tuple((f, powers[f]) for f in ordered(powers) if powers[f])
+
+
+def _sum(a: Polynomial, b: Polynomial, sign: int) -> Polynomial:
+    total = dict(a)
+    for f, n in b.items():
+        x = _added(total.pop(f, 0), sign * n)
+        if x:
+            total[f] = x
+    return total
+
+
+def _added(a: Number, b: Number) -> Number:
+    """a + b, and zero where rounding alone is left."""
+    total = a + b
+    return 0 if abs(total) <= _ROUNDING * abs(b) else total
+
+
+def _times(a: Polynomial, b: Polynomial) -> Polynomial:
+    total: Polynomial = {}
+    for f, n in a.items():
+        for g, k in b.items():
+            powers = dict(f)
+            for x, p in g:
+                powers[x] = powers.get(x, 0) + p
+            key = _powers(powers)
+            value = _added(total.pop(key, 0), n * k)
+            if value:
+                total[key] = value
+    return total
+
+
+def _without_squares(a: Polynomial) -> Polynomial:
+    """B x + S x s² + C x c² with as few of the three terms as there can be: (B + t) x + (S − t) x s² + (C − t) x c²."""
+    found, waiting = a, True
+    while waiting:
+        waiting = False
+        for f in found:
+            better = next((p for x in _squares(f) if (p := _fewer(found, x)) is not None), None)
+            if better is not None:
+                found, waiting = better, True
+                break
+    return found
+
+
+def _squares(f: Powers) -> list[tuple[Powers, Powers, Powers]]:
+    """x, x s² and x c² for each square of a sine or cosine in a product."""
+    found = []
+    for x, k in f:
+        if k >= 2 and (x.op is SIN or x.op is COS):
+            sine, cosine = (NODE_BUILDERS[name](x.args[0]) for name in ("sin", "cos"))
+            rest = dict(f) | {x: k - 2}
+            above = ({**rest, y: rest.get(y, 0) + 2} for y in (sine, cosine))
+            found.append((_powers(rest), *map(_powers, above)))
+    return found
+
+
+def _fewer(a: Polynomial, of: tuple[Powers, Powers, Powers]) -> Polynomial | None:
+    """The polynomial with fewer of the terms x, x s² and x c²; None where these are as few as can be."""
+    plain, sine, cosine = (a.get(f, 0) for f in of)
+    now = sum(map(bool, (plain, sine, cosine)))
+    for t in (sine, cosine, -plain):
+        values = _added(plain, t), _added(sine, -t), _added(cosine, -t)
+        if sum(map(bool, values)) < now:
+            ours = set(of)  # a set compares hashes first: expressions refuse ==
+            left = {f: n for f, n in a.items() if f not in ours}
+            return left | {f: n for f, n in zip(of, values, strict=True) if n}
+    return None
+
+
+def _with_tangents(f: Powers) -> Powers:
+    """s/c as tangents."""
+    powers = dict(f)
+    for x, k in f:
+        if x.op is COS and k < 0:
+            sine, tangent = (NODE_BUILDERS[name](x.args[0]) for name in ("sin", "tan"))
+            shared = min(powers.get(sine, 0), -k)
+            if shared > 0:
+                powers[sine] -= shared
+                powers[x] += shared
+                powers[tangent] = powers.get(tangent, 0) + shared
+    return _powers(powers)
