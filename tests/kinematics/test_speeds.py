@@ -197,6 +197,27 @@ class TestMatching:
         assert str(eom.velocities[P]) == "u4 B.x + u5 B.y + u6 B.z"
         assert str(eom.partial_velocities[P][u[4]]) == "B.y"
 
+    def test_velocity_components_beside_a_prescribed_one(self):
+        """In a plane that turns by itself the third component holds no speed: the other two are matched all the same."""
+        x, y, angle = kn.coordinates("x y angle")
+        plane = N.rotate("plane", kn.parameter("Omega", 2.0) * kn.time, N.y)
+        E = plane.rotate("E", angle, plane.z)
+        P = O.at("P", x * plane.x + y * plane.y)
+        a, b, w = kn.speeds("a b w")
+        v = P.velocity(N)
+        far = kn.Particle("far", P.at("Q", kn.parameter("L", 0.5) * E.x), m)
+        definitions = {a: v.dot(E.x), b: v.dot(E.y), w: angle.dt}
+        eom = kn.derive(kn.System(N, bodies=[kn.Particle("near", P, m), far], speeds=definitions))
+        assert str(eom.velocities[P]) == "a E.x + b E.y - Omega*x E.z"
+        assert [str(eom.partial_velocities[P][s]) for s in (a, b, w)] == ["E.x", "E.y", "0"]
+        by_rates = kn.derive(kn.System(N, bodies=[kn.Particle("near", P, m), far], speeds="rates"))
+        state = {"q": {x: 0.3, y: -0.2, angle: 0.7}, "t": 0.4}
+        there = {**state, "u": [1.1, 0.6, -0.9]}
+        c, s = np.cos(0.7), np.sin(0.7)
+        here = {**state, "u": [1.1 * c + 0.6 * s, 0.6 * c - 1.1 * s, -0.9]}
+        read = lambda e, at: array(e.evaluate(e.point_accelerations[far.point].components(N), **at))  # noqa: E731
+        np.testing.assert_allclose(read(eom, here), read(by_rates, there), rtol=1e-12)
+
     def test_a_child_on_a_matched_body(self):
         """A link pinned to a free body inherits its speeds, and is finite at gimbal lock too."""
         P = O.at("P", q[3] * N.x + q[4] * N.y + q[5] * N.z)

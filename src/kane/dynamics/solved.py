@@ -287,7 +287,7 @@ class Solved(Immutable):
         if e is None:
             return tuple(exprs)
         plain, values = unguarded(exprs), unguarded(self.speeds_by_independent)
-        by = {u: x for u, x in zip(self.derived.speeds, values, strict=True) if u is not x}
+        by: dict[Expr, Expr] = {u: x for u, x in zip(self.derived.speeds, values, strict=True) if u is not x}
         memo: dict[Expr, Expr] = {}
         found = shortened(plain, [substitute(x, by, memo) for x in plain])
         sizes: Sizes = {}

@@ -75,7 +75,8 @@ def _inverse(node: Expr, known: _Known) -> Polynomial:
     if len(below) != 1:
         return {((node, -1),): 1}
     ((factors, n),) = below.items()
-    return {tuple((f, -k) for f, k in factors): Fraction(1, n) if isinstance(n, int) else 1 / n}
+    inverse: Number = Fraction(1, n) if isinstance(n, int) else 1 / n
+    return {tuple((f, -k) for f, k in factors): inverse}
 
 
 def _powers(powers: Mapping[Expr, int]) -> Powers:
@@ -93,8 +94,8 @@ def _sum(a: Polynomial, b: Polynomial, sign: int) -> Polynomial:
 
 def _added(a: Number, b: Number) -> Number:
     """a + b, and zero where rounding alone is left."""
-    total = a + b
-    return 0 if abs(total) <= _ROUNDING * abs(b) else total
+    total: Number = a + b
+    return 0 if abs(float(total)) <= _ROUNDING * abs(float(b)) else total
 
 
 def _times(a: Polynomial, b: Polynomial) -> Polynomial:
@@ -131,8 +132,8 @@ def _squares(f: Powers) -> list[tuple[Powers, Powers, Powers]]:
         if k >= 2 and (x.op is SIN or x.op is COS):
             sine, cosine = (NODE_BUILDERS[name](x.args[0]) for name in ("sin", "cos"))
             rest = dict(f) | {x: k - 2}
-            above = ({**rest, y: rest.get(y, 0) + 2} for y in (sine, cosine))
-            found.append((_powers(rest), *map(_powers, above)))
+            above, beside = (_powers({**rest, y: rest.get(y, 0) + 2}) for y in (sine, cosine))
+            found.append((_powers(rest), above, beside))
     return found
 
 
