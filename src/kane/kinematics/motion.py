@@ -292,15 +292,17 @@ class Kinematics:
         return (start.bias + spin.bias.cross(point.offset) + spin.total.cross(self.turning(point.offset))).gathered()
 
     def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
-        """v along the first frame in which every measure number is a sum of rows of Y."""
+        """v along the first frame in which two measure numbers, or all that it has, are sums of rows of Y."""
         velocity = point.velocity(self.speeds.system.inertial)
         targets = dict.fromkeys(g for f, _ in velocity.parts for g in f.lineage)
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
         whole = self.sample.whole(self.sample.coefficients(velocity), tuple(targets))
-        for target in [target for target, (_, every) in zip(targets, whole, strict=True) if every]:
+        for target in [g for g, (count, every) in zip(targets, whole, strict=True) if count >= 2 or every]:
             for measures in _measures(velocity, target):
                 forms = self._forms(measures)
-                if all(f.exact or not f.coefficients for f in forms) and any(f.exact for f in forms):
+                exact = sum(f.exact for f in forms)
+                present = sum(bool(f.coefficients) for f in forms)
+                if exact and (exact >= 2 or exact == present):
                     own, rest = self._vectors(forms, target)
                     own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
                     return self._direct(None, target, own, rest, forms)

@@ -7,14 +7,17 @@ an angular velocity is written in its own speeds even where W is singular.
 Euler parameters enter by their three quasi-rates w, ė = ½ Gᵀ(e) w; the reported Y has the row eᵀė = 0 for each set.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial, reduce
 from typing import NamedTuple
 
 from kane.expr.affine import Affine, affine_forms, combined
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.count import price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import DIV, MUL, NEG
 from kane.expr.symbols import Coordinate, Speed, rate
 from kane.expr.visit import fold, substitute
 from kane.model.system import System
@@ -152,7 +155,13 @@ class Speeds:
             parts = [memo[a] for a in node.args]
             return combined(node, parts) or ({}, NODE_BUILDERS[node.op.name](*[self._finished(p) for p in parts]))
 
-        return self._finished(fold(self._basic(root), memo, combine))
+        basic = self._basic(root)
+        whole = self._finished(fold(basic, memo, combine))
+        factors, left = _rate_free(basic, memo)
+        if left is basic or len(memo[left][0]) < 2:
+            return whole
+        apart = reduce(lambda e, f: f(e), reversed(factors), self._finished(memo[left]))
+        return min(whole, apart, key=lambda e: price([e]))
 
     def _finished(self, part: Affine) -> Expr:
         return self.form(*part).total() if part[0] else part[1]
@@ -195,6 +204,27 @@ class Speeds:
             w_rows.append([by_speed.get(u, ZERO) for u in self.speeds] + [e[k] for e in of_set])
             x_column.append(rest)
         return Matrix([*y_rows, *of_set]), z, Matrix(w_rows), tuple(x_column)
+
+
+def _rate_free(e: Expr, forms: Mapping[Expr, Affine]) -> tuple[list[Callable[[Expr], Expr]], Expr]:
+    """The factors free of rates that multiply or divide what is left of an expression, outermost first, and this."""
+    found: list[Callable[[Expr], Expr]] = []
+    while True:
+        if e.op is NEG:
+            found.append(neg)
+            (e,) = e.args
+        elif e.op is DIV and not forms[e.args[1]][0]:
+            found.append(partial(_over, forms[e.args[1]][1]))
+            e = e.args[0]
+        elif e.op is MUL and sum(not forms[a][0] for a in e.args) == 1:
+            factor, e = e.args if not forms[e.args[0]][0] else e.args[::-1]
+            found.append(partial(mul, forms[factor][1]))
+        else:
+            return found, e
+
+
+def _over(divisor: Expr, e: Expr) -> Expr:
+    return div(e, divisor)
 
 
 def _twice_g(e: tuple[Coordinate, ...]) -> list[list[Expr]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import reduce
+from itertools import takewhile
 from typing import Any, NoReturn
 
 from kane import show
@@ -180,14 +181,20 @@ class Vector(Immutable):
         return Vector(((frame, self.components(frame)),))
 
     def gathered(self) -> Vector:
-        """The same vector along one frame, of its own ones and their common base: the one that costs the fewest operations."""
+        """The same vector along one frame, of its own ones, their common base and those between.
+
+        Of the ones that cost the fewest operations it is one in which the most measure numbers vanish.
+        """
         if len(self.parts) < 2:
             return self
-        candidates = [f for f, _ in self.parts]
-        candidates.insert(0, reduce(common_base, candidates))
+        own = [f for f, _ in self.parts]
+        base = reduce(common_base, own)
+        between = [g for f in own for g in takewhile(lambda g: g is not base, f.lineage[1:]) if g not in own]
+        candidates = list(dict.fromkeys((base, *between, *own)))
         prices = [sum([cost(v, f, target) for f, v in self.parts]) for target in candidates]
         best = min(prices)
-        return self.express([f for f, p in zip(candidates, prices, strict=True) if p == best][-1])
+        cheap = [self.express(f) for f, p in zip(candidates, prices, strict=True) if p == best]
+        return max(reversed(cheap), key=_vanishing)
 
     def dt(self, frame: Frame) -> Vector:
         """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), in rates."""
@@ -372,6 +379,11 @@ class Dyadic(Immutable):
     __repr__ = __str__
 
     _repr_latex_ = show.latex
+
+
+def _vanishing(v: Vector) -> int:
+    """How many measure numbers along the frame of a gathered vector are zero."""
+    return sum(x is ZERO for _, triple in v.parts for x in triple) if v.parts else 3
 
 
 def parts_text(parts: Iterable[tuple[Frame, Triple]]) -> str:

@@ -15,6 +15,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.absolute import absolute
+from kane.dynamics.routes.centre import by_mass_centre
 from kane.dynamics.routes.classical import all_accelerations, unguarded_classical
 from kane.dynamics.routes.contacts import by_definitions, twins
 from kane.dynamics.routes.dependent import dependent_accelerations
@@ -64,7 +65,8 @@ def _shortest(derived: Derived, partition: Partition | None) -> Solved:
     way = Found(usual, None if coupled else all_speeds(derived))
     e = usual.embedding
     if e is None:
-        return usual if coupled else with_reactions(way, usual.accelerations, derived, None)
+        free = [way, *by_centre(derived, usual, coupled)]
+        return min((with_reactions(w, w.solution.accelerations, derived, None) for w in free), key=_cost)
     large = price((*derived.rates, *usual.accelerations, *usual.reactions)) > LARGE
     poles = _Poles(usual)
     best = _cheapest(
@@ -104,6 +106,15 @@ def ways(derived: Derived, e: Embedding, coupled: bool, large: bool) -> Iterator
     through = contacts(held, {}, derived.kinematics)
     if through:
         yield _embedded(derived, e, through)
+
+
+def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]:
+    """The solution by velocities of the mass centre, where one body is free to translate."""
+    found = by_mass_centre(derived)
+    if found is not None:
+        twin, solution = found
+        if _Poles(usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
+            yield Found(solution, None if coupled else all_speeds(derived))
 
 
 def _embedded(
