@@ -190,7 +190,7 @@ class Vector(Immutable):
         own = [f for f, _ in self.parts]
         base = reduce(common_base, own)
         between = [g for f in own for g in takewhile(lambda g: g is not base, f.lineage[1:]) if g not in own]
-        candidates = list(dict.fromkeys((base, *between, *own)))
+        candidates = (base, *between, *own)
         prices = [sum([cost(v, f, target) for f, v in self.parts]) for target in candidates]
         best = min(prices)
         cheap = [self.express(f) for f, p in zip(candidates, prices, strict=True) if p == best]
