@@ -38,7 +38,7 @@ def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
     definitions = {
         names.get(u, u): velocity.dot(directions[u]) if u in directions else e for u, e in derived.system.speeds.items()
     }
-    twin = by_other_speeds(derived, definitions)
+    twin = by_other_speeds(derived, definitions, derived.constraints)
     left = derived.left_by(twin.kinematics, twin.bodies)
     right = [generalized_by_motion(left, s) for s in twin.all_speeds]
     mass = mass_rows(twin.bodies, twin.speeds, twin.auxiliary_speeds)
