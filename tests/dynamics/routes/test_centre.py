@@ -32,7 +32,9 @@ def free_body(seed: int) -> kn.System:
     inertia = kn.inertia(frame, *kn.parameters("I1:4", 0.2, "kg*m^2"))
     body = kn.RigidBody("body", frame=frame, mass_center=C, mass=kn.parameter("m", 1.5, "kg"), inertia=inertia)
     tip = C.at("T", -2 * r[1] * frame.z + r[0] * frame.x)
-    drag = kn.Force(tip, -kn.parameter("c", 0.4, "kg/s") * (tip.velocity(N) - kn.parameter("v", 3.0, "m/s") * N.x), name="drag")
+    drag = kn.Force(
+        tip, -kn.parameter("c", 0.4, "kg/s") * (tip.velocity(N) - kn.parameter("v", 3.0, "m/s") * N.x), name="drag"
+    )
     w = frame.angular_velocity(N)
     along = [w.dot(frame.x), w.dot(frame.y), w.dot(frame.z)]
     own = along if len(angles) == 3 and rng.random() < 0.5 else [a.dt for a in angles]

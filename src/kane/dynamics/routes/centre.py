@@ -52,7 +52,8 @@ def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
 
     u_dot: dict[Expr, Expr] = dict(zip(derived.speeds, map(by_declared, solution.accelerations), strict=True))
     solution = solution._replace(
-        accelerations=_declared(derived, centre, directions, u_dot), reactions=tuple(map(by_declared, solution.reactions))
+        accelerations=_declared(derived, centre, directions, u_dot),
+        reactions=tuple(map(by_declared, solution.reactions)),
     )
     return twin, Solved("mass centre", derived, None, *solution)
 
@@ -79,9 +80,7 @@ def _fixed(derived: Derived, v: Vector) -> bool:
     )
 
 
-def _declared(
-    derived: Derived, centre: Point, directions: Mapping[Speed, Vector], u_dot: Mapping[Expr, Expr]
-) -> Exprs:
+def _declared(derived: Derived, centre: Point, directions: Mapping[Speed, Vector], u_dot: Mapping[Expr, Expr]) -> Exprs:
     """u̇ of the declared speeds: those of the w_k less what the other speeds accelerate C* by."""
     motion = derived.kinematics.point(centre)
     others = sum(
