@@ -18,7 +18,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.solved import Solved
 from kane.expr.matrix import Matrix
-from kane.expr.node import Expr
+from kane.expr.node import ZERO, Expr
 
 
 def classical(derived: Derived, partition: Partition | None) -> Solved:
@@ -55,11 +55,13 @@ def _reduced(e: Embedding, blocks: Blocks) -> Blocks:
         return m_a + a_na_t @ m.take(dependent)
 
     spread = times_b(blocks.mass)
-    left = Matrix.column(blocks.forcing) - blocks.mass.take(columns=dependent) @ c
+    forcing = Matrix.column(blocks.forcing)
+    left = forcing - blocks.mass.take(columns=dependent) @ c
+    released = any(x is not ZERO for x in e.a_na.entries)
     left_a = Matrix.column(blocks.forcing_a) - blocks.mass_a.take(columns=dependent) @ c
     return Blocks(
         b_t_times(spread).mirrored(),
-        b_t_times(left).entries,
+        (b_t_times(left) if released else b_t_times(forcing) - spread.take(dependent).T @ c).entries,
         b_t_times(blocks.coupling),
         total(times_b(blocks.mass_a), spread),
         total(left_a, left).entries,

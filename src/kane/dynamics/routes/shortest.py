@@ -20,6 +20,7 @@ from kane.dynamics.routes.classical import all_accelerations, unguarded_classica
 from kane.dynamics.routes.contacts import by_definitions, twins
 from kane.dynamics.routes.dependent import dependent_accelerations
 from kane.dynamics.routes.embedded import Motions, embedded, holds_reactions, motions
+from kane.dynamics.routes.power import homogeneous, power
 from kane.dynamics.routes.rates import ConstraintRates
 from kane.dynamics.routes.reactions import LARGE, reactions
 from kane.dynamics.solved import Solved
@@ -98,11 +99,16 @@ def ways(derived: Derived, e: Embedding, coupled: bool, large: bool) -> Iterator
             solution = unguarded_classical(twin, e.partition).mapped(w.held)
             yield Found(solution, None if coupled else all_speeds(twin), w)
         if not coupled:
+            own = embedding(twin.constraints, e.partition)
             particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
-            yield _embedded(twin, embedding(twin.constraints, e.partition), particles, w)
+            yield _embedded(twin, own, particles, w)
+            if not large and homogeneous(twin, own):
+                yield Found(power(twin, own).mapped(w.held), all_speeds(twin), w)
     if coupled or (large and tried):
         return
     yield _embedded(derived, e, {})
+    if not large and homogeneous(derived, e):
+        yield Found(power(derived, e), all_speeds(derived))
     through = contacts(held, {}, derived.kinematics)
     if through:
         yield _embedded(derived, e, through)
