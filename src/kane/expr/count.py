@@ -53,14 +53,28 @@ def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
 
 def price(roots: Iterable[Expr]) -> int:
     """What `count_operations` gives in total, sooner; to compare ways by. Operations on constants alone, which are rare, count."""
-    seen: set[Expr] = set()
-    waiting = list(roots)
-    total = 0
-    while waiting:
-        node = waiting.pop()
-        if node not in seen:
-            seen.add(node)
-            if node.args:
-                total += node.op.cost
-                waiting.extend(node.args)
-    return total
+    return Prices(())(roots)
+
+
+class Prices:
+    """The `price` of expressions beside others that are there in any case, which are walked once."""
+
+    def __init__(self, known: Iterable[Expr]) -> None:
+        self._seen: set[Expr] = set()
+        self._own = 0
+        self._own = self._walked(known, self._seen)
+
+    def __call__(self, roots: Iterable[Expr]) -> int:
+        """Of the known ones and `roots` together."""
+        return self._walked(roots, set())
+
+    def _walked(self, roots: Iterable[Expr], seen: set[Expr]) -> int:
+        known, total, waiting = self._seen, self._own, list(roots)
+        while waiting:
+            node = waiting.pop()
+            if node not in seen and node not in known:
+                seen.add(node)
+                if node.args:
+                    total += node.op.cost
+                    waiting.extend(node.args)
+        return total
