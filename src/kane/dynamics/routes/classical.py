@@ -26,13 +26,13 @@ def classical(derived: Derived, partition: Partition | None) -> Solved:
     return unguarded_classical(derived, partition).guarded()
 
 
-def unguarded_classical(derived: Derived, partition: Partition | None) -> Solved:
-    """The same, where what is divided by is not watched yet."""
+def unguarded_classical(derived: Derived, partition: Partition | None, e: Embedding | None = None) -> Solved:
+    """The same, where what is divided by is not watched yet, with the embedding `e` of the partition, if there is one already."""
     system, speeds, blocks = derived.system, derived.speeds, derived.blocks
     if partition is None:
         check_mass(system, speeds, blocks.mass)
         return Solved("classical", derived, None, *block_solution(blocks))
-    e = embedding(derived.constraints, partition)
+    e = e or embedding(derived.constraints, partition)
     inner = _reduced(e, blocks)
     check_mass(system, [speeds[i] for i in e.independent], inner.mass)
     solution = block_solution(inner)

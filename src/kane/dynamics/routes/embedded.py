@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from kane.dynamics import terms
 from kane.dynamics.blocks import blocks, mass_rows
 from kane.dynamics.bodies import Moving, moving_parts
+from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.block_solution import block_solution
@@ -51,7 +52,9 @@ def embedded(derived: Derived, e: Embedding, moving: Motions) -> Solved:
     own = moving.speeds
     left = derived.left_by(moving.kinematics, moving.bodies)
     right = [terms.generalized_by_motion(left, s) for s in own]
-    inner = block_solution(blocks(mass_rows(moving.bodies, own, ()), right, (), (), {}))
+    equations = blocks(mass_rows(moving.bodies, own, ()), right, (), (), {})
+    check_mass(derived.system, own, equations.mass)
+    inner = block_solution(equations)
     matrix = evident(derived)
     u_dot = all_accelerations(e, inner.accelerations)
     return Solved("embedded", derived, e, u_dot, (), inner.pivots, matrix, matrix)

@@ -36,13 +36,14 @@ def reactions(
     u_dot: Mapping[Expr, Expr],
     matrix: Matrix,
     held: Callable[[Expr], Expr],
+    differentiated: bool,
 ) -> Iterator[tuple[Expr, ...]]:
     """R in a few ways: vectors along the frames in which they are short, along those of the partial velocities, and these collected.
 
-    Accelerations are those of the bodies of `moving` with `u_dot`, partial velocities those of `derived`, which has all speeds. `held`
-    leaves out the speeds that vanish.
+    Accelerations are those of the bodies of `moving` with `u_dot`, or velocities `differentiated`, partial velocities those of
+    `derived`, which has all speeds. `held` leaves out the speeds that vanish.
     """
-    for bodies in (moving.bodies, *_differentiated(derived, moving, u_dot)):
+    for bodies in _differentiated(derived, moving, u_dot) if differentiated else (moving.bodies,):
         whole = [
             term._replace(motion=_motion(derived, term), vector=term.vector.map(held))
             for term in derived.left_by(moving.kinematics, bodies, u_dot)

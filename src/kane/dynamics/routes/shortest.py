@@ -1,52 +1,40 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The route that takes the fewest operations.
+"""The route that takes the fewest operations: of the `ways` the shortest that divides by nothing of W by which the classical does not.
 
-Under constraints there stand beside the classical route motions in the independent speeds (`embedded`), along the tree or through the
-particles that constraints hold, by the speeds as declared or with rates of constraints in the places of dependent ones (`contacts`).
-Each is taken where it is shorter and divides by nothing of W by which the classical route does not.
+A way is priced by q̇ and u̇ of the independent speeds first; few are followed to the other accelerations, and to the reactions.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import NamedTuple, TypeVar
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.constraints.touches import contacts, touches
+from kane.dynamics.constraints.touches import touches
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.absolute import absolute
-from kane.dynamics.routes.centre import by_mass_centre
-from kane.dynamics.routes.classical import all_accelerations, unguarded_classical
-from kane.dynamics.routes.contacts import by_definitions, twins
-from kane.dynamics.routes.dependent import dependent_accelerations
-from kane.dynamics.routes.embedded import Motions, embedded, holds_reactions, motions
-from kane.dynamics.routes.power import homogeneous, power
-from kane.dynamics.routes.rates import ConstraintRates
-from kane.dynamics.routes.reactions import LARGE, reactions
+from kane.dynamics.routes.classical import unguarded_classical
+from kane.dynamics.routes.divisors import Poles
+from kane.dynamics.routes.embedded import holds_reactions
+from kane.dynamics.routes.reactions import LARGE
+from kane.dynamics.routes.ways import (
+    Exprs,
+    Found,
+    all_speeds,
+    by_centre,
+    by_motions,
+    by_rates,
+    dependent_ways,
+    with_reactions,
+)
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
-from kane.expr.build import NODE_BUILDERS
-from kane.expr.count import price
-from kane.expr.evaluate import is_constant_in_time
-from kane.expr.node import Expr, postorder
-from kane.expr.ops import OPS
-from kane.expr.regular import denominators, factors
-from kane.kinematics.motion import Contact
-from kane.space.point import Point
-
-T = TypeVar("T")
-Exprs = tuple[Expr, ...]
+from kane.expr.count import Prices, price
 
 _FEW = 2
 """Of the ways so far those that are followed."""
-
-
-class Found(NamedTuple):
-    """A solution in the speeds of its own `derived`, the motions that it is made with, and which of these speeds vanish."""
-
-    solution: Solved
-    moving: Motions | None
-    w: ConstraintRates | None = None
+_LONG = 400
+"""Operations of q̇ and the rows of constraints from which on rates of constraints as speeds are shorter than the classical route."""
 
 
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
@@ -61,146 +49,99 @@ def shortest(derived: Derived, partition: Partition | None) -> Solved:
 
 
 def _shortest(derived: Derived, partition: Partition | None) -> Solved:
-    usual = unguarded_classical(derived, partition)
     coupled = holds_reactions(derived)
-    way = Found(usual, None if coupled else all_speeds(derived))
-    e = usual.embedding
-    if e is None:
-        free = [way, *by_centre(derived, usual, coupled)]
-        return min((with_reactions(w, w.solution.accelerations, derived, None) for w in free), key=_cost)
-    large = price((*derived.rates, *usual.accelerations, *usual.reactions)) > LARGE
-    poles = _Poles(usual)
-    best = _cheapest(
-        [way, *ways(derived, e, coupled, large)],
-        lambda w: (*derived.rates, *(w.solution.accelerations[i] for i in e.independent)),
-    )
-    found = _cheapest(
-        [(w, x) for w in best for x in dependent_ways(derived, e, w, large) if poles.fewer(w.solution.derived, x)],
-        lambda pair: (*derived.rates, *pair[1]),
-    )
-    whole = [with_reactions(w, u_dot, derived, e) for w, u_dot in found]
-    if not any(w is way for w, _ in found):
-        whole.append(with_reactions(way, usual.accelerations, derived, e))
-    return min(whole, key=_cost)
+    if partition is not None:
+        return _Search(derived, embedding(derived.constraints, partition), coupled).shortest()
+    usual = unguarded_classical(derived, None)
+    free = [Found(usual, None if coupled else all_speeds(derived)), *by_centre(derived, usual, coupled)]
+    return _with_reactions([(w, w.solution.accelerations) for w in free], derived, None, coupled)
 
 
-def _cheapest(ways: Iterable[T], exprs: Callable[[T], Iterable[Expr]]) -> list[T]:
-    """The few ways that take the fewest operations, each with what it needs."""
-    return sorted(ways, key=lambda w: price(exprs(w)))[:_FEW]
+def _with_reactions(
+    found: Sequence[tuple[Found, Exprs]], derived: Derived, e: Embedding | None, coupled: bool
+) -> Solved:
+    """The shortest with its reactions, which are looked for in all ways beside the u̇ that is best with the usual ones."""
+    whole = [(with_reactions(w, u_dot, derived, e), w, u_dot) for w, u_dot in found]
+    best, way, u_dot = min(whole, key=lambda each: _cost(each[0])) if len(whole) > 1 else whole[0]
+    if coupled or not derived.reactions:
+        return best
+    return min(best, _differentiated(way, u_dot, derived, e), key=_cost)
 
 
-def ways(derived: Derived, e: Embedding, coupled: bool, large: bool) -> Iterator[Found]:
-    """The solutions for the independent speeds; of large systems those by rates of constraints alone, where there are any."""
-    held = touches(derived.constraints.constraints, e.partition.rows, derived.kinematics)
-    tried = False
-    for twin, w in twins(derived, e.partition, held):
-        tried = True
-        if coupled or not large:
-            solution = unguarded_classical(twin, e.partition).mapped(w.held)
-            yield Found(solution, None if coupled else all_speeds(twin), w)
-        if not coupled:
-            own = embedding(twin.constraints, e.partition)
-            particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
-            yield _embedded(twin, own, particles, w)
-            if not large and homogeneous(twin, own):
-                yield Found(power(twin, own).mapped(w.held), all_speeds(twin), w)
-    if coupled or (large and tried):
-        return
-    yield _embedded(derived, e, {})
-    if not large and homogeneous(derived, e):
-        yield Found(power(derived, e), all_speeds(derived))
-    through = contacts(held, {}, derived.kinematics)
-    if through:
-        yield _embedded(derived, e, through)
+def _differentiated(way: Found, u_dot: Exprs, derived: Derived, e: Embedding | None) -> Solved:
+    """The reactions in all ways beside this u̇."""
+    usual = with_reactions(way, u_dot, derived, e)
+    known = way._replace(solution=replace(way.solution, reactions=usual.reactions))
+    return with_reactions(known, u_dot, derived, e, differentiated=True)
 
 
-def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]:
-    """The solution by velocities of the mass centre, where one body is free to translate."""
-    found = by_mass_centre(derived)
-    if found is not None:
-        twin, solution = found
-        if _Poles(usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
-            yield Found(solution, None if coupled else all_speeds(derived))
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The ways of a system whose dependent speeds are those of `e`; `coupled` where loads hold reactions."""
 
+    derived: Derived
+    e: Embedding
+    coupled: bool
 
-def _embedded(
-    derived: Derived, e: Embedding, particles: Mapping[Point, Contact], w: ConstraintRates | None = None
-) -> Found:
-    moving = motions(derived, e, particles)
-    solution = embedded(derived, e, moving)
-    return Found(solution if w is None else solution.mapped(w.held), moving, w)
+    @cached_property
+    def usual(self) -> Found:
+        """The classical route."""
+        solution = unguarded_classical(self.derived, self.e.partition, self.e)
+        return Found(solution, None if self.coupled else all_speeds(self.derived))
 
+    @cached_property
+    def price(self) -> Prices:
+        """Of what stands beside q̇."""
+        return Prices(self.derived.rates)
 
-def all_speeds(derived: Derived) -> Motions:
-    """The motions by all speeds."""
-    return Motions(derived.speeds, derived.kinematics, derived.bodies)
+    def cost(self, way: Found) -> int:
+        """Operations of q̇ and u̇ of the independent speeds."""
+        return self.price(way.solution.accelerations[i] for i in self.e.independent)
 
+    def solutions(self) -> tuple[list[Found], bool]:
+        """Ways to u̇ of the independent speeds, and whether they are long, so that fewer are tried.
 
-def dependent_ways(derived: Derived, e: Embedding, way: Found, large: bool) -> Iterator[Exprs]:
-    """u̇ with those of the dependent speeds, which follow from those of the independent ones."""
-    solution, w = way.solution, way.w
-    own = [solution.accelerations[i] for i in e.independent]
-    yield all_accelerations(e, own)
-    if w is not None:
-        yield by_definitions(derived, solution.derived, solution.accelerations, w)
-    if not large:
-        yield from dependent_accelerations(derived, e, own)
+        Where rates of constraints as speeds shorten the classical route nothing is shorter than what comes of them.
+        """
+        d, e, rows = self.derived, self.e, self.derived.constraints
+        held = touches(rows.constraints, e.partition.rows, d.kinematics)
+        if not self.coupled and self.price((*rows.a.entries, *rows.drift)) > _LONG:
+            found = [way for ways in by_rates(d, e, held, coupled=False, large=True) for way in ways]
+            if found:
+                return found, True
+        usual = self.usual.solution
+        large = self.price((*usual.accelerations, *usual.reactions)) > LARGE
+        found, least = [self.usual], self.cost(self.usual)
+        for ways in by_rates(d, e, held, self.coupled, large):
+            found += ways
+            if min(map(self.cost, ways)) < least:
+                return found, large
+        if not self.coupled and not (large and len(found) > 1):
+            found += by_motions(d, e, held, large)
+        return found, large
 
+    def accelerations(self) -> list[tuple[Found, Exprs]]:
+        """A few ways to u̇ of all speeds."""
+        solutions, large = self.solutions()
+        poles = Poles((*self.e.c, *self.e.a_n.entries), lambda: self.usual.solution)
+        found: list[tuple[int, int, Found, Exprs]] = []
+        for own, way in sorted(((self.cost(w), w) for w in solutions), key=lambda pair: pair[0])[:_FEW]:
+            if found and own >= min(found)[0]:
+                break
+            for u_dot in dependent_ways(self.derived, self.e, way, large):
+                if poles.fewer(way.solution.derived, u_dot):
+                    found.append((self.price(u_dot), len(found), way, u_dot))
+        return [(way, u_dot) for _, _, way, u_dot in sorted(found)[:_FEW]]
 
-def with_reactions(way: Found, u_dot: Exprs, derived: Derived, e: Embedding | None) -> Solved:
-    """The solution with this u̇, and the reactions as they are shortest beside it."""
-    s, w = way.solution, way.w
-    values: dict[Expr, Expr] = dict(zip(s.derived.speeds, u_dot if w is None else s.accelerations, strict=True))
-    ways = [s.reactions] if len(s.reactions) == len(s.derived.reactions) else []
-    if s.derived.reactions and way.moving is not None:
-        held = _as_it_is if w is None else w.held
-        ways += reactions(s.derived, s.embedding, way.moving, values, s.reaction_matrix, held)
-    rates = derived.rates
-    best = min(ways, key=lambda r: price((*rates, *u_dot, *r)))
-    whole = replace(s, accelerations=u_dot, reactions=best)
-    if e is None or s.embedding is None:
-        return whole
-    guards = {**s.embedding.guards, **e.guards}
-    if w is None:
-        return replace(whole, derived=derived, embedding=replace(e, guards=guards))
-    own = tuple(map(w.held, s.derived.rates))
-    shorter = price((*own, *u_dot, *best)) < price((*rates, *u_dot, *best)) and _divisors(own) <= _divisors(rates)
-    return replace(
-        whole,
-        route="contacts",
-        derived=derived,
-        embedding=replace(e, guards=guards),
-        shorter_rates=own if shorter else None,
-    )
-
-
-def _as_it_is(e: Expr) -> Expr:
-    return e
+    def shortest(self) -> Solved:
+        """Of these the shortest with its reactions."""
+        found = self.accelerations()
+        if self.derived.reactions or not found:
+            found += (
+                [(self.usual, self.usual.solution.accelerations)] if all(w is not self.usual for w, _ in found) else []
+            )
+        return _with_reactions(found, self.derived, self.e, self.coupled)
 
 
 def _cost(s: Solved) -> int:
     return price((*(s.shorter_rates or s.derived.rates), *s.accelerations, *s.reactions))
-
-
-class _Poles:
-    """What W is divided by, and the usual solution is not."""
-
-    def __init__(self, usual: Solved) -> None:
-        self.usual = usual
-        self.allowed: set[Expr] | None = None
-
-    def fewer(self, derived: Derived, found: Sequence[Expr]) -> bool:
-        """Whether what was found divides by nothing of W that the usual solution does not divide by."""
-        pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
-        moving = {f for f in pivots if not is_constant_in_time([f])}
-        if moving and self.allowed is None:
-            self.allowed = _divisors((*self.usual.accelerations, *self.usual.reactions))
-        more = moving - (self.allowed or set())
-        return not more or more.isdisjoint(_divisors(found))
-
-
-def _divisors(exprs: Sequence[Expr]) -> set[Expr]:
-    """What expressions divide by, with its factors; of tangents their cosines."""
-    tangents = (node for node in postorder(exprs) if node.op is OPS["tan"])
-    found = {f for d in denominators(exprs) for f in factors(d)}
-    return found | {NODE_BUILDERS["cos"](node.args[0]) for node in tangents}

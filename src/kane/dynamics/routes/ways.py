@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The ways to u̇ and the reactions of which the shortest is taken.
+
+Under constraints there stand beside the classical route motions in the independent speeds (`embedded`), along the tree or through the
+particles that constraints hold, by the speeds as declared or with rates of constraints in the places of dependent ones (`contacts`).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from kane.dynamics.constraints.embed import Embedding, embedding
+from kane.dynamics.constraints.touches import Touch, contacts, touches
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.centre import by_mass_centre
+from kane.dynamics.routes.classical import all_accelerations, unguarded_classical
+from kane.dynamics.routes.contacts import by_definitions, twins
+from kane.dynamics.routes.dependent import dependent_accelerations
+from kane.dynamics.routes.divisors import Poles, divisors
+from kane.dynamics.routes.embedded import Motions, embedded, motions
+from kane.dynamics.routes.power import homogeneous, power
+from kane.dynamics.routes.rates import ConstraintRates
+from kane.dynamics.routes.reactions import reactions
+from kane.dynamics.solved import Solved
+from kane.expr.count import Prices
+from kane.expr.node import Expr
+from kane.kinematics.motion import Contact
+from kane.space.point import Point
+
+Exprs = tuple[Expr, ...]
+
+
+class Found(NamedTuple):
+    """A solution in the speeds of its own `derived`, the motions that it is made with, and which of these speeds vanish."""
+
+    solution: Solved
+    moving: Motions | None
+    w: ConstraintRates | None = None
+
+
+def ways(derived: Derived, e: Embedding, coupled: bool, large: bool) -> Iterator[Found]:
+    """The solutions for the independent speeds; of large systems those by rates of constraints alone, where there are any."""
+    held = touches(derived.constraints.constraints, e.partition.rows, derived.kinematics)
+    tried = False
+    for found in by_rates(derived, e, held, coupled, large):
+        tried = True
+        yield from found
+    if not coupled and not (large and tried):
+        yield from by_motions(derived, e, held, large)
+
+
+def by_rates(
+    derived: Derived, e: Embedding, held: Sequence[Touch], coupled: bool, large: bool
+) -> Iterator[list[Found]]:
+    """Solutions with rates of constraints as speeds, for each choice of these; of large systems those by motions in u_I."""
+    for twin, w in twins(derived, e.partition, held):
+        found = []
+        if coupled or not large:
+            solution = unguarded_classical(twin, e.partition).mapped(w.held)
+            found.append(Found(solution, None if coupled else all_speeds(twin), w))
+        if not coupled:
+            own = embedding(twin.constraints, e.partition)
+            particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
+            found.append(_embedded(twin, own, particles, w))
+            if not large and homogeneous(twin, own):
+                found.append(Found(power(twin, own).mapped(w.held), all_speeds(twin), w))
+        yield found
+
+
+def by_motions(derived: Derived, e: Embedding, held: Sequence[Touch], large: bool) -> Iterator[Found]:
+    """Solutions by motions in the independent speeds as declared: along the tree, and through the particles that constraints hold."""
+    yield _embedded(derived, e, {})
+    if not large and homogeneous(derived, e):
+        yield Found(power(derived, e), all_speeds(derived))
+    through = contacts(held, {}, derived.kinematics)
+    if through:
+        yield _embedded(derived, e, through)
+
+
+def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]:
+    """The solution by velocities of the mass centre, where one body is free to translate."""
+    found = by_mass_centre(derived)
+    if found is not None:
+        twin, solution = found
+        if Poles((), lambda: usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
+            yield Found(solution, None if coupled else all_speeds(derived))
+
+
+def _embedded(
+    derived: Derived, e: Embedding, particles: Mapping[Point, Contact], w: ConstraintRates | None = None
+) -> Found:
+    moving = motions(derived, e, particles)
+    solution = embedded(derived, e, moving)
+    return Found(solution if w is None else solution.mapped(w.held), moving, w)
+
+
+def all_speeds(derived: Derived) -> Motions:
+    """The motions by all speeds."""
+    return Motions(derived.speeds, derived.kinematics, derived.bodies)
+
+
+def dependent_ways(derived: Derived, e: Embedding, way: Found, large: bool) -> Iterator[Exprs]:
+    """u̇ with those of the dependent speeds, which follow from those of the independent ones."""
+    solution, w = way.solution, way.w
+    own = [solution.accelerations[i] for i in e.independent]
+    yield all_accelerations(e, own)
+    if w is not None:
+        yield by_definitions(derived, solution.derived, solution.accelerations, w)
+    if not large:
+        yield from dependent_accelerations(derived, e, own)
+
+
+def with_reactions(
+    way: Found, u_dot: Exprs, derived: Derived, e: Embedding | None, differentiated: bool = False
+) -> Solved:
+    """The solution with this u̇, and the reactions as they are shortest beside it; `differentiated` ones are others."""
+    s, w = way.solution, way.w
+    values: dict[Expr, Expr] = dict(zip(s.derived.speeds, u_dot if w is None else s.accelerations, strict=True))
+    ways = [s.reactions] if len(s.reactions) == len(s.derived.reactions) else []
+    if s.derived.reactions and way.moving is not None:
+        held = _as_it_is if w is None else w.held
+        ways += reactions(s.derived, s.embedding, way.moving, values, s.reaction_matrix, held, differentiated)
+    rates = derived.rates
+    best = min(ways, key=Prices((*rates, *u_dot))) if len(ways) > 1 else ways[0]
+    whole = replace(s, accelerations=u_dot, reactions=best)
+    if e is None or s.embedding is None:
+        return whole
+    guards = {**s.embedding.guards, **e.guards}
+    if w is None:
+        return replace(whole, derived=derived, embedding=replace(e, guards=guards))
+    own, price = tuple(map(w.held, s.derived.rates)), Prices((*u_dot, *best))
+    shorter = price(own) < price(rates) and divisors(own) <= divisors(rates)
+    return replace(
+        whole,
+        route="contacts",
+        derived=derived,
+        embedding=replace(e, guards=guards),
+        shorter_rates=own if shorter else None,
+    )
+
+
+def _as_it_is(e: Expr) -> Expr:
+    return e
