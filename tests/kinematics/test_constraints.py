@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import car_with_trailer
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -171,3 +172,9 @@ def test_a_particle_whose_place_changes_is_held_by_its_contact_alone(size):
     a = np.ravel(eom.evaluate(eom.A, q={turn: 0.4, x: 0.0, y: 0.0, s: 0.7}))
     rates = {turn: -0.7 * np.sin(0.4) * size.default, x: 1.0, y: 0.0, s: np.cos(0.4) * size.default}
     np.testing.assert_allclose(a, [rates[q] for q in eom.coordinates], rtol=1e-14)
+
+
+def test_short_rows_are_differentiated_as_they_stand():
+    """A steered blade's: from velocities it holds ω²l and v ω twice, which cancel."""
+    slope = str(kn.derive(car_with_trailer.system()).constraints.drift[1])
+    assert slope == "-delta'*(u_v*cos(delta) + (l*w + u_s)*sin(delta))"

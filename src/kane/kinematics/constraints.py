@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from kane.errors import ModelError, NotAffineError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.build import add, neg
+from kane.expr.collect import collected
+from kane.expr.count import price
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
@@ -26,6 +28,8 @@ Row = list[Expr]
 
 _SLACK = 1e-8
 """Share of the terms of a rate up to which two numbers for it are the same."""
+_SHORT = 20
+"""Operations of A and b up to which they are differentiated as they stand: the accelerations that long ones hold others need, too."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,11 +64,19 @@ def constraint_rows(
             [[_released(form, c, a, released[a]) for a in auxiliary] for c, form in forms], (len(forms), len(auxiliary))
         ),
         tuple(form.rest for _, form in forms),
-        tuple(
-            _placed_drift(c, kinematics, kinematics) if c.placed else kinematics.drift(_total(form))
-            for c, form in forms
-        ),
+        tuple(_drift(c, form, kinematics) for c, form in forms),
     )
+
+
+def _drift(c: Constraint, form: ScalarForm, kinematics: Kinematics) -> Expr:
+    """Ȧ u + ḃ from velocities, or, of short A and b, from these as they stand where that is shorter."""
+    if not c.placed:
+        return kinematics.drift(_total(form))
+    known = (*form.coefficients.values(), form.rest)
+    found = _placed_drift(c, kinematics, kinematics)
+    if price(known) > _SHORT:
+        return found
+    return min(found, collected(kinematics.drift(_total(form))), key=lambda x: price((*known, x)))
 
 
 def drift_of(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Expr:
