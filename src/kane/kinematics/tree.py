@@ -6,7 +6,7 @@ the origin in the parent, `offset`, and the rotation of the basis in the parent'
 rotations stand in these (`aligned`); neither speaks of coordinates alone, which several joints may share (absolute angles).
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -61,6 +61,13 @@ class Link:
         return shares
 
 
+class Tree(NamedTuple):
+    """The links, parents first, the ground first of all; and of points asked for the link that each moves with, and the vector to it."""
+
+    links: tuple[Link, ...]
+    places: Mapping[Point, tuple[int, Vector]]
+
+
 class _Place(NamedTuple):
     """A point, by the number of a link and the vector from its origin; `moving` where that is not fixed in the link."""
 
@@ -96,6 +103,10 @@ class _Links:
                 self.places[p] = _Place(0, Vector())
                 continue
             place = self.places[p.parent]
+            if p.body is not None:  # a particle moves as its body does, wherever in it it is now
+                held = self.attached(self.aligned.rates(p.body)[0], place, (p.parent, 0))
+                self.places[p] = _Place(held.link, held.arm + self.aligned.vector(p.offset))
+                continue
             for k, (frame, numbers) in enumerate(p.offset.parts):
                 basis, r = self.aligned.triple(frame, numbers)
                 place = self.attached(basis, place, (p.parent if k == 0 else p, k))
@@ -108,7 +119,11 @@ class _Links:
 
 def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]:
     """The links of a system, parents first, the ground first of all."""
-    aligned = aligned_bases(system.frames) if aligned is None else aligned
+    return tree_of(system, aligned_bases(system.frames) if aligned is None else aligned).links
+
+
+def tree_of(system: System, aligned: Aligned, points: Iterable[Point] = ()) -> Tree:
+    """The links of a system, with the places of `points`."""
     links = _Links(system.inertial, aligned)
     carried: dict[int, list[Carried]] = {}
     for part in parts_of(system.bodies):
@@ -119,7 +134,12 @@ def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]
     joints = {
         links.attached(aligned.rates(j.frame)[0], links.place(j.point), (j.point, 0)).link: j for j in system.joints
     }
-    return tuple(
+    places: dict[Point, tuple[int, Vector]] = {}
+    for point in points:
+        place = links.place(point)
+        place = links.attached(links.begun[place.link][0], place, (point, 0))
+        places[point] = place.link, place.arm
+    whole = tuple(
         Link(
             basis,
             parent,
@@ -130,3 +150,4 @@ def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]
         )
         for k, (basis, parent, offset) in enumerate(links.begun)
     )
+    return Tree(whole, places)

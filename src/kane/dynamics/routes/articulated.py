@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Joint accelerations by articulated inertias: from the tips to the base and back, in a number of operations that grows as the tree.
+
+What hangs on a segment presses on it with n = J α + H a + …, f = Hᵀ α + M a + …. A joint speed w along s leaves no reaction along s:
+
+    U = I s,   D = s·U,   ẇ = (−s·p − U·a)/D,      I − U Uᵀ/D,   p − U (s·p)/D
+
+is what the segment before feels (Kane's equation of w, solved for ẇ; Featherstone 2008, ch. 7). Accelerations are those of points,
+gravity is an acceleration of the ground, and no velocities but angular ones are needed.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from kane.errors import SingularError
+from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.matrix import dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.kinematics.segments import Freedom, Segment, Stage
+from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
+from kane.space.spatial import NO_INERTIA, Inertia, Rigid, as_rows, centripetal, of_rigid, summed, times
+
+Wrenches = Mapping[int, tuple[Triple, Triple]]
+
+
+class Rates(NamedTuple):
+    """Angular velocities: of the parent along A, `before`; of the segment along B, `own`, and along the basis it works in, `work`."""
+
+    before: Triple
+    own: Triple
+    work: Triple
+    ground: Triple
+    """That of the common base of turns about parallel axes, along A."""
+
+
+class Biases(NamedTuple):
+    """What the accelerations have beside ẇ: of the origin along A, and along B where the slide is; of ω along the basis of work."""
+
+    arm: Triple
+    shift: Triple
+    sliding: Triple
+    spin: Triple
+
+
+class Pivot(NamedTuple):
+    """U/D, (−s·p)/D, D of a freedom, and s; whether it is a turn."""
+
+    freedom: Freedom
+    turning: bool
+    t_n: Triple
+    t_f: Triple
+    rest: Expr
+    d: Expr
+
+
+class Passed(NamedTuple):
+    """The rows of the joint speeds with their ẇ, and the pivots."""
+
+    rows: list[tuple[Mapping[Expr, Expr], Expr]]
+    pivots: list[Expr]
+
+
+def in_base(steps: Sequence[Segment]) -> list[bool]:
+    """Whether a segment works in the basis that it turns in: where what follows does, or what comes before did."""
+    found = [step.joins for step in steps]
+    for step in steps:
+        if step.joins:
+            found[step.parent] = True
+    return found
+
+
+def angular_velocities(steps: Sequence[Segment], base: Sequence[bool]) -> list[Rates]:
+    """ω of every segment."""
+    found: list[Rates] = []
+    for i, step in enumerate(steps):
+        if i == 0:
+            found.append(Rates(NOTHING, NOTHING, NOTHING, NOTHING))
+            continue
+        parent = found[step.parent]
+        before = parent.work if step.joins else parent.own
+        for turn in step.lead:
+            before = turn.down(before)
+        ground = parent.ground if step.joins else before
+        if step.turn is None:
+            found.append(Rates(before, before, before, ground))
+            continue
+        relative = step.spin.total
+        axis = step.turn.orientation.axis
+        if base[i] and axis is not None:
+            work = summed(before, relative)
+            if step.swift is not None:
+                work = summed(ground, tuple_along(axis, step.swift))
+            found.append(Rates(before, step.turn.down(work), work, ground))
+        else:
+            own = summed(step.turn.down(before), relative)
+            found.append(Rates(before, own, own, ground))
+    return found
+
+
+def tuple_along(axis: int, x: Expr) -> Triple:
+    """x along a basis axis."""
+    v = [ZERO, ZERO, ZERO]
+    v[axis] = x
+    return v[0], v[1], v[2]
+
+
+def arms(steps: Sequence[Segment]) -> list[tuple[Triple, Stage]]:
+    """The arm and the slide of each segment along the basis before its turn; a late slide stays along B."""
+    found = []
+    for step in steps:
+        arm, slide = step.arm, step.slide
+        if step.joins:
+            turn = steps[step.parent].turn
+            assert turn is not None
+            arm = turn.up(arm)
+            slide = Stage(
+                tuple(Freedom(turn.up(f.axis), f.row) for f in slide.freedoms), turn.up(slide.total), turn.up(slide.drift)
+            )
+        found.append((arm, slide))
+    return found
+
+
+def biases(
+    steps: Sequence[Segment], base: Sequence[bool], rates: Sequence[Rates], placed: Sequence[tuple[Triple, Stage]]
+) -> list[Biases]:
+    """What is left of the accelerations of each segment relative to the one before at ẇ = 0."""
+    found = []
+    for i, (step, w, (arm, slide)) in enumerate(zip(steps, rates, placed, strict=True)):
+        along = step.turn.down(w.before) if step.turn is not None and not base[i] else w.before
+        spin = summed(step.spin.drift, cross3(along, step.spin.total))
+        at = w.before
+        swing = slide.drift
+        if step.late:
+            doubled = summed(times(TWO_, along), step.spin.total)
+            sliding = summed(swing, cross3(doubled, slide.total))
+            found.append(Biases(arm, centripetal(at, arm), sliding, spin))
+        else:
+            coriolis = times(TWO_, cross3(at, slide.total))
+            found.append(Biases(arm, summed(summed(centripetal(at, arm), coriolis), swing), NOTHING, spin))
+    return found
+
+
+TWO_ = add(ONE, ONE)
+
+
+def accelerations(
+    steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple
+) -> Passed:
+    """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state."""
+    base = in_base(steps)
+    rates = angular_velocities(steps, base)
+    placed = arms(steps)
+    found = biases(steps, base, rates, placed)
+    pivots = _inward(steps, bodies, loads, base, rates, placed, found)
+    return _outward(steps, base, placed, found, pivots, ground)
+
+
+def _inward(
+    steps: Sequence[Segment],
+    bodies: Sequence[Rigid],
+    loads: Wrenches,
+    base: Sequence[bool],
+    rates: Sequence[Rates],
+    placed: Sequence[tuple[Triple, Stage]],
+    known: Sequence[Biases],
+) -> list[list[Pivot]]:
+    hung: list[Inertia | None] = [None] * len(steps)  # along B
+    beside: list[Inertia | None] = [None] * len(steps)  # along the basis of work, where that is A
+    pivots: list[list[Pivot]] = [[] for _ in steps]
+    for i in reversed(range(1, len(steps))):
+        step, (arm, slide) = steps[i], placed[i]
+        felt = _own(step, bodies[i], loads.get(i), base[i], rates[i], hung[i], beside[i])
+        if felt is None:
+            continue
+        for freedom in reversed(step.spin.freedoms):
+            felt = _eliminated(felt, freedom, True, pivots[i])
+        felt = felt.at(known[i].spin, NOTHING)
+        if step.late:
+            for freedom in reversed(slide.freedoms):
+                felt = _eliminated(felt, freedom, False, pivots[i])
+            felt = felt.at(NOTHING, known[i].sliding)
+        if step.turn is not None and not base[i]:
+            felt = felt.before(step.turn)
+        if not step.late:
+            for freedom in reversed(slide.freedoms):
+                felt = _eliminated(felt, freedom, False, pivots[i])
+        felt = felt.at(NOTHING, known[i].shift).moved(arm)
+        if step.joins:
+            beside[step.parent] = _joined(beside[step.parent], felt)
+        elif step.parent:
+            for turn in reversed(step.lead):
+                felt = felt.before(turn)
+            hung[step.parent] = _joined(hung[step.parent], felt)
+    return pivots
+
+
+def _joined(a: Inertia | None, b: Inertia) -> Inertia:
+    return b if a is None else a.plus(b)
+
+
+def _own(
+    step: Segment,
+    body: Rigid,
+    load: tuple[Triple, Triple] | None,
+    in_a: bool,
+    w: Rates,
+    hung: Inertia | None,
+    beside: Inertia | None,
+) -> Inertia | None:
+    """All that a segment carries, along the basis it works in."""
+    n, f = (times(MINUS, x) for x in load) if load is not None else (NOTHING, NOTHING)
+    own: Inertia | None
+    if in_a and step.turn is not None and hung is None:
+        turned = body.before(step.turn)
+        n, f = step.turn.up(n), step.turn.up(f)
+        n_w, f_w = turned.bias(w.work)
+        own = None if body.is_nothing and load is None else of_rigid(turned, summed(n, n_w), summed(f, f_w))
+    else:
+        n_w, f_w = body.bias(w.own)
+        own = None if body.is_nothing and load is None else of_rigid(body, summed(n, n_w), summed(f, f_w))
+        if hung is not None:
+            own = hung if own is None else own.plus(hung)
+        if in_a and step.turn is not None and own is not None:
+            own = own.before(step.turn)
+    if beside is not None:
+        own = beside if own is None else own.plus(beside)
+    return own
+
+
+MINUS = neg(ONE)
+
+
+def _unit(axis: Triple) -> int | None:
+    """The place of the only component, where that is 1."""
+    k = [i for i, x in enumerate(axis) if x is not ZERO]
+    return k[0] if len(k) == 1 and axis[k[0]] is ONE else None
+
+
+def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Pivot]) -> Inertia:
+    """What is felt before a freedom."""
+    s = freedom.axis
+    if turning:
+        u_n, u_f = product(felt.j, s), product(transposed(felt.h), s)
+        d, pressed = dot(s, u_n), dot(s, felt.n)
+    else:
+        u_n, u_f = product(felt.h, s), product(felt.m, s)
+        d, pressed = dot(s, u_f), dot(s, felt.f)
+    if d is ZERO:
+        raise SingularError("Expected every joint speed to move some mass.")
+    t_n, t_f = (tuple3(div(x, d) for x in u) for u in (u_n, u_f))
+    rest = neg(div(pressed, d))
+    pivots.append(Pivot(freedom, turning, t_n, t_f, rest, d))
+    j, h, m = _less(felt.j, t_n, u_n, True), _less(felt.h, t_n, u_f, False), _less(felt.m, t_f, u_f, True)
+    n, f = summed(felt.n, times(rest, u_n)), summed(felt.f, times(rest, u_f))
+    k = _unit(s)
+    if k is None:
+        return Inertia(j, h, m, n, f)
+    if turning:
+        return Inertia(_without(j, k, True), _without(h, k, False), m, _zero(n, k), f)
+    columns = transposed(h)
+    return Inertia(j, transposed(_without(columns, k, False)), _without(m, k, True), n, _zero(f, k))
+
+
+def _less(rows: Cosines, t: Triple, u: Triple, symmetric: bool) -> Cosines:
+    """A − t uᵀ."""
+    out = [list(row) for row in rows]
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            x = sub(rows[a][b], mul(t[a], u[b]))
+            out[a][b] = x
+            if symmetric:
+                out[b][a] = x
+    return as_rows(out)
+
+
+def _without(rows: Cosines, k: int, symmetric: bool) -> Cosines:
+    """The rows with zeros in row k, and column k of symmetric ones: they cancel."""
+    return as_rows([[ZERO if a == k or (symmetric and b == k) else x for b, x in enumerate(row)] for a, row in enumerate(rows)])
+
+
+def _zero(v: Triple, k: int) -> Triple:
+    return tuple3(ZERO if i == k else x for i, x in enumerate(v))
+
+
+def tuple3(values: object) -> Triple:
+    """Three values."""
+    x, y, z = values  # type: ignore[misc]
+    return x, y, z
+
+
+def _outward(
+    steps: Sequence[Segment],
+    base: Sequence[bool],
+    placed: Sequence[tuple[Triple, Stage]],
+    known: Sequence[Biases],
+    pivots: Sequence[list[Pivot]],
+    ground: Triple,
+) -> Passed:
+    rows: list[tuple[Mapping[Expr, Expr], Expr]] = []
+    own: list[tuple[Triple, Triple]] = [(NOTHING, ground)]  # along B
+    work: list[tuple[Triple, Triple]] = [(NOTHING, ground)]
+    for i, step in enumerate(steps):
+        if i == 0:
+            continue
+        alpha, a = work[step.parent] if step.joins else own[step.parent]
+        for turn in step.lead:
+            alpha, a = turn.down(alpha), turn.down(a)
+        a = summed(a, summed(cross3(alpha, placed[i][0]), known[i].shift))
+        left = list(reversed(pivots[i]))
+        if not step.late:
+            while left and not left[0].turning:
+                alpha, a = _taken(left.pop(0), alpha, a, rows)
+        if step.turn is not None and not base[i]:
+            alpha, a = step.turn.down(alpha), step.turn.down(a)
+        a, alpha = summed(a, known[i].sliding), summed(alpha, known[i].spin)
+        for pivot in left:
+            alpha, a = _taken(pivot, alpha, a, rows)
+        work.append((alpha, a))
+        at_b = (alpha, a)
+        if base[i] and step.turn is not None:
+            at_b = step.turn.down(alpha), step.turn.down(a)
+        own.append(at_b)
+    return Passed(rows, [p.d for of in pivots for p in reversed(of)])
+
+
+def _taken(
+    pivot: Pivot, alpha: Triple, a: Triple, rows: list[tuple[Mapping[Expr, Expr], Expr]]
+) -> tuple[Triple, Triple]:
+    """The accelerations with ẇ of a freedom."""
+    s = pivot.freedom.axis
+    k = _unit(s)
+    known = alpha if pivot.turning else a
+    if k is None:
+        value = sub(pivot.rest, add(dot(pivot.t_n, alpha), dot(pivot.t_f, a)))
+        after = summed(known, times(value, s))
+    else:  # the whole component first, as U/D is 1 there
+        n = alpha if not pivot.turning else _zero(alpha, k)
+        f = a if pivot.turning else _zero(a, k)
+        whole = sub(pivot.rest, add(dot(pivot.t_n, n), dot(pivot.t_f, f)))
+        value = sub(whole, known[k])
+        after = tuple3(whole if i == k else x for i, x in enumerate(known))
+    rows.append((pivot.freedom.row, value))
+    return (after, a) if pivot.turning else (alpha, after)

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the segments of a tree carry: mass, inertia about their origin, and loads, along their bases; some of it moved to the parent.
+
+Turned about an axis, a body with its mass centre on the axis and the inertia diag(j, j, 0) about its origin there is the same in every
+position, and accelerates in the same way, whether it turns along or not. So of the parameters of a segment that turns about an axis
+the mass, m r*_z and one moment of inertia are carried by its parent, from the tips to the base; of one that slides the inertia, of one
+that turns about a point the mass (Khalil & Dombre 2002, sec. 9.4.2). That is done once for given parameters.
+"""
+
+from collections.abc import Sequence
+
+from kane.dynamics.bodies import ConstantInertia
+from kane.dynamics.derived import Derived
+from kane.expr.build import mul, neg, sub
+from kane.expr.evaluate import is_constant_in_time
+from kane.expr.matrix import dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.kinematics.segments import Segment, Segments, Unsuited
+from kane.kinematics.tree import Link
+from kane.model.bodies import Part
+from kane.space.rotation import NOTHING, Basis, Cosines, Triple, cross3, path
+from kane.space.spatial import NO_MASS, NO_ROWS, Rigid, Turn, as_rows, mirrored, summed, summed_rows, times
+
+
+def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
+    """What each segment carries, about its origin and along its B."""
+    inertias = {id(part): inertia for _, part, inertia in derived.inertias}
+    named = {part.name: inertia for _, part, inertia in derived.inertias}
+    bodies = [NO_MASS] * len(segments.steps)
+    for number, link in zip(segments.ends, links, strict=True):
+        if number == 0:
+            continue
+        for part, arm in link.parts:
+            r = summed(arm.components(link.basis), segments.steps[number].shift)
+            if not is_constant_in_time((part.mass, *r)):
+                raise Unsuited
+            inertia = inertias.get(id(part), named.get(part.name))
+            bodies[number] = bodies[number].plus(_rigid(part, r, inertia, link.basis))
+    return bodies
+
+
+def _rigid(part: Part, r: Triple, inertia: ConstantInertia | None, basis: Basis) -> Rigid:
+    rows = NO_ROWS if inertia is None else _along(inertia, basis)
+    m, rr = part.mass, dot(r, r)
+    own = [[sub(rr if a == b else ZERO, mul(r[a], r[b])) for b in range(3)] for a in range(3)]
+    return Rigid(m, times(m, r), mirrored(summed_rows(rows, as_rows([[mul(m, x) for x in row] for row in own]))))
+
+
+def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
+    """The central inertia along a basis in which it is constant, too."""
+    up, down = path(inertia.frame, basis)
+    rows = inertia.rows
+    for f in up:
+        rows = Turn(f).up_symmetric(rows)
+    for f in down:
+        rows = Turn(f, inverse=True).up_symmetric(rows)
+    if not is_constant_in_time(x for row in rows for x in row):
+        raise Unsuited
+    return rows
+
+
+def regrouped(bodies: Sequence[Rigid], steps: Sequence[Segment]) -> list[Rigid]:
+    """The same with what each segment need not carry moved to its parent."""
+    own = list(bodies)
+    for i in reversed(range(1, len(steps))):
+        step, body = steps[i], own[i]
+        kept, moved = _shared(step, body)
+        own[i] = kept
+        if moved.is_nothing or step.parent == 0:  # the ground does not mind
+            continue
+        moved = moved.moved(step.arm)
+        for turn in reversed(step.lead):
+            moved = moved.before(turn)
+        own[step.parent] = own[step.parent].plus(moved)
+    return own
+
+
+def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:
+    """What a segment keeps, and what its parent may carry, at the origin along A; along the parent's B for one that joins."""
+    still = not step.slide.freedoms and all(x is ZERO for x in step.slide.total)
+    turns = any(x is not ZERO for x in step.spin.total)
+    if not turns:
+        return (NO_MASS, body) if still else (body._replace(j=NO_ROWS), Rigid(ZERO, NOTHING, body.j))
+    if not still:
+        return body, NO_MASS
+    k = None if step.turn is None else step.turn.orientation.axis
+    if k is None:
+        return body._replace(m=ZERO), Rigid(body.m, NOTHING, NO_ROWS)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    common = body.j[j][j]
+    rows = [[ZERO] * 3 for _ in range(3)]
+    rows[i][i] = rows[j][j] = common
+    taken = [[sub(x, rows[a][b]) for b, x in enumerate(row)] for a, row in enumerate(body.j)]
+    h, along = list(body.h), [ZERO, ZERO, ZERO]
+    h[k], along[k] = ZERO, body.h[k]
+    kept = Rigid(ZERO, (h[0], h[1], h[2]), as_rows(taken))
+    return kept, Rigid(body.m, (along[0], along[1], along[2]), as_rows(rows))
+
+
+def load_wrenches(derived: Derived, segments: Segments, links: Sequence[Link]) -> dict[int, tuple[Triple, Triple]]:
+    """Moment about the origin and force, along B, of the loads on each segment."""
+    aligned, found = derived.kinematics.aligned, dict[int, tuple[Triple, Triple]]()
+    basis = {number: link.basis for number, link in zip(segments.ends, links, strict=True)}
+    forces: list[tuple[int, Triple, Triple]] = []
+    for load in derived.declared_loads:
+        for point, force in load.forces:
+            number, arm = segments.place(point)
+            if number == 0 or force.is_zero:
+                continue
+            f = aligned.vector(force).components(basis[number])
+            r = summed(arm.components(basis[number]), segments.steps[number].shift)
+            forces.append((number, cross3(r, f), f))
+        for frame, torque in load.torques:
+            number = segments.of(aligned.rates(frame)[0])
+            turn = segments.steps[number].turn
+            if number and not torque.is_zero:
+                b = basis.get(number) if turn is None else turn.basis
+                assert b is not None
+                forces.append((number, aligned.vector(torque).components(b), NOTHING))
+    for number, n, f in forces:
+        before = found.get(number, (NOTHING, NOTHING))
+        found[number] = summed(before[0], n), summed(before[1], f)
+    return found
+
+
+def falling(derived: Derived) -> Triple:
+    """−g along the inertial frame: what a system without gravity accelerates with to feel it."""
+    total = NOTHING
+    for gravity in derived.system.gravities:
+        total = summed(total, gravity.acceleration.components(derived.system.inertial))
+    return times(neg(ONE), total)

@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measure numbers of inertias and of forces with their moments, about a point along a basis; turned and moved to others.
+
+An inertia maps the accelerations (α, a) of a basis and of its origin to a moment about that point and a force,
+
+    n = J α + H a,   f = Hᵀ α + M a.
+
+For a rigid body J is the inertia about the origin, H = [h×] with h = m r* and M = m 1 (Featherstone 2008, ch. 7).
+"""
+
+from typing import NamedTuple
+
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.matrix import dot
+from kane.expr.node import TWO, ZERO, Expr
+from kane.space.rotation import (
+    NOTHING,
+    Basis,
+    Cosines,
+    Orientation,
+    Triple,
+    cross3,
+    enter,
+    leave,
+    product,
+    transposed,
+    turned_symmetric,
+)
+
+NO_ROWS: Cosines = (NOTHING, NOTHING, NOTHING)
+
+
+class Turn(NamedTuple):
+    """A change of basis from the base of a basis to this, or back where `inverse`."""
+
+    basis: Basis
+    inverse: bool = False
+
+    @property
+    def orientation(self) -> Orientation:
+        """That of the basis in its base."""
+        o = self.basis.orientation
+        assert o is not None
+        return o
+
+    def down(self, v: Triple) -> Triple:
+        """Measure numbers before the turn as those after it."""
+        return leave(self.basis, v) if self.inverse else enter(self.basis, v)
+
+    def up(self, v: Triple) -> Triple:
+        """Measure numbers after the turn as those before it."""
+        return enter(self.basis, v) if self.inverse else leave(self.basis, v)
+
+    def up_symmetric(self, rows: Cosines) -> Cosines:
+        """Those of a symmetric dyadic."""
+        o = self.orientation
+        if o.axis is not None:
+            return turned_symmetric(rows, o.axis, o.c, neg(o.s) if self.inverse else o.s)
+        return mirrored(self._by_cosines(rows))
+
+    def up_general(self, rows: Cosines) -> Cosines:
+        """Those of a dyadic."""
+        o = self.orientation
+        if o.axis is not None:
+            return _turned_general(rows, o.axis, o.c, neg(o.s) if self.inverse else o.s)
+        return self._by_cosines(rows)
+
+    def _by_cosines(self, rows: Cosines) -> Cosines:
+        c = self.orientation.cosines
+        assert c is not None
+        c = transposed(c) if self.inverse else c
+        a, b, d = (product(c, row) for row in rows)
+        columns = transposed((a, b, d))
+        a, b, d = (product(c, column) for column in columns)
+        return transposed((a, b, d))
+
+
+def _turned_general(rows: Cosines, axis: int, c: Expr, s: Expr) -> Cosines:
+    """R A Rᵀ, R the rotation about a basis axis with cosine c and sine s.
+
+    Across the axis, with y = s (a₁₁ − a₂₂) + c (a₁₂ + a₂₁) and z = c y − (a₁₂ + a₂₁): a₁₁ − s y, a₂₂ + s y, a₁₂ + z, a₂₁ + z … where
+    the antisymmetric part stays.
+    """
+    i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
+    out = [list(row) for row in rows]
+    a, b, d, e = rows[j][j], rows[j][k], rows[k][j], rows[k][k]
+    if not (a is ZERO and b is ZERO and d is ZERO and e is ZERO):
+        both = add(b, d)
+        y = add(mul(s, sub(a, e)), mul(c, both))
+        z = sub(mul(c, y), both)
+        out[j][j], out[k][k] = sub(a, mul(s, y)), add(e, mul(s, y))
+        out[j][k], out[k][j] = add(b, z), add(d, z)
+    x, y = rows[i][j], rows[i][k]
+    out[i][j], out[i][k] = sub(mul(c, x), mul(s, y)), add(mul(s, x), mul(c, y))
+    x, y = rows[j][i], rows[k][i]
+    out[j][i], out[k][i] = sub(mul(c, x), mul(s, y)), add(mul(s, x), mul(c, y))
+    return as_rows(out)
+
+
+def as_rows(rows: list[list[Expr]]) -> Cosines:
+    """A list of lists as rows."""
+    a, b, c = ((row[0], row[1], row[2]) for row in rows)
+    return a, b, c
+
+
+def mirrored(rows: Cosines) -> Cosines:
+    """The rows with the entries of the upper triangle below it too."""
+    (a, b, c), (_, d, e), (_, _, f) = rows
+    return (a, b, c), (b, d, e), (c, e, f)
+
+
+def summed(a: Triple, b: Triple) -> Triple:
+    """a + b."""
+    return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
+
+
+def times(k: Expr, v: Triple) -> Triple:
+    """k v."""
+    return mul(k, v[0]), mul(k, v[1]), mul(k, v[2])
+
+
+def summed_rows(a: Cosines, b: Cosines) -> Cosines:
+    """A + B."""
+    return summed(a[0], b[0]), summed(a[1], b[1]), summed(a[2], b[2])
+
+
+def summed_symmetric(a: Cosines, b: Cosines) -> Cosines:
+    """A + B of symmetric ones, whose entries below the diagonal are those above."""
+    return mirrored(summed_rows(a, b))
+
+
+def skew(v: Triple) -> Cosines:
+    """[v×]."""
+    x, y, z = v
+    return (ZERO, neg(z), y), (z, ZERO, neg(x)), (neg(y), x, ZERO)
+
+
+def centripetal(w: Triple, r: Triple) -> Triple:
+    """ω × (ω × r)."""
+    present = [k for k in range(3) if r[k] is not ZERO]
+    if len(present) == 1:
+        k = present[0]
+        i, j = (k + 1) % 3, (k + 2) % 3
+        along = mul(w[k], r[k])
+        out = [ZERO, ZERO, ZERO]
+        out[k] = neg(mul(add(mul(w[i], w[i]), mul(w[j], w[j])), r[k]))
+        out[i], out[j] = mul(w[i], along), mul(w[j], along)
+        return out[0], out[1], out[2]
+    if w[0] is ZERO and w[1] is ZERO:
+        square = neg(mul(w[2], w[2]))
+        return mul(square, r[0]), mul(square, r[1]), ZERO
+    along, square = dot(w, r), dot(w, w)
+    return tuple_of(sub(mul(w[k], along), mul(r[k], square)) for k in range(3)) if present else NOTHING
+
+
+def tuple_of(values: object) -> Triple:
+    """Three values."""
+    x, y, z = values  # type: ignore[misc]
+    return x, y, z
+
+
+class Rigid(NamedTuple):
+    """Mass, h = m r* and the inertia about the origin of what is rigid."""
+
+    m: Expr
+    h: Triple
+    j: Cosines
+
+    def plus(self, other: "Rigid") -> "Rigid":
+        """Both together."""
+        return Rigid(add(self.m, other.m), summed(self.h, other.h), summed_symmetric(self.j, other.j))
+
+    def before(self, turn: Turn) -> "Rigid":
+        """Along the basis before a turn."""
+        return Rigid(self.m, turn.up(self.h), turn.up_symmetric(self.j))
+
+    def moved(self, r: Triple) -> "Rigid":
+        """About the point from which this origin lies at r."""
+        hr, rr = dot(self.h, r), dot(r, r)
+        rows = [list(row) for row in self.j]
+        for a in range(3):
+            for b in range(a, 3):
+                x = sub(rows[a][b], add(mul(self.h[a], r[b]), mul(r[a], self.h[b])))
+                x = sub(x, mul(self.m, mul(r[a], r[b])))
+                if a == b:
+                    x = add(x, add(mul(TWO, hr), mul(self.m, rr)))
+                rows[a][b] = rows[b][a] = x
+        return Rigid(self.m, summed(self.h, times(self.m, r)), as_rows(rows))
+
+    def bias(self, w: Triple) -> tuple[Triple, Triple]:
+        """Moment and force of ω × J ω and ω × (ω × h); what J has of the unit dyadic adds nothing."""
+        common = self.j[2][2]
+        j = as_rows([[sub(x, common) if a == b else x for b, x in enumerate(row)] for a, row in enumerate(self.j)])
+        return cross3(w, product(j, w)), centripetal(w, self.h)
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether there is none."""
+        return self.m is ZERO and all(x is ZERO for row in (self.h, *self.j) for x in row)
+
+
+NO_MASS = Rigid(ZERO, NOTHING, NO_ROWS)
+
+
+class Inertia(NamedTuple):
+    """J, H and M, and the moment n and force f that are there at no acceleration."""
+
+    j: Cosines
+    h: Cosines
+    m: Cosines
+    n: Triple
+    f: Triple
+
+    def plus(self, other: "Inertia") -> "Inertia":
+        """Both together."""
+        return Inertia(
+            summed_symmetric(self.j, other.j),
+            summed_rows(self.h, other.h),
+            summed_symmetric(self.m, other.m),
+            summed(self.n, other.n),
+            summed(self.f, other.f),
+        )
+
+    def before(self, turn: Turn) -> "Inertia":
+        """Along the basis before a turn."""
+        return Inertia(
+            turn.up_symmetric(self.j), turn.up_general(self.h), turn.up_symmetric(self.m), turn.up(self.n), turn.up(self.f)
+        )
+
+    def moved(self, r: Triple) -> "Inertia":
+        """About the point from which this origin lies at r."""
+        if r is NOTHING or all(x is ZERO for x in r):
+            return self
+        cross = skew(r)
+        g = [[add(self.h[a][b], dot(cross[a], self.m[b])) for b in range(3)] for a in range(3)]
+        columns = transposed(cross)
+        rows = [list(row) for row in self.j]
+        for a in range(3):
+            for b in range(a, 3):
+                rows[a][b] = rows[b][a] = sub(add(self.j[a][b], dot(cross[a], self.h[b])), dot(g[a], columns[b]))
+        return Inertia(as_rows(rows), as_rows(g), self.m, summed(self.n, cross3(r, self.f)), self.f)
+
+    def at(self, alpha: Triple, a: Triple) -> "Inertia":
+        """The same with what known parts of the acceleration add to n and f."""
+        n = summed(summed(self.n, product(self.j, alpha)), product(self.h, a))
+        f = summed(summed(self.f, product(transposed(self.h), alpha)), product(self.m, a))
+        return self._replace(n=n, f=f)
+
+
+NO_INERTIA = Inertia(NO_ROWS, NO_ROWS, NO_ROWS, NOTHING, NOTHING)
+
+
+def of_rigid(body: Rigid, n: Triple, f: Triple) -> Inertia:
+    """The inertia of a rigid body, with what else is there at no acceleration."""
+    m = body.m
+    return Inertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), n, f)
