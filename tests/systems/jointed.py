@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,15 +30,17 @@ def _axis(rng: np.random.Generator, frame: kn.Frame) -> kn.Vector:
 
 
 def _joint(rng: np.random.Generator, kind: str, name: str, at: kn.Point, seat: kn.Frame) -> kn.Joint:
-    if kind in ("ball", "free", "weld"):
-        return getattr(kn, kind)(name, at, seat)
+    placed: dict[str, Callable[..., kn.Joint]] = {"ball": kn.ball, "free": kn.free, "weld": kn.weld}
+    axial: dict[str, Callable[..., kn.Joint]] = {"pin": kn.pin, "slider": kn.slider, "cylindrical": kn.cylindrical}
+    if kind in placed:
+        return placed[kind](name, at, seat)
     if kind == "planar":
         return kn.planar(name, at, seat, normal=_axis(rng, seat))
     if kind == "universal":
         return kn.universal(name, at, seat, axes=(seat.x, seat.y))
     if kind == "screw":
         return kn.screw(name, at, seat, axis=_axis(rng, seat), pitch=0.3)
-    return getattr(kn, kind)(name, at, seat, axis=_axis(rng, seat))
+    return axial[kind](name, at, seat, axis=_axis(rng, seat))
 
 
 def _seat(rng: np.random.Generator, name: str, at: kn.Point, frame: kn.Frame) -> tuple[kn.Point, kn.Frame]:
@@ -95,7 +97,11 @@ def system(seed: int, bodies: int, kinds: Sequence[str] = KINDS, parents: Sequen
         places.append((joint.point, joint.frame))
         solids.append(_body(rng, name, joint.point, joint.frame))
         if rng.random() < 0.3:
-            loads.append(kn.Force(joint.point.at(f"F{i}", vector(joint.frame, rng.normal(size=3))), vector(N, rng.normal(size=3))))
+            loads.append(
+                kn.Force(
+                    joint.point.at(f"F{i}", vector(joint.frame, rng.normal(size=3))), vector(N, rng.normal(size=3))
+                )
+            )
         if rng.random() < 0.3:
             torque = kn.input(f"T{i}") * joint.frame.z
             loads += [kn.Torque(joint.frame, torque), kn.Torque(seat, -torque)]

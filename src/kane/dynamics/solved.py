@@ -70,7 +70,8 @@ class Solved(Immutable):
     without the loads that hold reactions: a change of the sign of their determinants' ratio is Painlevé's case.
 
     Where W has poles that the motion has not, `twin` is the solution by speeds some of which vanish, `vanishing`: what is read in
-    numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X.
+    numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X. `routes` holds
+    the operations of all routes that were compared, by name; `asked` is the one that was asked for.
     """
 
     route: str
@@ -84,6 +85,8 @@ class Solved(Immutable):
     twin: Solved | None = None
     vanishing: Mapping[Expr, Expr] = field(default_factory=dict)
     shorter_rates: Exprs | None = None
+    routes: Mapping[str, int] = field(default_factory=dict)
+    asked: str | None = None
 
     regular = read[Derived](lambda s: s.twin.derived if s.twin else s.derived, "What is read in numbers.")
     rates = read[Exprs](

@@ -3,6 +3,7 @@
 
 import copyreg
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from kane.dynamics.constraints.configurations import place
@@ -12,7 +13,7 @@ from kane.dynamics.derived import derived
 from kane.dynamics.events import watched_events
 from kane.dynamics.poles import without_poles
 from kane.dynamics.potentials import check_potentials
-from kane.dynamics.routes.table import solved
+from kane.dynamics.routes.table import ASKED, solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
 from kane.errors import ModelError, cut
@@ -20,7 +21,9 @@ from kane.model.system import System
 from kane.progress import working
 
 
-def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None = None) -> Equations:
+def derive(
+    system: System, *, near: Mapping[Any, Any] | Sequence[float] | None = None, route: str | None = None
+) -> Equations:
     """Equations of motion of `system` by Kane's method, by the route that takes the fewest operations.
 
     M u̇ = f + G R for the generalized speeds and M_a u̇ = f_a + G_a R for the auxiliary ones (Kane & Levinson 1985, ch. 4 to 6),
@@ -33,6 +36,8 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
     system : System
     near : coordinates, by symbol or name, where the motion is, if the mechanism has other branches, and values of parameters, inputs
         and t that its constraints depend on: only configurations around the nearest one then decide
+    route : "classical" (M assembled and factored) or "recursive" (trees, in a number of operations that grows as they do); by default
+        the one with the fewest operations: `eom.route` says which, `eom.routes` the operations of those that were compared
 
     Raises
     ------
@@ -41,7 +46,8 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
     ReactionError
         if a reaction enters nonlinearly, or its direction is free already
     ModelError
-        if a speed moves no mass, or a constraint is not affine in the rates or holds nothing, or cannot be satisfied `near` the place
+        if a speed moves no mass, or a constraint is not affine in the rates or holds nothing, or cannot be satisfied `near` the place;
+        or the system is none that the `route` expresses
     ValueMissingError
         if `near` names something else
     """
@@ -49,29 +55,38 @@ def derive(system: System, *, near: Mapping[Any, Any] | Sequence[float] | None =
         raise ModelError(
             f"Expected a System to derive equations of, got {cut(repr(system))}. Gather bodies and speeds in kn.System(…)."
         )
+    if route is not None and route not in ASKED:
+        raise ModelError(
+            f"Expected route= one of {', '.join(map(repr, ASKED))}, or None for the shortest, got {cut(repr(route))}."
+        )
     with working("Deriving"):
         parts = derived(system, place(system, near))
         held = parts.constraints.constraints
         partition = first_partition(system, parts.constraints, parts.compared) if held else None
         check_potentials(parts)
+        if route is not None:
+            return _equations(replace(solved(parts, partition, route), asked=route))
         regular = without_poles(parts, partition)
         return _equations(solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds"))
 
 
 def repartition(eom: Equations, partition: Partition) -> Equations:
     """The same equations with other dependent speeds."""
-    route = "shortest" if eom.solved.twin is None else eom.solved.route
-    return _equations(solved(eom.derived, partition, route))
+    s = eom.solved
+    route = s.asked or ("shortest" if s.twin is None else s.route)
+    return _equations(replace(solved(eom.derived, partition, route), asked=s.asked))
 
 
 def _reduced(eom: Equations) -> tuple[Any, ...]:
     """Pickled are the system, and which speeds are dependent: what follows from them is derived again."""
     partition = None if eom.embedding is None else eom.embedding.partition
-    return _restored, (eom.system, eom.derived.near, partition)
+    return _restored, (eom.system, eom.derived.near, partition, eom.solved.asked)
 
 
-def _restored(system: System, near: Mapping[Any, Any] | None, partition: Partition | None) -> Equations:
-    eom = derive(system, near=near)
+def _restored(
+    system: System, near: Mapping[Any, Any] | None, partition: Partition | None, route: str | None
+) -> Equations:
+    eom = derive(system, near=near, route=route)
     again = partition is None or (eom.embedding is not None and eom.embedding.partition == partition)
     return eom if again or partition is None else repartition(eom, partition)
 

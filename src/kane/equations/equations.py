@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -105,6 +106,11 @@ class Equations(Immutable):
     reaction_values = read[Exprs](lambda e: e.solved.reactions, "The reactions, solved.")
     right_hand_side = Solved.right_hand_side.within("solved")
     operations = Solved.operations.within("solved")
+    route = read[str](lambda e: e.solved.route, "The route by which the equations were solved.")
+    routes = read[Mapping[str, int]](
+        lambda e: MappingProxyType(dict(e.solved.routes) or {e.route: e.operations.total}),
+        "The operations of the routes that were compared, by name.",
+    )
     steps = read[tuple[Step, ...]](
         lambda e: seven_steps(e.solved), "The seven steps of the method, each with its results."
     )

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from kane.expr.build import add, neg, sub
+from kane.expr.build import sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
@@ -23,12 +23,16 @@ from kane.kinematics.speeds import ScalarForm
 from kane.kinematics.tree import Link, Tree
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, UNITS, Basis, Triple, path
-from kane.space.spatial import Turn, summed
+from kane.space.spatial import Turn, along, summed
 from kane.space.vector import Parts, Vector
 
 
 class Unsuited(Exception):
-    """What no recursion of this kind expresses; another route does."""
+    """What no recursion of this kind expresses, as its text says; another route does."""
+
+
+_SHARED = "coordinates that several joints share, or bodies that turn in others by several absolute angles"
+_SPEEDS = "speeds that are no constant combinations of those of the joints"
 
 
 class Freedom(NamedTuple):
@@ -94,7 +98,7 @@ class Segments:
                 return self.bases[b]
             o = b.orientation
             b = o.base if o is not None and is_still(o.rates) else None
-        raise Unsuited
+        raise Unsuited(f"a torque on {basis.name}, which is between the joints")
 
 
 def is_still(rates: Iterable[Expr]) -> bool:
@@ -149,9 +153,9 @@ class _Stages:
             columns = {s: [form.coefficients.get(s, ZERO) for form in raw.forms] for s in speeds}
             freedoms = tuple(Freedom((c[0], c[1], c[2]), {s: ONE}) for s, c in columns.items())
         else:
-            raise Unsuited
+            raise Unsuited(_SPEEDS)
         if not all(is_constant_in_time(f.row.values()) for f in freedoms):
-            raise Unsuited
+            raise Unsuited(_SPEEDS)
         a, b, c = (form.total() for form in raw.forms)
         drift = self.kinematics.drift
         return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)))
@@ -207,7 +211,7 @@ class _Maker:
         while rest and not joins and is_still(_orientation_rates(rest[0])):
             lead.append(Turn(rest.pop(0)))
         if any(not is_still(turn.orientation.rates) for turn in lead):
-            raise Unsuited
+            raise Unsuited(_SHARED)
         if not is_still(rates) and (lead or not rest):
             parent = self._append(Segment(parent, (), arm, None), base, slide=self.stages.raw(rates))
             arm, rates = NOTHING, NOTHING
@@ -231,7 +235,7 @@ class _Maker:
         number, before = self.shared[parent, rates]
         x, y, z = map(sub, arm, before)
         if not is_constant_in_time((x, y, z)):
-            raise Unsuited
+            raise Unsuited(_SHARED)
         return number, (x, y, z)
 
     def _coaxial(self, parent: int, f: Basis) -> bool:
@@ -240,9 +244,7 @@ class _Maker:
             return False
         return turn.basis is self.basis[parent] and turn.orientation.axis == o.axis and turn.orientation.base is o.base
 
-    def _turned(
-        self, parent: int, lead: tuple[Turn, ...], arm: Triple, rates: Triple, f: Basis, joins: bool
-    ) -> int:
+    def _turned(self, parent: int, lead: tuple[Turn, ...], arm: Triple, rates: Triple, f: Basis, joins: bool) -> int:
         """A segment that slides and turns."""
         o, swift = f.orientation, None
         assert o is not None
@@ -252,7 +254,7 @@ class _Maker:
             assert before is not None
             (form,) = self.kinematics.speeds.forms([own[k]])
             swift = form.total() if len(form.coefficients) == 1 else None
-            own = _along(k, sub(own[k], before.rates[k]))
+            own = along(k, sub(own[k], before.rates[k]))
         spin, slide, late = self.stages.raw(own), self.stages.raw(rates), False
         if slide is not None and not joins and not _single(slide):
             for measures in _measures(Vector(((o.base, rates),)), f):
@@ -263,7 +265,7 @@ class _Maker:
         arm, shift = _down(lead, arm), NOTHING
         if o.axis is not None and slide is None:
             k = o.axis
-            shift, arm = _along(k, arm[k]), (*arm[:k], ZERO, *arm[k + 1 :])  # type: ignore[assignment]
+            shift, arm = along(k, arm[k]), (*arm[:k], ZERO, *arm[k + 1 :])  # type: ignore[assignment]
         segment = Segment(parent, lead, arm, Turn(f), joins, shift, late=late, swift=swift)
         return self._append(segment, f, slide, spin)
 
@@ -286,12 +288,6 @@ class _Maker:
 def _orientation_rates(f: Basis) -> Triple:
     assert f.orientation is not None
     return f.orientation.rates
-
-
-def _along(k: int, x: Expr) -> Triple:
-    v = [ZERO, ZERO, ZERO]
-    v[k] = x
-    return v[0], v[1], v[2]
 
 
 def _down(lead: Sequence[Turn], v: Triple) -> Triple:

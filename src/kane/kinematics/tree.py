@@ -62,7 +62,7 @@ class Link:
 
 
 class Tree(NamedTuple):
-    """The links, parents first, the ground first of all; and of points asked for the link that each moves with, and the vector to it."""
+    """The links, parents first, the ground first of all; and where points are that were asked for: a link, and the arm in it."""
 
     links: tuple[Link, ...]
     places: Mapping[Point, tuple[int, Vector]]

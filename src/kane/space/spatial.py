@@ -8,6 +8,7 @@ An inertia maps the accelerations (α, a) of a basis and of its origin to a mome
 For a rigid body J is the inertia about the origin, H = [h×] with h = m r* and M = m 1 (Featherstone 2008, ch. 7).
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from kane.expr.build import add, mul, neg, sub
@@ -114,6 +115,16 @@ def summed(a: Triple, b: Triple) -> Triple:
     return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
 
 
+def along(axis: int, x: Expr) -> Triple:
+    """x along a basis axis."""
+    return triple(x if k == axis else ZERO for k in range(3))
+
+
+def negative(v: Triple) -> Triple:
+    """−v."""
+    return neg(v[0]), neg(v[1]), neg(v[2])
+
+
 def times(k: Expr, v: Triple) -> Triple:
     """k v."""
     return mul(k, v[0]), mul(k, v[1]), mul(k, v[2])
@@ -141,21 +152,21 @@ def centripetal(w: Triple, r: Triple) -> Triple:
     if len(present) == 1:
         k = present[0]
         i, j = (k + 1) % 3, (k + 2) % 3
-        along = mul(w[k], r[k])
+        both = mul(w[k], r[k])
         out = [ZERO, ZERO, ZERO]
         out[k] = neg(mul(add(mul(w[i], w[i]), mul(w[j], w[j])), r[k]))
-        out[i], out[j] = mul(w[i], along), mul(w[j], along)
+        out[i], out[j] = mul(w[i], both), mul(w[j], both)
         return out[0], out[1], out[2]
     if w[0] is ZERO and w[1] is ZERO:
         square = neg(mul(w[2], w[2]))
         return mul(square, r[0]), mul(square, r[1]), ZERO
-    along, square = dot(w, r), dot(w, w)
-    return tuple_of(sub(mul(w[k], along), mul(r[k], square)) for k in range(3)) if present else NOTHING
+    both, square = dot(w, r), dot(w, w)
+    return triple(sub(mul(w[k], both), mul(r[k], square)) for k in range(3)) if present else NOTHING
 
 
-def tuple_of(values: object) -> Triple:
+def triple(values: Iterable[Expr]) -> Triple:
     """Three values."""
-    x, y, z = values  # type: ignore[misc]
+    x, y, z = values
     return x, y, z
 
 
@@ -224,7 +235,11 @@ class Inertia(NamedTuple):
     def before(self, turn: Turn) -> "Inertia":
         """Along the basis before a turn."""
         return Inertia(
-            turn.up_symmetric(self.j), turn.up_general(self.h), turn.up_symmetric(self.m), turn.up(self.n), turn.up(self.f)
+            turn.up_symmetric(self.j),
+            turn.up_general(self.h),
+            turn.up_symmetric(self.m),
+            turn.up(self.n),
+            turn.up(self.f),
         )
 
     def moved(self, r: Triple) -> "Inertia":

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from benchmarks.random_trees import random_tree
 from benchmarks.systems import COUNTED
-from kane.dynamics.derived import derived
+from kane.dynamics.derived import Derived, derived
 from kane.dynamics.routes.classical import classical
-from kane.dynamics.routes.recursive import recursive
-from kane.gallery import pendulums
+from kane.dynamics.routes.recursive import recursions
+from kane.gallery import four_bar, pendulums, rolling_disk
 from tests.examples import examples
 from tests.oracles import kane_tree
 from tests.oracles.compare import tolerance
@@ -38,12 +41,14 @@ def state(expressions, seed):
     return values
 
 
-def difference(system, solve=recursive):
-    """The largest difference of u̇ by both routes over the largest u̇, over what rounding allows; None where there is one route."""
+def difference(system):
+    """The largest difference of u̇ by all routes over the largest u̇, over what rounding allows; None where there is one route."""
     parts = derived(system)
-    found = solve(parts)
-    if found is None:
-        return None
+    found = list(recursions(parts))
+    return max((_difference(parts, f) for f in found), default=None)
+
+
+def _difference(parts, found):
     usual = classical(parts, None)
     roots = [*found.accelerations, *usual.accelerations]
     n, worst = len(usual.accelerations), 0.0
@@ -91,4 +96,88 @@ def test_speeds_of_chains_in_any_way(speeds, relative, cart):
 
 @pytest.mark.parametrize("speeds", ["tips", "scrambled"])
 def test_speeds_that_change_with_the_configuration_are_left(speeds):
-    assert recursive(derived(pendulums.system(4, speeds=speeds))) is None
+    assert not list(recursions(derived(pendulums.system(4, speeds=speeds))))
+
+
+def test_a_route_can_be_asked_for_and_is_kept():
+    system = pendulums.system(6)
+    eom, usual = kn.derive(system), kn.derive(system, route="classical")
+    assert (eom.route, usual.route) == ("recursive", "classical")
+    assert eom.routes["recursive"] == eom.operations.total < usual.operations.total
+    assert kn.derive(pendulums.system(2), route="recursive").route == "recursive"
+    again = pickle.loads(pickle.dumps(usual))
+    assert again.route == "classical"
+    assert np.array_equal(*(e.evaluate(e.accelerations, q=[0.1] * 6, u=[1.0] * 6) for e in (again, usual)))
+    with pytest.raises(kn.ModelError, match="'classical', 'recursive'"):
+        kn.derive(system, route="articulated")
+
+
+@pytest.mark.parametrize(
+    ("make", "why"),
+    [
+        (four_bar.system, "constraints"),
+        (rolling_disk.system, "reactions"),
+        (lambda: pendulums.system(3, speeds="scrambled"), "no constant combinations"),
+    ],
+)
+def test_what_no_recursion_expresses_is_said(make, why):
+    with pytest.raises(kn.ModelError, match=f"route='recursive', got .*{why}.*route='classical'"):
+        kn.derive(make(), route="recursive")
+    assert kn.derive(make()).route != "recursive"
+
+
+def test_the_mass_matrix_is_assembled_when_it_is_read(monkeypatch):
+    monkeypatch.setattr(Derived, "blocks", property(lambda d: pytest.fail("M is assembled")))
+    eom = kn.derive(pendulums.system(8))
+    sol = kn.simulate(eom, (0, 0.1), q=[0.1] * 8, u=[0.0] * 8)
+    assert sol.status == "finished"
+    monkeypatch.undo()
+    assert eom.mass_matrix.shape == (8, 8)
+
+
+def test_what_moves_no_mass_is_an_error_of_any_route():
+    """The last of a chain has neither mass nor inertia."""
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81)
+    at, frame, bodies = kn.Point("O", fixed_in=N), N, []
+    for i in range(1, 8):
+        q = kn.coordinate(f"q{i}")
+        frame = frame.rotate(f"B{i}", q, frame.y if i % 2 else frame.z)
+        mass = 0 if i == 7 else 1.0
+        bodies.append(
+            kn.RigidBody(
+                f"b{i}",
+                frame=frame,
+                mass_center=at.at(f"C{i}", 0.5 * frame.x),
+                mass=kn.parameter(f"m{i}", 1.0) * mass,
+                inertia=kn.inertia(frame, 0, 0, 0),
+            )
+        )
+        at = at.at(f"P{i}", frame.x * 1.0)
+    with pytest.raises(kn.ModelError, match="move some mass"):
+        kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.z)]))
+
+
+@pytest.mark.parametrize("make", [lambda: pendulums.system(60), lambda: random_tree(range(-1, 19), 1)])
+def test_operations_grow_as_the_tree(make):
+    """From one half of a chain to the whole they double, but for the ends."""
+    whole = kn.derive(make()).operations.total
+    bodies = len(make().bodies)
+    half = kn.derive(pendulums.system(30) if bodies == 60 else random_tree(range(-1, 9), 1)).operations.total
+    assert 1.9 < whole / half < 2.2
+
+
+def test_reactions_follow_from_the_recursion():
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81, "m/s^2")
+    at, frame, bodies = kn.Point("O", fixed_in=N).at("A", 0), N, []
+    cut = kn.reaction("R", at=at, along=N.y)
+    for i in range(1, 7):
+        frame = frame.rotate(f"B{i}", kn.coordinate(f"q{i}"), frame.z)
+        m = kn.parameter(f"m{i}", 1.0, "kg")
+        bodies.append(kn.Particle(f"p{i}", at.at(f"P{i}", frame.x * kn.parameter(f"l{i}", 1.0, "m")), m))
+        at = bodies[-1].point
+    system = kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)], reactions=[cut])
+    eoms = [kn.derive(system), kn.derive(system, route="classical")]
+    assert [e.route for e in eoms] == ["recursive", "classical"]
+    state = {"q": [0.3, -0.4, 0.5, 0.2, 0.9, -1.0], "u": [1.0, 2.0, -1.0, 0.5, 0.1, -2.0]}
+    values = [np.array(e.evaluate([*e.accelerations, cut], **state)) for e in eoms]
+    assert values[0] == pytest.approx(values[1], rel=1e-9)

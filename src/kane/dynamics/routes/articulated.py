@@ -16,30 +16,12 @@ from kane.errors import SingularError
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
-from kane.kinematics.segments import Freedom, Segment, Stage
+from kane.kinematics.segments import Freedom, Segment
+from kane.kinematics.travel import Rates, Travel, travel
 from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
-from kane.space.spatial import NO_INERTIA, Inertia, Rigid, as_rows, centripetal, of_rigid, summed, times
+from kane.space.spatial import Inertia, Rigid, as_rows, negative, of_rigid, summed, times, triple
 
 Wrenches = Mapping[int, tuple[Triple, Triple]]
-
-
-class Rates(NamedTuple):
-    """Angular velocities: of the parent along A, `before`; of the segment along B, `own`, and along the basis it works in, `work`."""
-
-    before: Triple
-    own: Triple
-    work: Triple
-    ground: Triple
-    """That of the common base of turns about parallel axes, along A."""
-
-
-class Biases(NamedTuple):
-    """What the accelerations have beside ẇ: of the origin along A, and along B where the slide is; of ω along the basis of work."""
-
-    arm: Triple
-    shift: Triple
-    sliding: Triple
-    spin: Triple
 
 
 class Pivot(NamedTuple):
@@ -60,110 +42,15 @@ class Passed(NamedTuple):
     pivots: list[Expr]
 
 
-def in_base(steps: Sequence[Segment]) -> list[bool]:
-    """Whether a segment works in the basis that it turns in: where what follows does, or what comes before did."""
-    found = [step.joins for step in steps]
-    for step in steps:
-        if step.joins:
-            found[step.parent] = True
-    return found
-
-
-def angular_velocities(steps: Sequence[Segment], base: Sequence[bool]) -> list[Rates]:
-    """ω of every segment."""
-    found: list[Rates] = []
-    for i, step in enumerate(steps):
-        if i == 0:
-            found.append(Rates(NOTHING, NOTHING, NOTHING, NOTHING))
-            continue
-        parent = found[step.parent]
-        before = parent.work if step.joins else parent.own
-        for turn in step.lead:
-            before = turn.down(before)
-        ground = parent.ground if step.joins else before
-        if step.turn is None:
-            found.append(Rates(before, before, before, ground))
-            continue
-        relative = step.spin.total
-        axis = step.turn.orientation.axis
-        if base[i] and axis is not None:
-            work = summed(before, relative)
-            if step.swift is not None:
-                work = summed(ground, tuple_along(axis, step.swift))
-            found.append(Rates(before, step.turn.down(work), work, ground))
-        else:
-            own = summed(step.turn.down(before), relative)
-            found.append(Rates(before, own, own, ground))
-    return found
-
-
-def tuple_along(axis: int, x: Expr) -> Triple:
-    """x along a basis axis."""
-    v = [ZERO, ZERO, ZERO]
-    v[axis] = x
-    return v[0], v[1], v[2]
-
-
-def arms(steps: Sequence[Segment]) -> list[tuple[Triple, Stage]]:
-    """The arm and the slide of each segment along the basis before its turn; a late slide stays along B."""
-    found = []
-    for step in steps:
-        arm, slide = step.arm, step.slide
-        if step.joins:
-            turn = steps[step.parent].turn
-            assert turn is not None
-            arm = turn.up(arm)
-            slide = Stage(
-                tuple(Freedom(turn.up(f.axis), f.row) for f in slide.freedoms), turn.up(slide.total), turn.up(slide.drift)
-            )
-        found.append((arm, slide))
-    return found
-
-
-def biases(
-    steps: Sequence[Segment], base: Sequence[bool], rates: Sequence[Rates], placed: Sequence[tuple[Triple, Stage]]
-) -> list[Biases]:
-    """What is left of the accelerations of each segment relative to the one before at ẇ = 0."""
-    found = []
-    for i, (step, w, (arm, slide)) in enumerate(zip(steps, rates, placed, strict=True)):
-        along = step.turn.down(w.before) if step.turn is not None and not base[i] else w.before
-        spin = summed(step.spin.drift, cross3(along, step.spin.total))
-        at = w.before
-        swing = slide.drift
-        if step.late:
-            doubled = summed(times(TWO_, along), step.spin.total)
-            sliding = summed(swing, cross3(doubled, slide.total))
-            found.append(Biases(arm, centripetal(at, arm), sliding, spin))
-        else:
-            coriolis = times(TWO_, cross3(at, slide.total))
-            found.append(Biases(arm, summed(summed(centripetal(at, arm), coriolis), swing), NOTHING, spin))
-    return found
-
-
-TWO_ = add(ONE, ONE)
-
-
-def accelerations(
-    steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple
-) -> Passed:
+def accelerations(steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple) -> Passed:
     """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state."""
-    base = in_base(steps)
-    rates = angular_velocities(steps, base)
-    placed = arms(steps)
-    found = biases(steps, base, rates, placed)
-    pivots = _inward(steps, bodies, loads, base, rates, placed, found)
-    return _outward(steps, base, placed, found, pivots, ground)
+    on = travel(steps)
+    return _outward(on, _inward(on, bodies, loads), ground)
 
 
-def _inward(
-    steps: Sequence[Segment],
-    bodies: Sequence[Rigid],
-    loads: Wrenches,
-    base: Sequence[bool],
-    rates: Sequence[Rates],
-    placed: Sequence[tuple[Triple, Stage]],
-    known: Sequence[Biases],
-) -> list[list[Pivot]]:
+def _inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> list[list[Pivot]]:
+    """From the tips to the base."""
+    steps, base, rates, placed, known = on
     hung: list[Inertia | None] = [None] * len(steps)  # along B
     beside: list[Inertia | None] = [None] * len(steps)  # along the basis of work, where that is A
     pivots: list[list[Pivot]] = [[] for _ in steps]
@@ -208,7 +95,7 @@ def _own(
     beside: Inertia | None,
 ) -> Inertia | None:
     """All that a segment carries, along the basis it works in."""
-    n, f = (times(MINUS, x) for x in load) if load is not None else (NOTHING, NOTHING)
+    n, f = (negative(x) for x in load) if load is not None else (NOTHING, NOTHING)
     own: Inertia | None
     if in_a and step.turn is not None and hung is None:
         turned = body.before(step.turn)
@@ -225,9 +112,6 @@ def _own(
     if beside is not None:
         own = beside if own is None else own.plus(beside)
     return own
-
-
-MINUS = neg(ONE)
 
 
 def _unit(axis: Triple) -> int | None:
@@ -247,7 +131,7 @@ def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Piv
         d, pressed = dot(s, u_f), dot(s, felt.f)
     if d is ZERO:
         raise SingularError("Expected every joint speed to move some mass.")
-    t_n, t_f = (tuple3(div(x, d) for x in u) for u in (u_n, u_f))
+    t_n, t_f = (triple(div(x, d) for x in u) for u in (u_n, u_f))
     rest = neg(div(pressed, d))
     pivots.append(Pivot(freedom, turning, t_n, t_f, rest, d))
     j, h, m = _less(felt.j, t_n, u_n, True), _less(felt.h, t_n, u_f, False), _less(felt.m, t_f, u_f, True)
@@ -275,27 +159,18 @@ def _less(rows: Cosines, t: Triple, u: Triple, symmetric: bool) -> Cosines:
 
 def _without(rows: Cosines, k: int, symmetric: bool) -> Cosines:
     """The rows with zeros in row k, and column k of symmetric ones: they cancel."""
-    return as_rows([[ZERO if a == k or (symmetric and b == k) else x for b, x in enumerate(row)] for a, row in enumerate(rows)])
+    return as_rows(
+        [[ZERO if a == k or (symmetric and b == k) else x for b, x in enumerate(row)] for a, row in enumerate(rows)]
+    )
 
 
 def _zero(v: Triple, k: int) -> Triple:
-    return tuple3(ZERO if i == k else x for i, x in enumerate(v))
+    return triple(ZERO if i == k else x for i, x in enumerate(v))
 
 
-def tuple3(values: object) -> Triple:
-    """Three values."""
-    x, y, z = values  # type: ignore[misc]
-    return x, y, z
-
-
-def _outward(
-    steps: Sequence[Segment],
-    base: Sequence[bool],
-    placed: Sequence[tuple[Triple, Stage]],
-    known: Sequence[Biases],
-    pivots: Sequence[list[Pivot]],
-    ground: Triple,
-) -> Passed:
+def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple) -> Passed:
+    """From the base to the tips."""
+    steps, base, _, placed, known = on
     rows: list[tuple[Mapping[Expr, Expr], Expr]] = []
     own: list[tuple[Triple, Triple]] = [(NOTHING, ground)]  # along B
     work: list[tuple[Triple, Triple]] = [(NOTHING, ground)]
@@ -338,6 +213,6 @@ def _taken(
         f = a if pivot.turning else _zero(a, k)
         whole = sub(pivot.rest, add(dot(pivot.t_n, n), dot(pivot.t_f, f)))
         value = sub(whole, known[k])
-        after = tuple3(whole if i == k else x for i, x in enumerate(known))
+        after = triple(whole if i == k else x for i, x in enumerate(known))
     rows.append((pivot.freedom.row, value))
     return (after, a) if pivot.turning else (alpha, after)

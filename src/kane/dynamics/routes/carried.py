@@ -11,21 +11,20 @@ from collections.abc import Sequence
 
 from kane.dynamics.bodies import ConstantInertia
 from kane.dynamics.derived import Derived
-from kane.expr.build import mul, neg, sub
+from kane.expr.build import mul, sub
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import dot
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ZERO
 from kane.kinematics.segments import Segment, Segments, Unsuited
 from kane.kinematics.tree import Link
 from kane.model.bodies import Part
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, cross3, path
-from kane.space.spatial import NO_MASS, NO_ROWS, Rigid, Turn, as_rows, mirrored, summed, summed_rows, times
+from kane.space.spatial import NO_MASS, NO_ROWS, Rigid, Turn, as_rows, mirrored, negative, summed, summed_rows, times
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
     """What each segment carries, about its origin and along its B."""
-    inertias = {id(part): inertia for _, part, inertia in derived.inertias}
-    named = {part.name: inertia for _, part, inertia in derived.inertias}
+    inertias = {(part.name, part.mass_center): inertia for _, part, inertia in derived.inertias}
     bodies = [NO_MASS] * len(segments.steps)
     for number, link in zip(segments.ends, links, strict=True):
         if number == 0:
@@ -33,8 +32,8 @@ def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) ->
         for part, arm in link.parts:
             r = summed(arm.components(link.basis), segments.steps[number].shift)
             if not is_constant_in_time((part.mass, *r)):
-                raise Unsuited
-            inertia = inertias.get(id(part), named.get(part.name))
+                raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")
+            inertia = inertias[part.name, part.mass_center]
             bodies[number] = bodies[number].plus(_rigid(part, r, inertia, link.basis))
     return bodies
 
@@ -55,7 +54,7 @@ def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
     for f in down:
         rows = Turn(f, inverse=True).up_symmetric(rows)
     if not is_constant_in_time(x for row in rows for x in row):
-        raise Unsuited
+        raise Unsuited("an inertia that moves in its body")
     return rows
 
 
@@ -128,4 +127,4 @@ def falling(derived: Derived) -> Triple:
     total = NOTHING
     for gravity in derived.system.gravities:
         total = summed(total, gravity.acceleration.components(derived.system.inertial))
-    return times(neg(ONE), total)
+    return negative(total)

@@ -2,8 +2,13 @@
 """The recursive route: u̇ of trees by articulated inertias.
 
 It takes systems without constraints whose joint speeds are constant combinations of the generalized speeds, one after the other:
-rates, sums and differences of rates, measure numbers of ω and v of a body in the one before. Of others `recursive` is None.
+rates, sums and differences of rates, measure numbers of ω and v of a body in the one before. M and f are assembled when they are
+read.
 """
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import accelerations
@@ -11,32 +16,66 @@ from kane.dynamics.routes.carried import falling, load_wrenches, regrouped, rigi
 from kane.dynamics.routes.embedded import evident, holds_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.node import Expr
 from kane.kinematics.segments import Unsuited, segments, solved_rows
 from kane.kinematics.tree import tree_of
+from kane.numeric.sample import draw, value_of
+
+_SEEDS = (20042, 20043, 20044)
+_TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
+"""Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
 
 
-def recursive(derived: Derived) -> Solved | None:
-    """u̇ without the reactions; None where the tree is not one of those."""
-    if not suits(derived):
-        return None
+def recursions(derived: Derived) -> Iterator[Solved]:
+    """The solutions without the reactions, as far as the system is one of those."""
+    try:
+        yield by_recursion(derived)
+    except Unsuited:
+        return
+
+
+def by_recursion(derived: Derived) -> Solved:
+    """u̇ without the reactions; Unsuited, with what is in the way."""
+    _check_suited(derived)
     points = [p for load in derived.declared_loads for p, _ in load.forces]
     tree = tree_of(derived.system, derived.kinematics.aligned, points)
+    found = segments(tree, derived.kinematics)
+    bodies = regrouped(rigid_bodies(derived, found, tree.links), found.steps)
+    loads = load_wrenches(derived, found, tree.links)
     try:
-        found = segments(tree, derived.kinematics)
-        bodies = regrouped(rigid_bodies(derived, found, tree.links), found.steps)
-        loads = load_wrenches(derived, found, tree.links)
         passed = accelerations(found.steps, bodies, loads, falling(derived))
-    except (Unsuited, SingularError):
-        return None
+    except SingularError:
+        raise Unsuited("a speed that moves no mass") from None
     values = solved_rows(passed.rows, derived.speeds)
     if values is None:
-        return None
+        raise Unsuited(
+            "speeds that are no constant combinations of those of the joints, or coordinates that several joints share"
+        )
+    if not _regular(passed.pivots):
+        raise Unsuited("a speed that moves no mass")
     matrix = evident(derived)
     u_dot = tuple(values[u] for u in derived.speeds)
     return Solved("recursive", derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
 
 
-def suits(derived: Derived) -> bool:
-    """Whether there are no constraints, no loads that hold reactions, and W divides by parameters and numbers alone."""
-    return not derived.constraints.constraints and not holds_reactions(derived)
+def _check_suited(derived: Derived) -> None:
+    if derived.constraints.constraints:
+        raise Unsuited("constraints")
+    if holds_reactions(derived):
+        raise Unsuited("loads that hold reactions")
+
+
+def _regular(pivots: Sequence[Expr]) -> bool:
+    """Whether no pivot is zero but for rounding, at one of several samples.
+
+    What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.
+    """
+    symbols = free_symbols(pivots)
+    for seed in _SEEDS:
+        beside = {s: value_of(s, seed) * (1 + _BESIDE * np.array([draw(k, s) for k in range(_TIMES)])) for s in symbols}
+        with np.errstate(all="ignore"):
+            values = np.array([np.broadcast_to(x, _TIMES) for x in evaluate(list(pivots), beside)])
+        if bool(np.all(np.ptp(values, axis=1) < _KEPT * np.abs(values[:, 0]))):
+            return True
+    return False

@@ -17,6 +17,7 @@ from kane.dynamics.routes.classical import unguarded_classical
 from kane.dynamics.routes.divisors import Poles
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.reactions import LARGE
+from kane.dynamics.routes.trees import compared, is_deep, trees
 from kane.dynamics.routes.ways import (
     Exprs,
     Found,
@@ -39,13 +40,21 @@ _LONG = 400
 
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
     """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
+    found = [] if partition is not None or holds_reactions(derived) else trees(derived)
+    if found and is_deep(derived):
+        return compared(found)
+    usual = _by_speeds(derived, partition).guarded()
+    return compared([usual, *found]) if found else usual
+
+
+def _by_speeds(derived: Derived, partition: Partition | None) -> Solved:
     other = absolute(derived, partition)
     if other is not None:
         try:
-            return other.declared(_shortest(other.derived, partition), derived, partition).guarded()
+            return other.declared(_shortest(other.derived, partition), derived, partition)
         except KaneError:  # what is wrong is said of the declared speeds
             pass
-    return _shortest(derived, partition).guarded()
+    return _shortest(derived, partition)
 
 
 def _shortest(derived: Derived, partition: Partition | None) -> Solved:

@@ -8,6 +8,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.constraint_speeds import constraint_speeds
+from kane.dynamics.routes.forced import recursive
 from kane.dynamics.routes.shortest import shortest
 from kane.dynamics.solved import Solved
 from kane.errors import ReactionError, SingularError
@@ -15,7 +16,14 @@ from kane.errors import ReactionError, SingularError
 Route = Callable[[Derived, Partition | None], Solved]
 """From what is derived, and a choice of dependent speeds where there are constraints, to u̇ and the reactions."""
 
-ROUTES: dict[str, Route] = {"classical": classical, "constraint speeds": constraint_speeds, "shortest": shortest}
+ROUTES: dict[str, Route] = {
+    "classical": classical,
+    "constraint speeds": constraint_speeds,
+    "recursive": recursive,
+    "shortest": shortest,
+}
+ASKED = ("classical", "recursive")
+"""Those that one may ask for."""
 
 
 def solved(derived: Derived, partition: Partition | None, route: str = "shortest") -> Solved:

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Recursions among the routes: tried of trees from a few bodies on, and alone where bodies hang on bodies that hang on others.
+
+There they are shorter and sooner found, and M and f are assembled when they are read.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.divisors import divisors
+from kane.dynamics.routes.recursive import recursions
+from kane.dynamics.routes.ways import Found, all_speeds, with_reactions
+from kane.dynamics.solved import Solved
+from kane.expr.count import price
+from kane.expr.evaluate import is_constant_in_time
+from kane.expr.regular import factors
+
+_TREE, _DEPTH = 5, 6
+"""Bodies from which on recursions are tried; points to a mass centre, on average, from which on nothing else is."""
+
+
+def trees(derived: Derived) -> list[Solved]:
+    """The solutions by recursion, of trees large enough, that divide by nothing that W alone divides by."""
+    if len(derived.inertias) < _TREE:
+        return []
+    pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
+    moving = {f for f in pivots if not is_constant_in_time([f])}
+    return [
+        tree_with_reactions(derived, s)
+        for s in recursions(derived)
+        if not moving or moving.isdisjoint(divisors(s.accelerations))
+    ]
+
+
+def is_deep(derived: Derived) -> bool:
+    """Whether bodies hang on bodies that hang on others: recursion is then shorter than any M of theirs."""
+    points = [len(part.mass_center.ancestry()) for _, part, _ in derived.inertias]
+    return sum(points) >= _DEPTH * len(points)
+
+
+def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
+    """A solution of a tree with the reactions."""
+    motions = all_speeds(derived) if derived.reactions else None
+    return with_reactions(Found(s, motions), s.accelerations, derived, None)
+
+
+def compared(found: Sequence[Solved]) -> Solved:
+    """The solution with the fewest operations, the first of several, with the operations of all of them by route."""
+    costs = [price((*(s.shorter_rates or s.derived.rates), *s.accelerations, *s.reactions)) for s in found]
+    by_route: dict[str, int] = {}
+    for s, cost in zip(found, costs, strict=True):
+        by_route[s.route] = min(cost, by_route.get(s.route, cost))
+    return replace(found[costs.index(min(costs))], routes=by_route)
