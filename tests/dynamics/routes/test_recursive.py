@@ -128,11 +128,11 @@ def test_what_no_recursion_expresses_is_said(make, why):
 
 def test_the_mass_matrix_is_assembled_when_it_is_read(monkeypatch):
     monkeypatch.setattr(Derived, "blocks", property(lambda d: pytest.fail("M is assembled")))
-    eom = kn.derive(pendulums.system(8))
-    sol = kn.simulate(eom, (0, 0.1), q=[0.1] * 8, u=[0.0] * 8)
+    eom = kn.derive(pendulums.system(12))
+    sol = kn.simulate(eom, (0, 0.1), q=[0.1] * 12, u=[0.0] * 12)
     assert sol.status == "finished"
     monkeypatch.undo()
-    assert eom.mass_matrix.shape == (8, 8)
+    assert eom.mass_matrix.shape == (12, 12)
 
 
 def test_what_moves_no_mass_is_an_error_of_any_route():
@@ -176,8 +176,7 @@ def test_reactions_follow_from_the_recursion():
         bodies.append(kn.Particle(f"p{i}", at.at(f"P{i}", frame.x * kn.parameter(f"l{i}", 1.0, "m")), m))
         at = bodies[-1].point
     system = kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)], reactions=[cut])
-    eoms = [kn.derive(system), kn.derive(system, route="classical")]
-    assert [e.route for e in eoms] == ["recursive", "classical"]
+    eoms = [kn.derive(system, route="recursive"), kn.derive(system, route="classical")]
     state = {"q": [0.3, -0.4, 0.5, 0.2, 0.9, -1.0], "u": [1.0, 2.0, -1.0, 0.5, 0.1, -2.0]}
     values = [np.array(e.evaluate([*e.accelerations, cut], **state)) for e in eoms]
     assert values[0] == pytest.approx(values[1], rel=1e-9)
