@@ -101,7 +101,7 @@ def test_checks_and_operations_show_their_figures(page: Page) -> None:
     assert ["second", "3.0e-02", "1e-06", "failed"] in page.rows
     o = eom.operations
     assert ["total", str(o.parameter), str(o.state), str(o.total)] in page.rows
-    assert ["×", "5", "110", str(dict(o.by_operation)["mul"])] in page.rows
+    assert ["×", "3", "62", str(dict(o.by_operation)["mul"])] in page.rows
     at = page.rows.index(["result", "on its own", "added to those above"])
     assert sum(int(row[2]) for row in page.rows[at + 1 : at + 6]) == o.total
     assert page.rows[at + 6] == ["total", "", str(o.total)]
@@ -170,8 +170,11 @@ def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
     every, own = step.tables
     assert [str(row[0]) for row in every.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom.derived)]
     assert [str(row[0]) for row in own.rows] == [str(Tex(latex_name(str(s)))) for s in eom.independent_speeds]
-    mass, *_ = chapters(eom)[6].displays
+    mass, *_ = chapters(eom)[6].block.displays
     assert mass.startswith(r"\tilde M \dot{u}_I = \tilde f")
+    by_all = chapters(eom)[6].by_all_speeds
+    assert [d.startswith(r"M \dot{u} = f + A^{T} \lambda") for d in by_all.displays] == [True]
+    assert not {f.name for f in by_all.formulas} & {f.name for f in chapters(eom)[6].block.formulas}
     shown = {f.name: f.text for f in step.formulas}
     assert [u.name for u in eom.dependent_speeds] == [name for name in shown if name.startswith("u")] == ["u1", "u3"]
     at = {"q": {"q1": 0.7, "q2": -0.3, "q3": 1.9}, "u": {"u2": 2.0}}

@@ -11,7 +11,7 @@ from kane.cli.faults import own_code
 from kane.cli.models import Model, model_of
 from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
-from kane.present.formulas import step_formulas
+from kane.present.formulas import result_formulas
 from kane.present.text import step_text
 from kane.progress import working
 from kane.write.latex import latex_name
@@ -46,7 +46,7 @@ def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:
     else:
         between, shown = (
             [{"name": f.name, "text": f.text, "latex": f.latex} for f in some]
-            for some in step_formulas(step, eom.system.inertial)
+            for some in result_formulas(step.results, eom.system.inertial)
         )
     head = {"number": step.number, "title": step.title, "text": step.text}
     return {**head, "intermediates": between, "formulas": shown}
@@ -56,6 +56,6 @@ def _latex(step: Step, eom: kn.Equations) -> str:
     head = f"% Step {step.number}. {step.title}"
     if step.number == 1:
         return f"{head}\n\\[ {', '.join(latex_name(q.name) for q in eom.coordinates)} \\]"
-    between, shown = step_formulas(step, eom.system.inertial)
+    between, shown = result_formulas(step.results, eom.system.inertial)
     lines = " \\\\\n".join(f"  {f.left} &= {f.right}" for f in (*between, *shown))
     return f"{head}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}"

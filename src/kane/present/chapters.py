@@ -5,11 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.dynamics.readings.contributions import Contributions
-from kane.dynamics.readings.steps import Kind, Quantity, Step, moving_places, shown_speeds
+from kane.dynamics.readings.steps import Kind, Quantity, Result, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol, rate
 from kane.present.declared import DECLARED
-from kane.present.formulas import Formula, formulas, quantity_latex, step_formulas
+from kane.present.formulas import Formula, formulas, quantity_latex, result_formulas
 from kane.present.provenance import (
     Provenance,
     active_provenance,
@@ -35,25 +35,45 @@ _MOST = 400
 
 
 @dataclass(frozen=True, slots=True)
-class Chapter:
-    """A step: its intermediates, formulas, what is better laid out as a table or one matrix equation, where terms come from."""
+class Block:
+    """Formulas with the intermediates that they share, and matrix equations, which stand first."""
 
-    number: int
-    title: str
-    text: str
     between: tuple[Formula, ...] = ()
     formulas: tuple[Formula, ...] = ()
-    tables: tuple[PageTable, ...] = ()
     displays: tuple[str, ...] = ()
-    solution: tuple[Formula, ...] = ()
-    note: str = ""
-    provenance: Provenance | None = None
-    unfolded: bool = True
+
+    @property
+    def unfolded(self) -> bool:
+        """Whether the intermediates are few and short."""
+        return len(self.between) <= _FEW and all(len(z.text) <= LONG for z in self.between)
 
     @property
     def brief(self) -> bool:
         """Whether the formulas are many and short, so that two columns hold them."""
         return len(self.formulas) > _BRIEF and all(len(f.name + f.text) < _SHORT for f in self.formulas)
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """A step: its formulas, what is better laid out as a table, where terms come from; of step 7 the solution.
+
+    Where constraints make speeds dependent, `by_all_speeds` are the forces and equations of all, behind those of the independent ones.
+    """
+
+    number: int
+    title: str
+    text: str
+    block: Block = Block()
+    tables: tuple[PageTable, ...] = ()
+    solution: Block = Block()
+    by_all_speeds: Block = Block()
+    note: str = ""
+    provenance: Provenance | None = None
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """All formulas but those of the solution."""
+        return (*self.block.formulas, *self.by_all_speeds.formulas)
 
 
 def chapters(eom: Equations) -> list[Chapter]:
@@ -70,35 +90,53 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     if step.number == 1:
         coordinates = page_table("", DECLARED["coordinates"](eom.system), "coordinate", "unit", "meaning")
         return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates,))
-    between, written = step_formulas(step, eom.system.inertial)
-    shown = dict(zip((quantity for quantity, _ in step.results), written, strict=True))
-    tables: tuple[PageTable, ...] = ()
-    displays: tuple[str, ...] = ()
-    if step.number == 4 and _surveyable(eom):
-        tables = tuple(_partials(eom, shown, *parts) for parts in (_ALL, _INDEPENDENT)[: 2 if eom.embedding else 1])
-        shown = {q: f for q, f in shown.items() if q.kind not in (*_ALL[1:], *_INDEPENDENT[1:])}
-    if step.number == 7 and len(eom.speeds) <= _WIDE:
-        held = r" + A^{T} \lambda" if eom.embedding else ""
-        displays = (rf"M \dot{{u}} = f{held}, \qquad M = " + _matrix(eom.speeds, shown, Kind.MASS),)
-        if eom.embedding:
-            own = _matrix(eom.independent_speeds, shown, Kind.NONHOLONOMIC_MASS)
-            displays = (r"\tilde M \dot{u}_I = \tilde f, \qquad \tilde M = " + own, *displays)
-        matrices = (Kind.MASS, Kind.NONHOLONOMIC_MASS)
-        shown = {q: f for q, f in shown.items() if q.kind not in matrices or q.place not in set(eom.speeds)}
-    solution, note = _solution(eom) if step.number == 7 else ((), "")
+    own, others = _parted(step)
+    block, shown = _block(eom, step.number, own)
+    solution, note = _solution(eom) if step.number == 7 else (Block(), "")
     return Chapter(
         step.number,
         step.title,
         _prose(eom, step),
-        tuple(between),
-        tuple(shown.values()),
-        tables,
-        displays,
+        block,
+        _partial_tables(eom, shown) if step.number == 4 and _surveyable(eom) else (),
         solution,
+        _block(eom, step.number, others)[0],
         noncontributing(eom, terms) if step.number == 5 and terms else note,
         _PROVENANCE[step.number](eom, terms) if step.number in _PROVENANCE and terms else None,
-        unfolded=len(between) <= _FEW and all(len(z.text) <= LONG for z in between),
     )
+
+
+def _parted(step: Step) -> tuple[Sequence[Result], Sequence[Result]]:
+    """What is said of the independent speeds, and what of all, where a step says both of equations."""
+    own = [(q, value) for q, value in step.results if q.kind in _OF_INDEPENDENT]
+    if not own:
+        return step.results, ()
+    return own, [(q, value) for q, value in step.results if q.kind not in _OF_INDEPENDENT]
+
+
+def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Block, Mapping[Quantity, Formula]]:
+    """The results laid out, and the formula of each."""
+    between, written = result_formulas(results, eom.system.inertial)
+    shown = dict(zip((quantity for quantity, _ in results), written, strict=True))
+    displays: list[str] = []
+    apart: set[Kind] = set()
+    if number == 4 and _surveyable(eom):
+        apart = {*_ALL[1:], *_INDEPENDENT[1:]}
+    if number == 7 and len(eom.speeds) <= _WIDE:
+        apart = {Kind.MASS, Kind.NONHOLONOMIC_MASS}
+        held = r" + A^{T} \lambda" if eom.embedding else ""
+        heads = {
+            Kind.NONHOLONOMIC_MASS: (r"\tilde M \dot{u}_I = \tilde f, \qquad \tilde M = ", eom.independent_speeds),
+            Kind.MASS: (rf"M \dot{{u}} = f{held}, \qquad M = ", eom.speeds),
+        }
+        kinds = {q.kind for q in shown}
+        displays = [head + _matrix(speeds, shown, kind) for kind, (head, speeds) in heads.items() if kind in kinds]
+    listed = [f for q, f in shown.items() if q.kind not in apart or (number == 7 and q.place not in set(eom.speeds))]
+    return Block(tuple(between), tuple(listed), tuple(displays)), shown
+
+
+def _partial_tables(eom: Equations, shown: Mapping[Quantity, Formula]) -> tuple[PageTable, ...]:
+    return tuple(_partials(eom, shown, *parts) for parts in (_ALL, _INDEPENDENT)[: 2 if eom.embedding else 1])
 
 
 _PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | None]] = {
@@ -137,6 +175,8 @@ _EMBEDDED = {
 
 
 _ALL = ("Partial angular velocities and partial velocities", Kind.PARTIAL_ANGULAR_VELOCITY, Kind.PARTIAL_VELOCITY)
+_OF_INDEPENDENT = (Kind.NONHOLONOMIC_INERTIA_FORCE, Kind.NONHOLONOMIC_MASS, Kind.NONHOLONOMIC_FORCING)
+"""What stands before, and apart from, the like of all speeds."""
 _INDEPENDENT = (
     "Nonholonomic partial angular velocities and partial velocities",
     Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY,
@@ -174,9 +214,9 @@ def _right(shown: Mapping[Quantity, Formula], quantity: Quantity) -> str:
     return shown[quantity].right if quantity in shown else "0"
 
 
-def _solution(eom: Equations) -> tuple[tuple[Formula, ...], str]:
+def _solution(eom: Equations) -> tuple[Block, str]:
     values = zip((*map(rate, eom.speeds), *eom.reactions), (*eom.accelerations, *eom.reaction_values), strict=True)
     between, shown = formulas([(symbol.name, e) for symbol, e in values])
     if len(between) > _MOST:
-        return (), f"The solution takes {len(between)} intermediates and is left out here."
-    return (*between, *shown), ""
+        return Block(), f"The solution takes {len(between)} intermediates and is left out here."
+    return Block(tuple(between), tuple(shown)), ""

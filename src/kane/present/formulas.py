@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from kane.dynamics.readings.steps import Kind, Quantity, Step
+from kane.dynamics.readings.steps import Kind, Quantity, Result
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
 from kane.space.frame import Frame
@@ -83,9 +83,9 @@ def _signed(minus: bool, tree: Tree) -> Tree:
     return tree.body if isinstance(tree, Minus) else Minus(tree, tree.tokens)
 
 
-def step_formulas(step: Step, inertial: Frame) -> tuple[list[Formula], list[Formula]]:
-    """A step's shared intermediates, and a formula for each of its results."""
-    return formulas(step.results, lambda quantity: quantity_latex(quantity, inertial))
+def result_formulas(results: Sequence[Result], inertial: Frame) -> tuple[list[Formula], list[Formula]]:
+    """The intermediates that results of a step share, and a formula for each."""
+    return formulas(results, lambda quantity: quantity_latex(quantity, inertial))
 
 
 def quantity_latex(quantity: Quantity, inertial: Frame) -> str:

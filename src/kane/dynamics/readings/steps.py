@@ -213,7 +213,7 @@ def _nonholonomic_partials(solved: Solved) -> Iterator[Result]:
 def _forces(
     solved: Solved, kind: Kind, nonholonomic: Kind, plain: Sequence[Expr], embedded: Sequence[Expr]
 ) -> tuple[Result, ...]:
-    """F_r of every row, and ~F_r of the independent ones where there are dependent ones."""
+    """F_r of every row, before them ~F_r of the independent ones where there are dependent ones."""
     derived, rows = solved.derived, shown_speeds(solved.derived)
     of_row: dict[Symbol, Expr] = dict(zip(derived.all_speeds, plain, strict=True))
     results = _each(kind, rows, (of_row[s] for s in rows))
@@ -223,7 +223,7 @@ def _forces(
         zip((*solved.independent_speeds, *derived.auxiliary_speeds), embedded, strict=True)
     )
     other = [s for s in rows if s in total and (isinstance(s, Speed) or total[s] is not of_row[s])]
-    return (*results, *_each(nonholonomic, other, (total[s] for s in other)))
+    return (*_each(nonholonomic, other, (total[s] for s in other)), *results)
 
 
 def _equations(solved: Solved) -> tuple[Result, ...]:

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 
 from kane.equations.equations import Equations
 from kane.expr.count import count_operations
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr
 from kane.present.notebook.pieces import code, display, either, escaped, folded, listed, math, paragraph, table
 from kane.present.notebook.typeset import MOST, NAMED, TALL, WIDE, Typeset, brackets, equations, matrix_words, typeset
 from kane.write.latex import latex_name
@@ -53,31 +55,32 @@ def _names(names: list[str]) -> str:
 
 
 def _motion(eom: Equations) -> str:
-    speeds = _names([u.name for u in eom.speeds])
-    lead = paragraph(math(r"M\,\dot{u} = f") + ", " + math(f"u = ({speeds})"))
-    shown = _motion_formula(eom)
+    mark, index = (r"\tilde ", "_I") if eom.embedding else ("", "")
+    mass = eom.mass_matrix_nh if eom.embedding else eom.mass_matrix
+    speeds = _names([u.name for u in eom.independent_speeds])
+    lead = paragraph(math(rf"{mark}M\,\dot{{u}}{index} = {mark}f") + ", " + math(f"u{index} = ({speeds})"))
+    shown = _motion_formula(mass, eom.forcing_nh if eom.embedding else eom.forcing, mark)
     if shown.latex:
         return lead + display(shown.latex)
     return lead + paragraph(
-        f"M is a {matrix_words(eom.mass_matrix)}; M and f together take {shown.operations} operations, too long to typeset."
+        f"M is a {matrix_words(mass)}; M and f together take {shown.operations} operations, too long to typeset."
     )
 
 
-def _motion_formula(eom: Equations) -> Typeset:
+def _motion_formula(mass: Matrix, forcing: Sequence[Expr], mark: str) -> Typeset:
     """M = […] and f = […] below each other, with one list of intermediates; M in full where it is short."""
-    n = len(eom.speeds)
-    entries = eom.mass_matrix.entries
-    operations = count_operations([*entries, *eom.forcing]).total
+    n, entries = len(forcing), mass.entries
+    operations = count_operations([*entries, *forcing]).total
     if operations > SMALL or n > WIDE:
         return Typeset("", operations)
     alone = layout(entries)
     if alone.intermediates or count_operations(entries).total > NAMED:
-        return typeset([*entries, *eom.forcing], lambda trees: _sides(trees[: n * n], trees[n * n :], n))
-    return typeset(eom.forcing, lambda trees: _sides(alone.trees, trees, n))
+        return typeset([*entries, *forcing], lambda trees: _sides(trees[: n * n], trees[n * n :], n, mark))
+    return typeset(forcing, lambda trees: _sides(alone.trees, trees, n, mark))
 
 
-def _sides(mass: Sequence[Tree], forcing: Sequence[Tree], n: int) -> list[str]:
-    return [f"M = {brackets(mass, (n, n))}", f"f = {brackets(forcing, (n, 1))}"]
+def _sides(mass: Sequence[Tree], forcing: Sequence[Tree], n: int, mark: str) -> list[str]:
+    return [f"{mark}M = {brackets(mass, (n, n))}", f"{mark}f = {brackets(forcing, (n, 1))}"]
 
 
 def _rates(eom: Equations) -> str:
