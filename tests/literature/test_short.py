@@ -37,6 +37,40 @@ def disk(s):
     ]
 
 
+def rolling(s):
+    """The disk's whole: q̇ and u̇, and the contact force from m a of the centre, v = R (u1 b3 − u3 b1), along the yawing frame."""
+    u1, u2, u3, m, r = (s[n] for n in ("u1", "u2", "u3", "m", "R"))
+    c, sine = kn.cos(s["q2"]), kn.sin(s["q2"])
+    yaw = u2 / c
+    lean = sine * yaw
+    spin = u3 - lean
+    both = u3 + spin
+    a2, product = u1 * both, u1 * u2
+    a3 = 2 * product / 3
+    ra1 = -4 * (s["g"] * sine + r * (u2 * (both / 4 + u3))) / 5
+    along = r * (a3 + product - sine * ((a2 - u1 * lean) / c))
+    across = r * (yaw * spin)
+    c1, s1 = kn.cos(s["q1"]), kn.sin(s["q1"])
+    square = r * u1**2
+    normal = m * (s["g"] + sine * ra1 - c * square)
+    side, forward = m * (c * ra1 + sine * square + r * (yaw * u3)), m * (r * product / 3)
+    return [
+        yaw,
+        -u1,
+        spin,
+        s["u4"],
+        s["u5"],
+        ra1 / r,
+        a2,
+        a3,
+        across * s1 - along * c1,
+        -across * c1 - along * s1,
+        normal,
+        forward * c1 + side * s1,
+        forward * s1 - side * c1,
+    ]
+
+
 def ball(s):
     """ė0 = −½ e·ω, ė = ½ (e0 ω + ω × e); the centre runs in circles at 2Ω/7 (Weltner 1979, Am. J. Phys. 47, 984-986)."""
     e0, e1, e2, e3 = (s[f"e{k}"] for k in range(4))
@@ -60,7 +94,12 @@ def ball(s):
     ]
 
 
-WHOLE = {"sleigh": (chaplygin_sleigh, sleigh), "skate": (knife_edge, skate), "ball": (sphere_on_turntable, ball)}
+WHOLE = {
+    "disk": (pure_rolling_disk, rolling),
+    "sleigh": (chaplygin_sleigh, sleigh),
+    "skate": (knife_edge, skate),
+    "ball": (sphere_on_turntable, ball),
+}
 
 
 def symbols(eom):

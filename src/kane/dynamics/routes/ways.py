@@ -121,7 +121,8 @@ def with_reactions(
         held = _as_it_is if w is None else w.held
         ways += reactions(s.derived, s.embedding, way.moving, values, s.reaction_matrix, held, differentiated)
     rates = derived.rates
-    best = min(ways, key=Prices((*rates, *u_dot))) if len(ways) > 1 else ways[0]
+    # of equal ones the last, which is collected
+    best = min(reversed(ways), key=Prices((*rates, *u_dot))) if len(ways) > 1 else ways[0]
     whole = replace(s, accelerations=u_dot, reactions=best)
     if e is None or s.embedding is None:
         return whole
