@@ -114,3 +114,14 @@ def test_plain_numbers_divide_as_ieee_754_says():
     q = kn.coordinate("q")
     speeds = generalized_speeds(kn.System(N, bodies=[kn.Particle("p", O.at("P", q * N.x), 1)], speeds="rates"))
     assert np.isinf(Sample(speeds, 1, {q: 0}).numbers([1 / q])[0])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_rates_by_speeds_are_those_of_the_inverse(name):
+    """An expression of rates has the value that it has in speeds."""
+    system = CASES[name]()
+    speeds = generalized_speeds(system)
+    sample = Sample(speeds)
+    for e in (kn.sin(q) * q.dt + kn.time for q in system.coordinates):
+        (wanted,) = sample.numbers([speeds.in_speeds(e, {})])
+        assert sample.at_speeds(e) == pytest.approx(float(wanted), rel=1e-9)

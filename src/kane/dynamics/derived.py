@@ -201,7 +201,8 @@ class Derived(Immutable):
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
     conditions = read[Closure](lambda d: closure(d.system), "The configuration constraints, with their derivatives.")
     compared = read[Compared](
-        lambda d: compared(d.system, d.constraints, d.near), "Configurations at which constraints are compared."
+        lambda d: compared(d.system, d.constraints, d.near, d.conditions),
+        "Configurations at which constraints are compared.",
     )
     constraint_rates = read[Exprs](lambda d: tuple(map(add, d.A @ d.speeds, d.b)), "A u + b.")
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import Closure, closure, residual_function, usual_sizes
+from kane.dynamics.constraints.closure import Closure, residual_function, usual_sizes
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.derived import Derived
 from kane.expr.build import div
@@ -54,20 +54,22 @@ def without_poles(derived: Derived, partition: Partition | None) -> Partition | 
     pivots = [p for p in derived.kinematical.pivots if any(isinstance(s, Coordinate) for s in free_symbols([p]))]
     if partition is None or not partition.dependent or not pivots:
         return None
-    places, f = _Places(derived), closure(derived.system).f
+    places, f = _Places(derived), derived.conditions.f
     place = {u: i for i, u in enumerate(derived.speeds)}
     named = [place[u] for u in derived.system.dependent_speeds]
     dependent = partition.dependent
     own = f[len(derived.system.holonomic) :]  # the unit lengths of Euler parameters
     # off the constraints first: there most poles are seen to be true ones, for little
     for conditions in dict.fromkeys((own, f)):
+        poles = [b for p in pivots for b in places.admissible(conditions, p) if len(b) == len(dependent)]
+        if not poles:
+            return None
         usual = [b for b in places.admissible(conditions) if len(b) == len(dependent)]
         sizes = np.max([np.abs(b).max(axis=0) for b in usual], axis=0, initial=0)
         sizes = np.where(sizes > 0, sizes, 1.0)
         others = [choose(b, named, reach=np.broadcast_to(sizes, b.shape)).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
         best = max(choices, key=lambda d: min((_determined(b, d, sizes) for b in usual), default=0.0))
-        poles = (b for p in pivots for b in places.admissible(conditions, p) if len(b) == len(dependent))
         if not any(_determined(b, best, sizes) > _REGULAR for b in poles):
             return None
     return Partition(partition.rows, best, partition.redundant)

@@ -6,9 +6,9 @@ nowhere. Otherwise the blocks are solved one after the other: by an entry that v
 three rows, and by elimination that chooses its rows at run time beyond. What must not vanish is the determinant of each block.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cache, reduce
 from typing import NamedTuple, Protocol
 
 from kane.errors import SingularError
@@ -172,13 +172,27 @@ class Pivoted:
         return x
 
 
-def square(rows: Rows, reach: Sequence[Expr] | None = None) -> Square:
+class _Reach:
+    """Sizes of rows, made when they are read: most solvers ask for none."""
+
+    def __init__(self, size_of: Callable[[int], Expr]) -> None:
+        self._size_of = cache(size_of)
+
+    def __getitem__(self, i: int) -> Expr:
+        return self._size_of(i)
+
+    def of(self, rows: Sequence[int]) -> "_Reach":
+        """Those of some rows."""
+        return _Reach(lambda k: self[rows[k]])
+
+
+def square(rows: Rows, reach: Callable[[int], Expr] | None = None) -> Square:
     """The solver of A x = b for a square matrix.
 
     Parameters
     ----------
     rows : A
-    reach : the size of each row, of entries too that stand beside A; by default that of its own entries
+    reach : the size of a row by its number, of entries too that stand beside A; by default that of its own entries
 
     Raises
     ------
@@ -186,11 +200,11 @@ def square(rows: Rows, reach: Sequence[Expr] | None = None) -> Square:
         if A has no inverse whatever its symbols are
     """
     memo: Sizes = {}
-    sizes = [largest(size(x, memo) for x in row) for row in rows] if reach is None else list(reach)
+    sizes = _Reach(reach or (lambda i: largest(size(x, memo) for x in rows[i])))
     return _kept(rows, sizes, memo) or _triangular(rows, sizes, memo)
 
 
-def _kept(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> InOrder | None:
+def _kept(rows: Rows, sizes: _Reach, memo: Sizes) -> InOrder | None:
     """Elimination in the order given, where it divides by nothing that may vanish but the last pivots of blocks."""
     blocks = in_order(rows)
     home = {i: k for k, (block, _) in enumerate(blocks) for i in block}
@@ -207,17 +221,17 @@ def _kept(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> InOrder | None:
             continue
         if i not in last:
             return None
-        found.append(Divisor(pivot, _size(pivot, [sizes[k] for k in last[i]], memo), tuple(last[i])))
+        found.append(Divisor(pivot, _size(pivot, sizes, last[i], memo), tuple(last[i])))
     return InOrder(factors, tuple(found))
 
 
-def _size(determinant: Expr, sizes: Sequence[Expr], memo: Sizes) -> Expr:
+def _size(determinant: Expr, sizes: _Reach, rows: Sequence[int], memo: Sizes) -> Expr:
     """The size of what is divided by; where that has no bound, such as a distance, the product of the rows' sizes, if it is larger."""
     below = denominator(determinant)
     own = size(below, memo)
     if not is_unbounded(below):
         return own
-    whole = reduce(mul, sizes)
+    whole = reduce(mul, [sizes[k] for k in rows])
     while determinant is not below:
         if determinant.op is DIV:
             whole = mul(whole, determinant.args[1])
@@ -225,15 +239,15 @@ def _size(determinant: Expr, sizes: Sequence[Expr], memo: Sizes) -> Expr:
     return largest([own, whole])
 
 
-def _triangular(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> Square:
+def _triangular(rows: Rows, sizes: _Reach, memo: Sizes) -> Square:
     parts = []
     for block, own in in_order(rows):
         inner = [[rows[i][c] for c in own] for i in block]
-        parts.append((block, own, _block(inner, [sizes[i] for i in block], memo)))
+        parts.append((block, own, _block(inner, sizes.of(block), memo)))
     return Triangular(rows, tuple(parts))
 
 
-def _block(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> Square:
+def _block(rows: Rows, sizes: _Reach, memo: Sizes) -> Square:
     n = len(rows)
     place = _sure(rows) if n > 1 else None
     if place is not None:
@@ -249,7 +263,7 @@ def _sure(rows: Rows) -> tuple[int, int] | None:
     return min(places, key=lambda p: (width[p[0]] * height[p[1]], p), default=None)
 
 
-def _eliminated(rows: Rows, sizes: Sequence[Expr], memo: Sizes, r: int, c: int) -> Eliminated:
+def _eliminated(rows: Rows, sizes: _Reach, memo: Sizes, r: int, c: int) -> Eliminated:
     top = rows[r]
     others = [i for i in range(len(rows)) if i != r]
     factors = [div(rows[i][c], top[c]) for i in others]
@@ -257,23 +271,23 @@ def _eliminated(rows: Rows, sizes: Sequence[Expr], memo: Sizes, r: int, c: int) 
         [sub(x, mul(f, y)) for j, (x, y) in enumerate(zip(rows[i], top, strict=True)) if j != c]
         for i, f in zip(others, factors, strict=True)
     ]
-    left = [largest([sizes[i], *(size(x, memo) for x in row)]) for i, row in zip(others, rest, strict=True)]
+    left = _Reach(lambda k: largest([sizes[others[k]], *(size(x, memo) for x in rest[k])]))
     return Eliminated(r, c, top, factors, _triangular(rest, left, memo))
 
 
-def _adjugate(rows: Rows, sizes: Sequence[Expr], memo: Sizes) -> Adjugate:
+def _adjugate(rows: Rows, sizes: _Reach, memo: Sizes) -> Adjugate:
     n = len(rows)
     cofactors = [[ONE]] if n == 1 else [[cofactor(rows, i, j) for j in range(n)] for i in range(n)]
     value = dot(rows[0], cofactors[0])
     if value is ZERO:
         raise SingularError(f"Expected an invertible {n} × {n} block, got determinant 0.")
-    divisor = Divisor(value, _size(value, sizes, memo), tuple(range(n)))
+    divisor = Divisor(value, _size(value, sizes, range(n), memo), tuple(range(n)))
     return Adjugate([list(column) for column in zip(*cofactors, strict=True)], divisor)
 
 
-def _pivoted(rows: Rows, sizes: Sequence[Expr]) -> Pivoted:
+def _pivoted(rows: Rows, sizes: _Reach) -> Pivoted:
     n = len(rows)
-    columns, scale = [list(column) for column in zip(*rows, strict=True)], list(sizes)
+    columns, scale = [list(column) for column in zip(*rows, strict=True)], [sizes[i] for i in range(n)]
     steps: list[Swap | Step] = []
 
     def take(step: Swap | Step, after: int) -> None:

@@ -134,13 +134,14 @@ def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics
     ]
     if constraint.kind != "configuration" or not wandering:
         return
-    rate = kinematics.speeds.in_speeds(time_derivative(constraint.expr), {})
-    total = _total(form)
-    power, wanted = (float(x) for x in kinematics.sample.numbers([total, rate]))
+    sample, total, rate = kinematics.sample, _total(form), time_derivative(constraint.expr)
+    power, wanted = float(sample.numbers([total])[0]), sample.at_speeds(rate)
     if abs(power - wanted) <= _SLACK * max(abs(power), abs(wanted)):
         return
-    memo = Sizes()
-    if abs(power - wanted) > _SLACK * max(map(float, kinematics.sample.numbers([size(total, memo), size(rate, memo)]))):
+    # W in numbers may be poor where W in symbols is not
+    rate, memo = kinematics.speeds.in_speeds(rate, {}), Sizes()
+    wanted = float(sample.numbers([rate])[0])
+    if abs(power - wanted) > _SLACK * max(map(float, sample.numbers([size(total, memo), size(rate, memo)]))):
         raise ModelError(
             f"Expected the rate of the configuration constraint {constraint.name!r} from the velocities of what it holds, got "
             f"{wanted:.6g} for the rate and {power:.6g} from the velocities at a random state: the place of {wandering[0].name} in "

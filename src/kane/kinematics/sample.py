@@ -86,6 +86,14 @@ class Sample:
         y = np.array([[row.get(b, 0.0) for b in rates] for row in numbers], dtype=float).reshape(-1, len(rates))
         return np.asarray(np.linalg.pinv(y) if np.isfinite(y).all() else np.full(y.T.shape, np.nan))
 
+    def at_speeds(self, e: Expr) -> float:
+        """The value of an expression affine in the rates, these by speeds drawn at random: q̇ = W u + X."""
+        known = self.speeds
+        numbers = np.broadcast_to(self.numbers([e])[0], (len(known.rates) + 1,))
+        u, x = self.numbers(known.speeds), self.numbers(known.x[b] for b in known.rates)
+        q_dot = self.inverse @ np.array(u) + np.array(x)
+        return float((numbers[:-1] - numbers[-1]) @ q_dot + numbers[-1])
+
     def coefficients(self, v: Vector) -> Array:
         """What multiplies each speed in the three measure numbers of `v` along the root's axes."""
         total = self.in_root(v)

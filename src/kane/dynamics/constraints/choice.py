@@ -33,6 +33,8 @@ _BETTER = 4.0
 """By how much another choice must be better than that at the first configuration."""
 _ROUNDS, _EXCHANGES = 6, 8
 """How many speeds are exchanged one after the other, and how many exchanges are looked at for each."""
+_FEW = 10_000
+"""Entries up to which matrices are eliminated side by side from the start: few small ones take the time of one."""
 
 Merit = tuple[int, int, float]
 
@@ -69,14 +71,16 @@ class Compared:
         return Compared(self.at.and_those_of(other.at), a, found)
 
 
-def compared(system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None) -> Compared:
-    """Configurations of the motion, all of one rank of the constraints; a ModelError where A is finite at none.
+def compared(
+    system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None, conditions: Closure | None = None
+) -> Compared:
+    """Configurations of the motion, which `conditions` hold, all of one rank of the constraints.
 
-    Where ranks differ they are looked at again around one of each.
+    A ModelError says that A is finite at none. Where ranks differ they are looked at again around one of each.
     """
 
     def at(place: Mapping[Symbol, float] | None) -> Compared:
-        found = configurations(system, [*rows.a.entries, *rows.a_auxiliary.entries], place)
+        found = configurations(system, [*rows.a.entries, *rows.a_auxiliary.entries], place, conditions=conditions)
         a = found.matrices(rows.a)
         usable = np.flatnonzero(np.isfinite(a).all(axis=(1, 2)))
         return Compared(found.only(usable), a[usable], ranks(a[usable]))
@@ -130,11 +134,12 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
         told = zip(absent, poor.tolist(), least.tolist(), strict=True)
         return [(-gone if bad < len(a) else -every, -bad, good) for gone, bad, good in told]
 
-    first = choose(a[0], preferred, easy=easy)
+    together = a if a.size <= _FEW else a[:1]
+    first, *others = choose_each(together, preferred, easy=easy)
     (best,) = merits([first])
     if best[:2] == (0, 0) and best[2] >= POOR:
         return first
-    others = list(dict.fromkeys(choose_each(a[1:], preferred, easy=easy)))
+    others = list(dict.fromkeys(others or choose_each(a[1:], preferred, easy=easy)))
     found, least = _best(first, (best[0], best[1], _BETTER * best[2]), others, merits)
     for _ in range(_ROUNDS):
         before = found

@@ -86,14 +86,18 @@ class Configurations:
 
 
 def configurations(
-    system: System, roots: Sequence[Expr], near: Mapping[Symbol, float] | None = None, seed: int = _SEED
+    system: System,
+    roots: Sequence[Expr],
+    near: Mapping[Symbol, float] | None = None,
+    seed: int = _SEED,
+    conditions: Closure | None = None,
 ) -> Configurations:
     """Values of every symbol below `roots` at configurations that satisfy the constraints, if those can be reached.
 
     Parameters take their defaults; what has none is drawn at random, for each start anew. With `near`, values of coordinates and of
     what else constraints depend on, all are closed from there; a ModelError where that cannot be done.
     """
-    conditions = closure(system)
+    conditions = conditions or closure(system)
     held, read = free_symbols(conditions.f), free_symbols(roots)
     values = values_of((*read, *free_symbols(branch_scalars(branches(system))), *held, *system.coordinates), seed)
     turning = [q for q in system.coordinates if q in set(read) - set(held)]

@@ -77,8 +77,10 @@ def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
     """Solve the constraints for the dependent speeds of `partition`, which they must give somewhere."""
     free = partition.independent(rows.a.shape[1])
     memo: Sizes = {}
-    reach = [largest(size(x, memo) for x in row) for row in rows.a.take(partition.rows)]
-    solver = square(rows.a.take(partition.rows, partition.dependent).rows, reach)
+    whole = rows.a.take(partition.rows).rows
+    solver = square(
+        rows.a.take(partition.rows, partition.dependent).rows, lambda i: largest(size(x, memo) for x in whole[i])
+    )
 
     def negative_solution(right: Matrix) -> Matrix:
         columns = (-right.take(partition.rows)).T
