@@ -36,8 +36,9 @@ def derive(
     system : System
     near : coordinates, by symbol or name, where the motion is, if the mechanism has other branches, and values of parameters, inputs
         and t that its constraints depend on: only configurations around the nearest one then decide
-    route : "classical" (M assembled and factored) or "recursive" (trees, in a number of operations that grows as they do); by default
-        the one with the fewest operations: `eom.route` says which, `eom.routes` the operations of those that were compared
+    route : "classical" (M assembled and factored) or, of trees, "recursive" (articulated inertias, in a number of operations that
+        grows as they do) or "composite" (composite inertias, shorter along short branches); by default the one with the fewest
+        operations: `eom.route` says which, `eom.routes` the operations of those that were compared
 
     Raises
     ------

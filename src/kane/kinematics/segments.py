@@ -175,6 +175,7 @@ class _Maker:
         self.ends: list[int] = []
         self.basis: list[Basis] = []
         self.bases: dict[Basis, int] = {}
+        self.early: dict[int, _Raw | None] = {}
         self.alike: dict[tuple[int, Parts], int] = {}
         self.shared: dict[tuple[int, Triple], tuple[int, Triple]] = {}
 
@@ -256,6 +257,7 @@ class _Maker:
             swift = form.total() if len(form.coefficients) == 1 else None
             own = along(k, sub(own[k], before.rates[k]))
         spin, slide, late = self.stages.raw(own), self.stages.raw(rates), False
+        self.early[len(self.steps)] = slide
         if slide is not None and not joins and not _single(slide):
             for measures in _measures(Vector(((o.base, rates),)), f):
                 other = self.stages.raw(measures)
@@ -278,10 +280,12 @@ class _Maker:
 
     def finished(self, tree: Tree) -> Segments:
         """The segments with their freedoms."""
-        steps = [
-            replace(step, slide=self.stages.stage(slide), spin=self.stages.stage(spin))
-            for step, (slide, spin) in zip(self.steps, self.raw, strict=True)
-        ]
+        before = {step.parent for step in self.steps if step.joins}
+        steps = []
+        for k, (step, (slide, spin)) in enumerate(zip(self.steps, self.raw, strict=True)):
+            late = step.late and k not in before  # what works along A slides along A
+            way = slide if late == step.late else self.early[k]
+            steps.append(replace(step, slide=self.stages.stage(way), spin=self.stages.stage(spin), late=late))
         return Segments(tuple(steps), tuple(self.ends), self.bases, tree.places)
 
 

@@ -15,8 +15,9 @@ from benchmarks.random_trees import random_tree
 from benchmarks.systems import COUNTED
 from kane.dynamics.derived import Derived, derived
 from kane.dynamics.routes.classical import classical
-from kane.dynamics.routes.recursive import recursions
+from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying, recursions
 from kane.gallery import four_bar, pendulums, rolling_disk
+from kane.kinematics.segments import Unsuited
 from tests.examples import examples
 from tests.oracles import kane_tree
 from tests.oracles.compare import tolerance
@@ -24,6 +25,7 @@ from tests.oracles.tree import trees
 from tests.systems import jointed
 
 SEEDS = (1, 2, 3)
+TREES = [name for name in COUNTED if "general axes" in name or "planar" in name or name == "7R arm"]
 
 
 def state(expressions, seed):
@@ -44,7 +46,11 @@ def state(expressions, seed):
 def difference(system):
     """The largest difference of u̇ by all routes over the largest u̇, over what rounding allows; None where there is one route."""
     parts = derived(system)
-    found = list(recursions(parts))
+    try:
+        carried = carrying(parts)
+        found = [by_recursion(parts, carried, route) for route in WAYS]
+    except Unsuited:
+        return None
     return max((_difference(parts, f) for f in found), default=None)
 
 
@@ -82,7 +88,7 @@ def test_trees_of_turns_and_slides(tree):
     assert off is None or off <= 1
 
 
-@pytest.mark.parametrize("name", [n for n in COUNTED if "general axes" in n or "planar" in n or n == "7R arm"])
+@pytest.mark.parametrize("name", [n if "free" not in n else pytest.param(n, marks=pytest.mark.slow) for n in TREES])
 def test_what_is_counted(name):
     assert difference(COUNTED[name]()) <= 1
 
@@ -108,10 +114,11 @@ def test_a_route_can_be_asked_for_and_is_kept():
     again = pickle.loads(pickle.dumps(usual))
     assert again.route == "classical"
     assert np.array_equal(*(e.evaluate(e.accelerations, q=[0.1] * 6, u=[1.0] * 6) for e in (again, usual)))
-    with pytest.raises(kn.ModelError, match="'classical', 'recursive'"):
+    with pytest.raises(kn.ModelError, match="'classical', 'recursive', 'composite'"):
         kn.derive(system, route="articulated")
 
 
+@pytest.mark.parametrize("route", WAYS)
 @pytest.mark.parametrize(
     ("make", "why"),
     [
@@ -120,10 +127,10 @@ def test_a_route_can_be_asked_for_and_is_kept():
         (lambda: pendulums.system(3, speeds="scrambled"), "no constant combinations"),
     ],
 )
-def test_what_no_recursion_expresses_is_said(make, why):
-    with pytest.raises(kn.ModelError, match=f"route='recursive', got .*{why}.*route='classical'"):
-        kn.derive(make(), route="recursive")
-    assert kn.derive(make()).route != "recursive"
+def test_what_no_recursion_expresses_is_said(make, why, route):
+    with pytest.raises(kn.ModelError, match=f"route='{route}', got .*{why}.*route='classical'"):
+        kn.derive(make(), route=route)
+    assert kn.derive(make()).route not in WAYS
 
 
 def test_the_mass_matrix_is_assembled_when_it_is_read(monkeypatch):
@@ -180,3 +187,25 @@ def test_reactions_follow_from_the_recursion():
     state = {"q": [0.3, -0.4, 0.5, 0.2, 0.9, -1.0], "u": [1.0, 2.0, -1.0, 0.5, 0.1, -2.0]}
     values = [np.array(e.evaluate([*e.accelerations, cut], **state)) for e in eoms]
     assert values[0] == pytest.approx(values[1], rel=1e-9)
+
+
+def test_a_body_that_slides_along_itself_and_carries_pins_about_the_axis_it_turns_about():
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81)
+    x, y, *q = kn.coordinates("x y q1:6")
+    frame, at = N.rotate("B0", q[0], N.z), kn.Point("O", fixed_in=N).at("A", x * N.x + y * N.y)
+    v = at.velocity(N)
+    definitions = [q[0].dt, v.dot(frame.x), v.dot(frame.y), *(a.dt for a in q[1:])]
+    bodies = []
+    for i, angle in enumerate((*q[1:], None)):
+        solid = {"mass": kn.parameter(f"m{i}", 1.0), "inertia": kn.inertia(frame, 1, 2, 3)}
+        bodies.append(kn.RigidBody(f"b{i}", frame=frame, mass_center=at.at(f"C{i}", frame.y * 0.2), **solid))
+        if angle is not None:
+            at = at.at(f"P{i}", frame.x * 0.4 + frame.z * 0.1)
+            frame = frame.rotate(f"B{i + 1}", angle, frame.z)
+    speeds = dict(zip(kn.speeds("u1:8"), definitions, strict=True))
+    assert difference(kn.System(N, bodies=bodies, speeds=speeds, loads=[kn.gravity(-g * N.y)])) <= 1
+
+
+def test_the_shorter_recursion_is_taken():
+    assert kn.derive(random_tree(range(-1, 6), 1)).route == "composite"
+    assert kn.derive(pendulums.system(10)).route == "recursive"

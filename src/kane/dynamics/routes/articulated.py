@@ -114,7 +114,7 @@ def _own(
     return own
 
 
-def _unit(axis: Triple) -> int | None:
+def unit(axis: Triple) -> int | None:
     """The place of the only component, where that is 1."""
     k = [i for i, x in enumerate(axis) if x is not ZERO]
     return k[0] if len(k) == 1 and axis[k[0]] is ONE else None
@@ -136,7 +136,7 @@ def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Piv
     pivots.append(Pivot(freedom, turning, t_n, t_f, rest, d))
     j, h, m = _less(felt.j, t_n, u_n, True), _less(felt.h, t_n, u_f, False), _less(felt.m, t_f, u_f, True)
     n, f = summed(felt.n, times(rest, u_n)), summed(felt.f, times(rest, u_f))
-    k = _unit(s)
+    k = unit(s)
     if k is None:
         return Inertia(j, h, m, n, f)
     if turning:
@@ -203,7 +203,7 @@ def _taken(
 ) -> tuple[Triple, Triple]:
     """The accelerations with ẇ of a freedom."""
     s = pivot.freedom.axis
-    k = _unit(s)
+    k = unit(s)
     known = alpha if pivot.turning else a
     if k is None:
         value = sub(pivot.rest, add(dot(pivot.t_n, alpha), dot(pivot.t_f, a)))

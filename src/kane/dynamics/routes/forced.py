@@ -1,21 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The routes of trees as one asks for them: with the reactions, and an error that says why where the system is no such tree."""
 
+from collections.abc import Callable
+
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
-from kane.dynamics.routes.recursive import by_recursion
+from kane.dynamics.routes.recursive import by_recursion, carrying
 from kane.dynamics.routes.trees import compared, tree_with_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError
 from kane.kinematics.segments import Unsuited
 
 
-def recursive(derived: Derived, partition: Partition | None) -> Solved:
-    """u̇ by articulated inertias, and the reactions; a ModelError where the system is no tree of joint speeds."""
-    try:
-        return compared([tree_with_reactions(derived, by_recursion(derived))])
-    except Unsuited as why:
-        raise ModelError(
-            f"Expected a tree of joint speeds without constraints for route='recursive', got {why}. Leave out route=, or take "
-            "route='classical'."
-        ) from None
+def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
+    """u̇ by one of the recursions, and the reactions; a ModelError where the system is no tree of joint speeds."""
+
+    def solve(derived: Derived, partition: Partition | None) -> Solved:
+        try:
+            return compared([tree_with_reactions(derived, by_recursion(derived, carrying(derived), route))])
+        except Unsuited as why:
+            raise ModelError(
+                f"Expected a tree of joint speeds without constraints for route={route!r}, got {why}. Leave out route=, or take "
+                "route='classical'."
+            ) from None
+
+    return solve

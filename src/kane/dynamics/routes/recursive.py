@@ -1,50 +1,88 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recursive route: u̇ of trees by articulated inertias.
+"""The recursive routes: u̇ of trees by articulated inertias, or by composite ones.
 
-It takes systems without constraints whose joint speeds are constant combinations of the generalized speeds, one after the other:
+They take systems without constraints whose joint speeds are constant combinations of the generalized speeds, one after the other:
 rates, sums and differences of rates, measure numbers of ω and v of a body in the one before. M and f are assembled when they are
 read.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from kane.dynamics.derived import Derived
-from kane.dynamics.routes.articulated import accelerations
+from kane.dynamics.routes import articulated, composite
+from kane.dynamics.routes.articulated import Passed, Wrenches
 from kane.dynamics.routes.carried import falling, load_wrenches, regrouped, rigid_bodies
 from kane.dynamics.routes.embedded import evident, holds_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
-from kane.kinematics.segments import Unsuited, segments, solved_rows
+from kane.kinematics.segments import Segment, Unsuited, segments, solved_rows
 from kane.kinematics.tree import tree_of
 from kane.numeric.sample import draw, value_of
+from kane.space.rotation import Triple
+from kane.space.spatial import Rigid
 
 _SEEDS = (20042, 20043, 20044)
+_BRANCH = 5
+"""Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones."""
 _TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
 """Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
+
+
+WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Triple], Passed]] = {
+    "recursive": articulated.accelerations,
+    "composite": composite.accelerations,
+}
+"""How joint accelerations are found, by the name of the route."""
 
 
 def recursions(derived: Derived) -> Iterator[Solved]:
     """The solutions without the reactions, as far as the system is one of those."""
     try:
-        yield by_recursion(derived)
+        carried = carrying(derived)
+        routes = WAYS if depth(carried.steps) <= _BRANCH else ("recursive",)
+        yield from (by_recursion(derived, carried, route) for route in routes)
     except Unsuited:
         return
 
 
-def by_recursion(derived: Derived) -> Solved:
-    """u̇ without the reactions; Unsuited, with what is in the way."""
+def depth(steps: Sequence[Segment]) -> float:
+    """The joint speeds from the ground to one, on average: about how many entries a row of M has."""
+    ways: list[int] = []
+    total = count = 0
+    for i, step in enumerate(steps):
+        own = len(step.slide.freedoms) + len(step.spin.freedoms)
+        ways.append(own + (ways[step.parent] if i else 0))
+        total, count = total + own * ways[i], count + own
+    return total / max(count, 1)
+
+
+class Carrying(NamedTuple):
+    """The segments with what they carry."""
+
+    steps: Sequence[Segment]
+    bodies: Sequence[Rigid]
+    loads: Wrenches
+
+
+def carrying(derived: Derived) -> Carrying:
+    """The segments of a tree; Unsuited, with what is in the way, where it is none of those."""
     _check_suited(derived)
     points = [p for load in derived.declared_loads for p, _ in load.forces]
     tree = tree_of(derived.system, derived.kinematics.aligned, points)
     found = segments(tree, derived.kinematics)
     bodies = regrouped(rigid_bodies(derived, found, tree.links), found.steps)
-    loads = load_wrenches(derived, found, tree.links)
+    return Carrying(found.steps, bodies, load_wrenches(derived, found, tree.links))
+
+
+def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
+    """u̇ without the reactions."""
     try:
-        passed = accelerations(found.steps, bodies, loads, falling(derived))
+        passed = WAYS[route](*carried, falling(derived))
     except SingularError:
         raise Unsuited("a speed that moves no mass") from None
     values = solved_rows(passed.rows, derived.speeds)
@@ -56,7 +94,7 @@ def by_recursion(derived: Derived) -> Solved:
         raise Unsuited("a speed that moves no mass")
     matrix = evident(derived)
     u_dot = tuple(values[u] for u in derived.speeds)
-    return Solved("recursive", derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
+    return Solved(route, derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
 
 
 def _check_suited(derived: Derived) -> None:

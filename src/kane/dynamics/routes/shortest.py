@@ -17,7 +17,7 @@ from kane.dynamics.routes.classical import unguarded_classical
 from kane.dynamics.routes.divisors import Poles
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.reactions import LARGE
-from kane.dynamics.routes.trees import compared, is_deep, trees
+from kane.dynamics.routes.trees import compared, is_grown, trees
 from kane.dynamics.routes.ways import (
     Exprs,
     Found,
@@ -41,7 +41,7 @@ _LONG = 400
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
     """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
     found = [] if partition is not None or holds_reactions(derived) else trees(derived)
-    if found and is_deep(derived):
+    if found and is_grown(derived):
         return compared(found)
     usual = _by_speeds(derived, partition).guarded()
     return compared([usual, *found]) if found else usual

@@ -8,7 +8,8 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.constraint_speeds import constraint_speeds
-from kane.dynamics.routes.forced import recursive
+from kane.dynamics.routes.forced import forced
+from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.routes.shortest import shortest
 from kane.dynamics.solved import Solved
 from kane.errors import ReactionError, SingularError
@@ -19,10 +20,10 @@ Route = Callable[[Derived, Partition | None], Solved]
 ROUTES: dict[str, Route] = {
     "classical": classical,
     "constraint speeds": constraint_speeds,
-    "recursive": recursive,
     "shortest": shortest,
+    **{name: forced(name) for name in WAYS},
 }
-ASKED = ("classical", "recursive")
+ASKED = ("classical", *WAYS)
 """Those that one may ask for."""
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Recursions among the routes: tried of trees from a few bodies on, and alone where bodies hang on bodies that hang on others.
+"""Recursions among the routes: tried of trees from a few bodies on, and from one more on alone.
 
 There they are shorter and sooner found, and M and f are assembled when they are read.
 """
@@ -16,8 +16,8 @@ from kane.expr.count import price
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.regular import factors
 
-_TREE, _DEPTH = 5, 6
-"""Bodies from which on recursions are tried; points to a mass centre, on average, from which on nothing else is."""
+_TREE, _GROWN = 5, 6
+"""Bodies from which on recursions are tried, and from which on nothing else is."""
 
 
 def trees(derived: Derived) -> list[Solved]:
@@ -33,10 +33,9 @@ def trees(derived: Derived) -> list[Solved]:
     ]
 
 
-def is_deep(derived: Derived) -> bool:
-    """Whether bodies hang on bodies that hang on others: recursion is then shorter than any M of theirs."""
-    points = [len(part.mass_center.ancestry()) for _, part, _ in derived.inertias]
-    return sum(points) >= _DEPTH * len(points)
+def is_grown(derived: Derived) -> bool:
+    """Whether a tree has so many bodies that recursion is shorter than any M of theirs."""
+    return len(derived.inertias) >= _GROWN
 
 
 def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
