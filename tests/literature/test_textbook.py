@@ -9,7 +9,17 @@ import pytest
 import kane as kn
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, as_expr
-from tests.literature.textbook import between_panes, cart, rolling_disk
+from tests.literature.textbook import (
+    between_panes,
+    cart,
+    contact_oscillator,
+    differential_drive,
+    rolling_disk,
+    sleigh,
+    turntable,
+    two_wheeled_pendulum,
+    vertical_disk,
+)
 from tests.literature.textbook.problem import READ
 
 MARGIN = 1.3
@@ -18,6 +28,13 @@ PROBLEMS = {
     "cart": cart.problem,
     "cart with uniform wheels": cart.with_uniform_wheels,
     "between panes": between_panes.problem,
+    "sleigh": sleigh.problem,
+    "vertical disk": vertical_disk.problem,
+    "sphere on a turntable": turntable.problem,
+    "differential drive": differential_drive.by_its_own_speeds,
+    "differential drive by its wheels": differential_drive.by_its_wheels,
+    "two-wheeled pendulum": two_wheeled_pendulum.problem,
+    "contact oscillator": contact_oscillator.problem,
 }
 
 
