@@ -35,6 +35,8 @@ def written(e):
         (C * (R * T + 0 * U), "R*sin(q)"),
         (S / C * U, "u*tan(q)"),
         (R * (U / R - V / R), "u - v"),
+        (F / (M + F / R / R), "F*R^2/(m*R^2 + F)"),
+        (R / (M * R + F * R), "1/(m + F)"),
         (U / (R + M) + V / (R + M), "(u + v)/(m + R)"),
     ],
 )

@@ -3,7 +3,7 @@
 
 import kane as kn
 from kane.expr.node import ZERO
-from kane.expr.shorten import shortened
+from kane.expr.shorten import shortened, with_short_quotients
 
 A, B = kn.parameters("a b")
 U, V = kn.speeds("u v")
@@ -33,3 +33,21 @@ def test_long_expressions_are_left():
     for k in range(200):
         e = e + kn.parameter(f"p{k}") * U - kn.parameter(f"p{k}") * V
     assert shortened([e]) == (e,)
+
+
+def test_short_quotients_are_written_shorter_where_all_get_shorter():
+    m, inertia = kn.parameters("m I")
+    u = A * inertia * U / (B * B * (m + inertia / (B * B)))
+    v = A * inertia * V / (B * B * (m + inertia / (B * B)))
+    found = with_short_quotients([u, -v, v / B, U], [A * U])
+    assert [str(x) for x in found[:2]] == ["a*I*u/(m*b^2 + I)", "-a*I*v/(m*b^2 + I)"]
+    assert found[2] is -found[1] / B
+    assert found[3] is U
+
+
+def test_what_all_share_is_kept():
+    shared = U / (A * (B + U / A))
+    others = [shared * shared, kn.sin(shared), A * (B + U / A)]
+    assert with_short_quotients([shared], others) == (shared,)
+    together = kn.count_operations(with_short_quotients([shared, *others], [])).total
+    assert together <= kn.count_operations([shared, *others]).total

@@ -10,14 +10,15 @@ import kane as kn
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, as_expr
 from tests.literature.textbook import (
+    bearing,
     between_panes,
     cart,
     contact_oscillator,
     differential_drive,
+    disk_from_contact,
     rolling_disk,
     sleigh,
     turntable,
-    two_wheeled_pendulum,
     vertical_disk,
 )
 from tests.literature.textbook.problem import READ
@@ -28,17 +29,24 @@ PROBLEMS = {
     "cart": cart.problem,
     "cart with uniform wheels": cart.with_uniform_wheels,
     "between panes": between_panes.problem,
+    "bearing": bearing.problem,
+    "disk from its contact": disk_from_contact.problem,
     "sleigh": sleigh.problem,
     "vertical disk": vertical_disk.problem,
     "sphere on a turntable": turntable.problem,
     "differential drive": differential_drive.by_its_own_speeds,
     "differential drive by its wheels": differential_drive.by_its_wheels,
-    "two-wheeled pendulum": two_wheeled_pendulum.problem,
     "contact oscillator": contact_oscillator.problem,
 }
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+SLOW = {"bearing"}
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in PROBLEMS],
+)
 def solved(request):
     problem = PROBLEMS[request.param]()
     return problem, kn.derive(problem.system)

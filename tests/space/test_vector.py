@@ -94,6 +94,16 @@ def test_a_vector_constant_in_a_frame_does_not_change_there():
     assert N.x.dt(N).is_zero
 
 
+def test_axes_of_two_frames_meet_in_one_between_that_has_both():
+    """About parallel axes: y of the frame that spins about it, and z of the one that turns about that."""
+    N = kn.Frame("N")
+    A = N.rotate("A", kn.coordinate("heading"), N.z)
+    D = A.rotate("D", kn.coordinate("roll"), A.y)
+    R = kn.parameter("R")
+    for found in (D.y.cross(R * N.z), -(R * N.z).cross(D.y)):
+        assert [(f.name, str(x), str(y), str(z)) for f, (x, y, z) in found.parts] == [("A", "R", "0", "0")]
+
+
 def test_normalized():
     v, of = random_vector(3)
     expected = of(0.2) / np.linalg.norm(of(0.2))

@@ -20,7 +20,7 @@ from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.regular import Guards, denominators, factors, guarding, unguarded
+from kane.expr.regular import Guards, extended, factors, guarding, unguarded
 from kane.expr.shorten import shortened
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.symbols import Speed, Symbols, rate
@@ -293,6 +293,4 @@ class Solved(Immutable):
         by: dict[Expr, Expr] = {u: x for u, x in zip(self.derived.speeds, values, strict=True) if u is not x}
         memo: dict[Expr, Expr] = {}
         found = shortened(plain, [substitute(x, by, memo) for x in plain])
-        sizes: Sizes = {}
-        held = (d for d in denominators(found) if any(f in e.guards for f in factors(d)))
-        return tuple(map(guarding({d: size(d, sizes) for d in held} | dict(e.guards)), found))
+        return tuple(map(guarding(extended(e.guards, found)), found))

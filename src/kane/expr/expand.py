@@ -11,7 +11,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from kane.expr.build import NODE_BUILDERS
-from kane.expr.collect import Powers, Term, ordered
+from kane.expr.collect import Powers, Term, factored, ordered
+from kane.expr.count import price
 from kane.expr.node import Expr, Number, constant_value
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB, TAN
 from kane.expr.visit import fold
@@ -71,12 +72,21 @@ def _factor(node: Expr, known: _Known) -> Polynomial:
 
 
 def _inverse(node: Expr, known: _Known) -> Polynomial:
+    """1/node: of a sum what its terms share is taken out first, 1/(m + I/R²) = R²/(m R² + I)."""
     below = _factor(node, known)
-    if len(below) != 1:
+    if not below:
         return {((node, -1),): 1}
+    if len(below) > 1:
+        terms = [dict(f) for f in below]
+        shared = {f: min(p.get(f, 0) for p in terms) for f in dict.fromkeys(f for p in terms for f in p)}
+        inverse = _powers({f: -k for f, k in shared.items()})
+        whole = factored([(n, f) for f, n in _times(below, {inverse: 1}).items()])
+        if inverse or price([whole]) < price([node]):
+            node = whole
+        return {_powers(dict(inverse) | {node: dict(inverse).get(node, 0) - 1}): 1}
     ((factors, n),) = below.items()
-    inverse: Number = Fraction(1, n) if isinstance(n, int) else 1 / n
-    return {tuple((f, -k) for f, k in factors): inverse}
+    number: Number = Fraction(1, n) if isinstance(n, int) else 1 / n
+    return {tuple((f, -k) for f, k in factors): number}
 
 
 def _powers(powers: Mapping[Expr, int]) -> Powers:

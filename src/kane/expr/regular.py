@@ -34,6 +34,12 @@ def guards(divisors: Iterable[tuple[Expr, Expr]], before: Iterable[Expr], after:
     return own
 
 
+def extended(by: Guards, roots: Iterable[Expr]) -> Guards:
+    """`by` with those divisors in `roots`, by their sizes, that hold some of its own as factors."""
+    memo: Sizes = {}
+    return {d: size(d, memo) for d in denominators(roots) if any(f in by for f in factors(d))} | dict(by)
+
+
 def factors(divisor: Expr) -> list[Expr]:
     """The denominator that a divisor makes, and what that is the product of."""
     found: dict[Expr, None] = {}

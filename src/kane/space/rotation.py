@@ -111,6 +111,13 @@ def path(source: Basis, target: Basis) -> tuple[tuple[Basis, ...], tuple[Basis, 
     return up[: len(up) - shared], down[: len(down) - shared][::-1]
 
 
+def between(a: Basis, b: Basis) -> tuple[Basis, ...]:
+    """The frames on the way from one to the other."""
+    up, down = path(a, b)
+    top = (common_base(a, b),) if up and down else ()
+    return (*up[1:], *top, *down[:-1])
+
+
 def connected(a: Basis, b: Basis) -> bool:
     """Whether both frames hang on one root."""
     return a.lineage[-1] is b.lineage[-1]

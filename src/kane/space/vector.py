@@ -20,6 +20,7 @@ from kane.space.rotation import (
     NOTHING,
     UNITS,
     Triple,
+    between,
     common_base,
     cost,
     cross3,
@@ -268,11 +269,16 @@ def angular_velocity(frame: Frame, base: Frame) -> Vector:
 
 
 def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, Triple]:
-    """Both triples along one frame, whichever is cheaper; ties go to the deeper frame's axes."""
+    """Both triples along one frame, theirs or one between that costs nothing; ties go to the deeper frame's axes."""
     if f is g:
         return f, v, w
     check_connected(f, g)
-    if cost(w, g, f) < cost(v, f, g):
+    there, here = cost(v, f, g), cost(w, g, f)
+    if there and here and single(v) is not None and single(w) is not None:
+        for h in between(f, g):
+            if not cost(v, f, h) and not cost(w, g, h):
+                return h, express(v, f, h), express(w, g, h)
+    if here < there:
         return f, v, express(w, g, f)
     return g, express(v, f, g), w
 

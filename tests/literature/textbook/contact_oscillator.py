@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A particle on springs whose velocity is held by ẋ + y ż = 0.
 
-McLachlan, R., Perlmutter, M. (2006), Integrators for nonholonomic mechanical systems, J. Nonlinear Sci. 16, 283-328, sec. 5.2; its multiplier is
-written out in ContactOscillator of https://github.com/olivierverdier/odelab (odelab/system/nonholonomic).
+McLachlan, R., Perlmutter, M. (2006), Integrators for nonholonomic mechanical systems, J. Nonlinear Sci. 16, 283-328, sec. 5.2; its
+multiplier is written out in ContactOscillator of https://github.com/olivierverdier/odelab (odelab/system/nonholonomic).
 """
 
 import kane as kn

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A robot with two driven wheels, by its own speeds and by those of its wheels.
 
-Dhaouadi, R., Abu Hatab, A. (2013), Dynamic modelling of differential-drive mobile robots using Lagrange and Newton-Euler methodologies: a
-unified framework, Adv. Robot. Autom. 2:107, doi 10.4172/2168-9695.1000107. The same formulas stand in models/ddmr.py of
+Dhaouadi, R., Abu Hatab, A. (2013), Dynamic modelling of differential-drive mobile robots using Lagrange and Newton-Euler
+methodologies: a unified framework, Adv. Robot. Autom. 2:107, doi 10.4172/2168-9695.1000107. The same formulas: models/ddmr.py of
 https://github.com/asarmadi/Differential_Drive_Mobile_Robot.
 """
 
@@ -28,9 +28,11 @@ def system(dependent: tuple[kn.Speed, ...]) -> kn.System:
     A = N.rotate("A", theta, N.z)
     P = O.at("P", x * N.x + y * N.y)
     bodies = [
-        kn.RigidBody("platform", frame=A, mass_center=P.at("G", d * A.x), mass=m_c, inertia=kn.inertia(A, I_c, I_c, I_c))
+        kn.RigidBody(
+            "platform", frame=A, mass_center=P.at("G", d * A.x), mass=m_c, inertia=kn.inertia(A, I_c, I_c, I_c)
+        )
     ]
-    loads: list[kn.Torque] = []
+    loads = []
     held: list[kn.Constraint] = [*kn.no_slip(P, along=A.y, name="across")]
     for name, angle, side, torque in (("right", of_right, -L, right), ("left", of_left, L, left)):
         frame = A.rotate(name, angle, A.y)

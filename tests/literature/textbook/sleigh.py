@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Chaplygin's sleigh, with a force of the ground on its blade.
 
-Bloch, A. M. (2003), Nonholonomic Mechanics and Control, Springer, sec. 1.7; quoted in https://mathematica.stackexchange.com/q/162070. K as in
-Neimark, J. I., Fufaev, N. A. (1972), Dynamics of Nonholonomic Systems, AMS, ch. II.
+Bloch, A. M. (2003), Nonholonomic Mechanics and Control, Springer, sec. 1.7; quoted in
+https://mathematica.stackexchange.com/questions/162070. K as in Neimark, J. I., Fufaev,
+N. A. (1972), Dynamics of Nonholonomic Systems, AMS, ch. II.
 """
 
 import kane as kn

@@ -16,6 +16,7 @@ from kane.dynamics.routes.absolute import absolute
 from kane.dynamics.routes.classical import unguarded_classical
 from kane.dynamics.routes.divisors import Poles
 from kane.dynamics.routes.embedded import holds_reactions
+from kane.dynamics.routes.quotients import with_short_quotients
 from kane.dynamics.routes.reactions import LARGE
 from kane.dynamics.routes.trees import compared, is_grown, trees
 from kane.dynamics.routes.ways import (
@@ -43,7 +44,7 @@ def shortest(derived: Derived, partition: Partition | None) -> Solved:
     found = [] if partition is not None or holds_reactions(derived) else trees(derived)
     if found and is_grown(derived):
         return compared(found)
-    usual = _by_speeds(derived, partition).guarded()
+    usual = with_short_quotients(_by_speeds(derived, partition)).guarded()
     return compared([usual, *found]) if found else usual
 
 
