@@ -16,15 +16,15 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, input_of, rate
 from kane.kinematics.aligned import AS_DECLARED, Aligned
+from kane.kinematics.matching import Matching
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.model.reactions import cut_of
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Triple
-from kane.space.vector import Vector, angular_velocity, axes
+from kane.space.vector import Vector
 
 Partials = dict[Expr, Vector]
-Forms = tuple[ScalarForm, ScalarForm, ScalarForm]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,18 +86,18 @@ class Kinematics:
     aligned: Aligned = AS_DECLARED
     contacts: Mapping[Point, Contact] = field(default_factory=dict)
     following: Mapping[Expr, Following] = field(default_factory=dict)
+    matching: Matching = field(init=False)
     _frames: dict[Basis, Motion] = field(default_factory=dict)
     _points: dict[Point, Motion] = field(default_factory=dict)
     _drift: dict[Expr, Expr] = field(default_factory=dict)
-    _rates: dict[Expr, Expr] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matching", Matching(self.speeds, self.sample))
 
     # Scalars --------------------------------------------------------------------------------------------------------
 
     def drift(self, e: Expr) -> Expr:
         """de/dt at constant speeds: q̇ = W u + X, u̇ = 0."""
-        if not self._rates:
-            system = self.speeds.system
-            self._rates.update(zip(system.coordinates, self.speeds.coordinate_rates(), strict=True))
         return tangent(e, self._leaf_drift, self._drift)
 
     def _leaf_drift(self, leaf: Expr) -> Expr:
@@ -105,13 +105,11 @@ class Kinematics:
             return ONE
         if leaf in self.following:
             return self.following[leaf].bias
-        return rate(leaf) if isinstance(leaf, Symbol) and input_of(leaf) is not None else self._rates.get(leaf, ZERO)
-
-    def _forms(self, rates: Triple) -> Forms:
-        if all(x is ZERO for x in rates):
-            return (_NO_FORM, _NO_FORM, _NO_FORM)
-        a, b, c = self.speeds.forms(rates)
-        return (a, b, c)
+        return (
+            rate(leaf)
+            if isinstance(leaf, Symbol) and input_of(leaf) is not None
+            else self.matching.rates.get(leaf, ZERO)
+        )
 
     def _vectors(self, forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:
         partials, rest = _vectors(forms, frame)
@@ -125,7 +123,9 @@ class Kinematics:
 
     def with_following(self, following: Mapping[Expr, Following], contacts: Mapping[Point, Contact]) -> "Kinematics":
         """The same motions where some speeds follow from others, without auxiliary speeds."""
-        return Kinematics(self.speeds, {}, self.sample, self.homes, self.aligned, contacts, following)
+        other = Kinematics(self.speeds, {}, self.sample, self.homes, self.aligned, contacts, following)
+        object.__setattr__(other, "matching", self.matching)
+        return other
 
     # Frames ---------------------------------------------------------------------------------------------------------
 
@@ -154,7 +154,7 @@ class Kinematics:
             return matched
         basis, rates = self.aligned.rates(frame)
         home = self.homes.get(frame, basis)
-        own = self._forms(rates)
+        own = self.matching.forms(rates)
         partials, rest = self._vectors(own, basis)
         for s, v in base.partials.items():
             if s not in auxiliary:
@@ -171,20 +171,10 @@ class Kinematics:
         """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
         if not self.speeds.nontrivial:
             return None
-        omega = angular_velocity(frame, self.speeds.system.inertial)
-        best: tuple[int, Basis, Forms] | None = None
-        counts = self.sample.whole(self.sample.coefficients(omega), frame.lineage)
-        for target, (count, _) in zip(frame.lineage, counts, strict=True):
-            if count <= (best[0] if best is not None else 0):
-                continue
-            for measures in _measures(omega, target):
-                forms = self._forms(measures)
-                score = sum(f.exact for f in forms)
-                if score and (best is None or score > best[0]):
-                    best = (score, target, forms)
-        if best is None:
+        found = self.matching.rotation(frame)
+        if found is None:
             return None
-        _, target, chosen = best
+        target, chosen = found
         partials, rest = self._vectors(chosen, target)
         partials.update(auxiliary)
         return self._direct(frame, target, partials, rest, chosen)
@@ -226,7 +216,7 @@ class Kinematics:
                 rest = rest + spin.rest.cross(arm)
             bias = bias + spin.bias.cross(arm) + spin.total.cross(spin.total.cross(arm))
             if point.body is None and _moves(r):
-                forms = self._forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
+                forms = self.matching.forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
                 slide, slide_rest = self._vectors(forms, f)
                 for s, v in slide.items():
                     _accumulate(partials, s, v)
@@ -292,33 +282,14 @@ class Kinematics:
         return (start.bias + spin.bias.cross(point.offset) + spin.total.cross(self.turning(point.offset))).gathered()
 
     def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
-        """v along the first frame in which two measure numbers, or all that it has, are sums of rows of Y."""
-        velocity = point.velocity(self.speeds.system.inertial)
-        targets = dict.fromkeys(g for f, _ in velocity.parts for g in f.lineage)
-        targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
-        whole = self.sample.whole(self.sample.coefficients(velocity), tuple(targets))
-        for target in [g for g, (count, every) in zip(targets, whole, strict=True) if count >= 2 or every]:
-            for measures in _measures(velocity, target):
-                forms = self._forms(measures)
-                exact = sum(f.exact for f in forms)
-                present = sum(bool(f.coefficients) for f in forms)
-                if exact and (exact >= 2 or exact == present):
-                    own, rest = self._vectors(forms, target)
-                    own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
-                    return self._direct(None, target, own, rest, forms)
-        return None
-
-
-_NO_FORM = ScalarForm({}, ZERO)
-
-
-def _measures(v: Vector, frame: Basis) -> tuple[Triple, ...]:
-    """The measure numbers of `v` along `frame` in the two ways in which a speed's definition may have come to them."""
-    components = v.components(frame)
-    x, y, z = axes(frame)
-    products = (v.dot(x), v.dot(y), v.dot(z))
-    same = all(x is y for x, y in zip(components, products, strict=True))
-    return (components,) if same else (components, products)
+        """v along a frame in which it is made of rows of Y; None where there is none."""
+        found = self.matching.translation(point)
+        if found is None:
+            return None
+        target, forms = found
+        own, rest = self._vectors(forms, target)
+        own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
+        return self._direct(None, target, own, rest, forms)
 
 
 def _vectors(forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:

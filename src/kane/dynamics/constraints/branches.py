@@ -56,12 +56,14 @@ def told(meant: tuple[Branch, ...], angles: Array) -> str:
 def turned_function(system: System, values: Mapping[Expr, Any]) -> Callable[[Array], Array]:
     """`turned` as a function of the coordinates (…, n), all other symbols at `values`, on the reference evaluator."""
     meant = branches(system)
+    if not meant:
+        return lambda q: np.zeros((*q.shape[:-1], 0))
     run = compile_reference(branch_scalars(meant), [*system.coordinates, *values])
     rest = list(values.values())
 
     def angles(q: Array) -> Array:
         scalars = run([*np.moveaxis(q, -1, 0), *rest])
         shaped = [np.broadcast_to(x, q.shape[:-1]) for x in scalars]
-        return turned(meant, np.stack(shaped, axis=-1) if shaped else np.zeros((*q.shape[:-1], 0)))
+        return turned(meant, np.stack(shaped, axis=-1))
 
     return angles
