@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.errors import SingularError
+from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO
 from kane.expr.regular import guarding, guards, unguarded
 from kane.expr.square import Adjugate, InOrder, Triangular, square
@@ -132,3 +133,21 @@ def test_what_is_left_of_zero_is_told_from_what_is_small():
         assert np.isfinite(kn.evaluate(quotient, usual | small))
         assert unguarded([quotient])[0] is 1 / divisor
         assert str(quotient) == str(1 / divisor)
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_parameters_of_whole_columns_or_rows_stay_out_of_the_determinant(transposed):
+    """A loop of two links: sin (q1 − q2) is compared with 1, whatever their lengths."""
+    (p, q), (a, b) = kn.coordinates("p q"), kn.parameters("a b")
+    rows = [[a * kn.sin(p), b * kn.sin(q)], [a * kn.cos(p), b * kn.cos(q)]]
+    rows = [list(row) for row in zip(*rows, strict=True)] if transposed else rows
+    right = list(kn.parameters("f g"))
+    x, solver = square(rows).solve(right), square(rows)
+    assert not {a, b} & set(free_symbols([solver.divisors[0].value]))
+    assert kn.count_operations(x).total <= 4 + 3 + 6 + 4
+    guarded = list(map(guarding(guards([(d.value, d.size) for d in solver.divisors], [], x)), x))
+    for shift in (0.7, 0.0):
+        numbers = {p: 0.4 + shift, q: 0.4, a: 1e-9, b: 3e5, right[0]: 0.3, right[1]: -2.0}
+        found = np.array(kn.evaluate(guarded, numbers))
+        matrix = np.array([kn.evaluate(row, numbers) for row in rows])
+        assert np.isnan(found).all() if shift == 0 else found == pytest.approx(np.linalg.solve(matrix, [0.3, -2.0]))

@@ -80,12 +80,13 @@ def divider(memo: Contents) -> Callable[[Expr, Powers], Expr]:
             return mul(divided(args[0], first), divided(args[1], rest))
         if op is DIV and all((memo.get(args[0]) or _NOTHING).get(p, 0) >= k for p, k in by.items()):
             return div(divided(args[0], by), args[1])
-        return ONE if by == {e: 1} else div(e, _product(by))
+        return ONE if by == {e: 1} else div(e, product_of(by))
 
     return divided
 
 
-def _product(powers: Powers) -> Expr:
+def product_of(powers: Powers) -> Expr:
+    """The product of parameters with their powers."""
     total: Expr = ONE
     for p, k in powers.items():
         for _ in range(k):

@@ -7,7 +7,7 @@ as operations. In formulas it is not shown: it changes no value that there is.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from kane.expr.build import NODE_BUILDERS, div
+from kane.expr.build import NODE_BUILDERS, div, mul
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, MUL, NEG, REGULAR
 from kane.expr.size import Sizes, never_zero, size
@@ -28,7 +28,7 @@ def guards(divisors: Iterable[tuple[Expr, Expr]], before: Iterable[Expr], after:
     own = {denominator(d): bound for d, bound in divisors}
     parts = [e for d in own for e in factors(d) if e not in own and not never_zero(e)]
     if parts:
-        new = denominators(after) - denominators(before)
+        new = _divided_by(after) - _divided_by(before)
         memo: Sizes = {}
         own.update((e, size(e, memo)) for e in parts if e in new)
     return own
@@ -57,6 +57,10 @@ def denominators(roots: Iterable[Expr]) -> set[Expr]:
     return {node.args[1] for node in postorder(roots) if node.op is DIV}
 
 
+def _divided_by(roots: Iterable[Expr]) -> set[Expr]:
+    return {f for d in denominators(roots) for f in factors(d)}
+
+
 def denominator(divisor: Expr) -> Expr:
     """What x / divisor is written with as its denominator: signs are taken out, and x / (a/b) is x b / a."""
     while divisor.op is NEG or divisor.op is DIV:
@@ -65,14 +69,17 @@ def denominator(divisor: Expr) -> Expr:
 
 
 def guarding(by: Guards) -> Callable[[Expr], Expr]:
-    """Puts guards where expressions divide by what may vanish; what expressions share is rewritten once."""
+    """Puts guards where expressions divide by what may vanish, or by its products; what expressions share is rewritten once."""
     images: dict[Expr, Expr] = {}
 
+    def below(node: Expr) -> Expr:
+        if node in by:
+            return NODE_BUILDERS["regular"](images[node], by[node])
+        return mul(*map(below, node.args)) if node.op is MUL else images[node]
+
     def image(node: Expr) -> Expr:
-        if node.op is DIV and node.args[1] in by:
-            above, below = (images[a] for a in node.args)
-            return div(above, NODE_BUILDERS["regular"](below, by[node.args[1]]))
-        return imaged(node, images)
+        guarded = below(node.args[1]) if node.op is DIV else None
+        return imaged(node, images) if guarded is None else div(images[node.args[0]], guarded)
 
     return (lambda root: fold(root, images, image)) if by else (lambda root: root)
 

@@ -13,10 +13,11 @@ from typing import NamedTuple, Protocol
 
 from kane.errors import SingularError
 from kane.expr.build import NODE_BUILDERS, div, mul, sub, where
+from kane.expr.content import Contents, content, divider, product_of
 from kane.expr.irreducible import Rows, in_order
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.ops import DIV
+from kane.expr.ops import DIV, NEG
 from kane.expr.regular import denominator
 from kane.expr.size import Sizes, is_unbounded, largest, never_zero, size
 from kane.expr.solve import LU, cofactor, lu
@@ -106,10 +107,12 @@ class Eliminated:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Adjugate:
-    """x = adj(A) (b / det A), for a few rows."""
+    """x = adj(A) (b / det A), for a few rows; of A without the parameters that `left` rows and `right` columns hold, R A C."""
 
     adjugate: Rows
     divisor: Divisor
+    left: Sequence[Expr]
+    right: Sequence[Expr]
 
     @property
     def divisors(self) -> tuple[Divisor, ...]:
@@ -118,12 +121,21 @@ class Adjugate:
 
     def solve(self, b: Sequence[Expr]) -> list[Expr]:
         """x with A x = b."""
+        value = self.divisor.value
         if len(b) == 1:
-            return [div(b[0], self.divisor.value)]
-        plain = [dot(row, b) for row in self.adjugate]
-        if sum(x is not ZERO for x in plain) <= sum(x is not ZERO for x in b):
-            return [div(x, self.divisor.value) for x in plain]
-        return [dot(row, [div(x, self.divisor.value) for x in b]) for row in self.adjugate]
+            return [div(b[0], value)]
+        plain = [dot(row, self._over(b, self.left)) for row in self.adjugate]
+        whole = all(x is ONE for x in self.left)
+        fewer = any(x is not ONE for x in self.right) or sum(x is not ZERO for x in plain) <= sum(
+            x is not ZERO for x in b
+        )
+        if whole and fewer:
+            return self._over(plain, [mul(value, k) for k in self.right])
+        shares = self._over(b, [mul(value, k) for k in self.left])
+        return self._over([dot(row, shares) for row in self.adjugate], self.right)
+
+    def _over(self, x: Sequence[Expr], by: Sequence[Expr]) -> list[Expr]:
+        return [div(a, k) for a, k in zip(x, by, strict=True)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -277,12 +289,29 @@ def _eliminated(rows: Rows, sizes: _Reach, memo: Sizes, r: int, c: int) -> Elimi
 
 def _adjugate(rows: Rows, sizes: _Reach, memo: Sizes) -> Adjugate:
     n = len(rows)
+    if n > 1 and not any(is_unbounded(x) or _is_quotient(x) for row in rows for x in row):
+        columns, right = _primitive(list(zip(*rows, strict=True)))
+        rows, left = _primitive(list(zip(*columns, strict=True)))
+    else:
+        left = right = [ONE] * n
     cofactors = [[ONE]] if n == 1 else [[cofactor(rows, i, j) for j in range(n)] for i in range(n)]
     value = dot(rows[0], cofactors[0])
     if value is ZERO:
         raise SingularError(f"Expected an invertible {n} × {n} block, got determinant 0.")
     divisor = Divisor(value, _size(value, sizes, range(n), memo), tuple(range(n)))
-    return Adjugate([list(column) for column in zip(*cofactors, strict=True)], divisor)
+    return Adjugate([list(column) for column in zip(*cofactors, strict=True)], divisor, left, right)
+
+
+def _is_quotient(e: Expr) -> bool:
+    return (e.args[0] if e.op is NEG else e).op is DIV
+
+
+def _primitive(rows: Sequence[Sequence[Expr]]) -> tuple[list[list[Expr]], list[Expr]]:
+    """Rows without the parameters that all of their entries hold, and these."""
+    memo: Contents = {}
+    divided = divider(memo)
+    common = [content(row, memo) for row in rows]
+    return [[divided(x, c) for x in row] for row, c in zip(rows, common, strict=True)], [product_of(c) for c in common]
 
 
 def _pivoted(rows: Rows, sizes: _Reach) -> Pivoted:
