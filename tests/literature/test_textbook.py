@@ -18,6 +18,7 @@ from tests.literature.textbook import (
     disk_from_contact,
     rolling_disk,
     sleigh,
+    stone,
     turntable,
     vertical_disk,
 )
@@ -36,6 +37,7 @@ PROBLEMS = {
     "sphere on a turntable": turntable.problem,
     "differential drive": differential_drive.by_its_own_speeds,
     "differential drive by its wheels": differential_drive.by_its_wheels,
+    "rattleback": stone.problem,
     "contact oscillator": contact_oscillator.problem,
 }
 
