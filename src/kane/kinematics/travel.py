@@ -7,7 +7,8 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from kane.expr.node import TWO
+from kane.expr.matrix import dot
+from kane.expr.node import TWO, ZERO, Expr
 from kane.kinematics.segments import Freedom, Segment, Stage
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.spatial import along, centripetal, summed, times
@@ -21,6 +22,8 @@ class Rates(NamedTuple):
     work: Triple
     ground: Triple
     """That of the common base of turns about parallel axes, along A."""
+    square: Expr = ZERO
+    """ω · ω of the segment."""
 
 
 class Biases(NamedTuple):
@@ -71,7 +74,7 @@ def angular_velocities(steps: Sequence[Segment], base: Sequence[bool]) -> list[R
             before = turn.down(before)
         ground = parent.ground if step.joins else before
         if step.turn is None:
-            found.append(Rates(before, before, before, ground))
+            found.append(Rates(before, before, before, ground, parent.square))
             continue
         relative = step.spin.total
         axis = step.turn.orientation.axis
@@ -79,10 +82,10 @@ def angular_velocities(steps: Sequence[Segment], base: Sequence[bool]) -> list[R
             work = summed(before, relative)
             if step.swift is not None:
                 work = summed(ground, along(axis, step.swift))
-            found.append(Rates(before, step.turn.down(work), work, ground))
+            found.append(Rates(before, step.turn.down(work), work, ground, dot(work, work)))
         else:
             own = summed(step.turn.down(before), relative)
-            found.append(Rates(before, own, own, ground))
+            found.append(Rates(before, own, own, ground, dot(own, own)))
     return found
 
 
@@ -113,12 +116,13 @@ def biases(
         entered = step.turn.down(w.before) if step.turn is not None and not base[i] else w.before
         spin = summed(step.spin.drift, cross3(entered, step.spin.total))
         at = w.before
+        square = rates[step.parent].square
         swing = slide.drift
         if step.late:
             doubled = summed(times(TWO, entered), step.spin.total)
             sliding = summed(swing, cross3(doubled, slide.total))
-            found.append(Biases(arm, centripetal(at, arm), sliding, spin))
+            found.append(Biases(arm, centripetal(at, arm, square), sliding, spin))
         else:
             coriolis = times(TWO, cross3(at, slide.total))
-            found.append(Biases(arm, summed(summed(centripetal(at, arm), coriolis), swing), NOTHING, spin))
+            found.append(Biases(arm, summed(summed(centripetal(at, arm, square), coriolis), swing), NOTHING, spin))
     return found

@@ -146,8 +146,8 @@ def skew(v: Triple) -> Cosines:
     return (ZERO, neg(z), y), (z, ZERO, neg(x)), (neg(y), x, ZERO)
 
 
-def centripetal(w: Triple, r: Triple) -> Triple:
-    """ω × (ω × r)."""
+def centripetal(w: Triple, r: Triple, square: Expr) -> Triple:
+    """ω × (ω × r); `square` is ω · ω, which is the same along every basis."""
     present = [k for k in range(3) if r[k] is not ZERO]
     if len(present) == 1:
         k = present[0]
@@ -158,9 +158,9 @@ def centripetal(w: Triple, r: Triple) -> Triple:
         out[i], out[j] = mul(w[i], both), mul(w[j], both)
         return out[0], out[1], out[2]
     if w[0] is ZERO and w[1] is ZERO:
-        square = neg(mul(w[2], w[2]))
-        return mul(square, r[0]), mul(square, r[1]), ZERO
-    both, square = dot(w, r), dot(w, w)
+        pull = neg(mul(w[2], w[2]))
+        return mul(pull, r[0]), mul(pull, r[1]), ZERO
+    both = dot(w, r)
     return triple(sub(mul(w[k], both), mul(r[k], square)) for k in range(3)) if present else NOTHING
 
 
@@ -198,11 +198,11 @@ class Rigid(NamedTuple):
                 rows[a][b] = rows[b][a] = x
         return Rigid(self.m, summed(self.h, times(self.m, r)), as_rows(rows))
 
-    def bias(self, w: Triple) -> tuple[Triple, Triple]:
-        """Moment and force of ω × J ω and ω × (ω × h); what J has of the unit dyadic adds nothing."""
+    def bias(self, w: Triple, square: Expr) -> tuple[Triple, Triple]:
+        """Moment and force of ω × J ω and ω × (ω × h), with ω · ω; what J has of the unit dyadic adds nothing."""
         common = self.j[2][2]
         j = as_rows([[sub(x, common) if a == b else x for b, x in enumerate(row)] for a, row in enumerate(self.j)])
-        return cross3(w, product(j, w)), centripetal(w, self.h)
+        return cross3(w, product(j, w)), centripetal(w, self.h, square)
 
     @property
     def is_nothing(self) -> bool:

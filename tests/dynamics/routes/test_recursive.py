@@ -209,3 +209,30 @@ def test_a_body_that_slides_along_itself_and_carries_pins_about_the_axis_it_turn
 def test_the_shorter_recursion_is_taken():
     assert kn.derive(random_tree(range(-1, 6), 1)).route == "composite"
     assert kn.derive(pendulums.system(10)).route == "recursive"
+
+
+def test_links_without_length_or_mass_are_as_good_as_others():
+    """A link's share of the next one's mass is a quotient by its length that has no divisor."""
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81)
+    at, bodies = kn.Point("O", fixed_in=N), []
+    for i in range(1, 8):
+        frame = N.rotate(f"B{i}", kn.coordinate(f"q{i}"), N.z)
+        m, length, inertia = (kn.parameter(f"{name}{i}", 1.0) for name in "mlI")
+        center = at.at(f"C{i}", length / 2 * frame.x)
+        bodies.append(
+            kn.RigidBody(f"b{i}", frame=frame, mass_center=center, mass=m, inertia=kn.inertia(frame, 0, 0, inertia))
+        )
+        at = at.at(f"P{i}", length * frame.x)
+    system = kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)])
+    state = {"q": np.linspace(-1, 2, 7), "u": np.linspace(2, -1, 7), "parameters": {"l3": 0.0, "m5": 0.0, "m3": 0.0}}
+    found, wanted = (
+        np.array(e.evaluate(e.accelerations, **state))
+        for e in (kn.derive(system, route="recursive"), kn.derive(system, route="classical"))
+    )
+    assert np.abs(found - wanted).max() <= 1e-12 * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize(("rods", "relative", "most"), [(10, False, 500), (40, False, 2100), (10, True, 550)])
+def test_planar_chains_are_as_short_as_by_hand(rods, relative, most):
+    """Each rod is two masses at its ends and a moment of inertia: M of the pins has two entries to add for it."""
+    assert kn.derive(pendulums.system(rods, relative=relative)).operations.state <= most

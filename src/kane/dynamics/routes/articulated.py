@@ -100,10 +100,10 @@ def _own(
     if in_a and step.turn is not None and hung is None:
         turned = body.before(step.turn)
         n, f = step.turn.up(n), step.turn.up(f)
-        n_w, f_w = turned.bias(w.work)
+        n_w, f_w = turned.bias(w.work, w.square)
         own = None if body.is_nothing and load is None else of_rigid(turned, summed(n, n_w), summed(f, f_w))
     else:
-        n_w, f_w = body.bias(w.own)
+        n_w, f_w = body.bias(w.own, w.square)
         own = None if body.is_nothing and load is None else of_rigid(body, summed(n, n_w), summed(f, f_w))
         if hung is not None:
             own = hung if own is None else own.plus(hung)

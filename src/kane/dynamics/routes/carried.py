@@ -5,21 +5,38 @@ Turned about an axis, a body with its mass centre on the axis and the inertia di
 position, and accelerates in the same way, whether it turns along or not. So of the parameters of a segment that turns about an axis
 the mass, m r*_z and one moment of inertia are carried by its parent, from the tips to the base; of one that slides the inertia, of one
 that turns about a point the mass (Khalil & Dombre 2002, sec. 9.4.2). That is done once for given parameters.
+
+Of links that turn about parallel axes each may have a mass at the end of its arm, where the next one turns: M of that one takes it in
+at two additions, and m r* of the link vanishes where it is along the arm.
 """
 
 from collections.abc import Sequence
 
 from kane.dynamics.bodies import ConstantInertia
 from kane.dynamics.derived import Derived
-from kane.expr.build import mul, sub
+from kane.expr.build import mul, neg, sub
+from kane.expr.collect import collected
+from kane.expr.content import Contents, content, divider, over_number
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import dot
-from kane.expr.node import ZERO
+from kane.expr.node import ZERO, Expr, constant_value
 from kane.kinematics.segments import Segment, Segments, Unsuited
 from kane.kinematics.tree import Link
 from kane.model.bodies import Part
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, cross3, path
-from kane.space.spatial import NO_MASS, NO_ROWS, Rigid, Turn, as_rows, mirrored, negative, summed, summed_rows, times
+from kane.space.spatial import (
+    NO_MASS,
+    NO_ROWS,
+    Rigid,
+    Turn,
+    as_rows,
+    mirrored,
+    negative,
+    summed,
+    summed_rows,
+    times,
+    triple,
+)
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
@@ -58,11 +75,15 @@ def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
     return rows
 
 
-def regrouped(bodies: Sequence[Rigid], steps: Sequence[Segment]) -> list[Rigid]:
-    """The same with what each segment need not carry moved to its parent."""
+def regrouped(bodies: Sequence[Rigid], steps: Sequence[Segment], balanced: bool) -> list[Rigid]:
+    """The same with what each segment need not carry moved to its parent; `balanced` with masses in the next of parallel axes."""
     own = list(bodies)
+    tips = _tips(steps) if balanced else {}
     for i in reversed(range(1, len(steps))):
         step, body = steps[i], own[i]
+        if i in tips:
+            body, mass = _balanced(step, body, steps[tips[i]].arm)
+            own[tips[i]] = own[tips[i]].plus(Rigid(mass, NOTHING, NO_ROWS))
         kept, moved = _shared(step, body)
         own[i] = kept
         if moved.is_nothing or step.parent == 0:  # the ground does not mind
@@ -72,6 +93,41 @@ def regrouped(bodies: Sequence[Rigid], steps: Sequence[Segment]) -> list[Rigid]:
             moved = moved.before(turn)
         own[step.parent] = own[step.parent].plus(moved)
     return own
+
+
+def _tips(steps: Sequence[Segment]) -> dict[int, int]:
+    """For segments that another turns in about a parallel axis, the number of this one."""
+    found: dict[int, int] = {}
+    for i, step in enumerate(steps):
+        if step.joins and not step.slide.freedoms and is_constant_in_time(step.arm):
+            found.setdefault(step.parent, i)
+    return found
+
+
+def _balanced(step: Segment, body: Rigid, arm: Triple) -> tuple[Rigid, Expr]:
+    """A body without the component of h along an arm with one, and the mass at the end of the arm that has it."""
+    along = [k for k in range(3) if arm[k] is not ZERO]
+    mass = shares(body.h[along[0]], arm[along[0]]) if len(along) == 1 and not any(step.slide.freedoms) else None
+    if mass is None:
+        return body, ZERO
+    mass = collected(mass)
+    left = body.plus(Rigid(neg(mass), NOTHING, NO_ROWS).moved(arm))
+    h = triple(ZERO if k in along else x for k, x in enumerate(left.h))
+    return Rigid(left.m, h, as_rows([list(map(collected, row)) for row in left.j])), mass
+
+
+def shares(h: Expr, r: Expr) -> Expr | None:
+    """h / r where r is a number or one times parameters that h holds; None else, or where h is none."""
+    if h is ZERO or r is ZERO:
+        return None
+    memo: Contents = {}
+    by = content([r], memo)
+    divided = divider(memo)
+    number = divided(r, by)
+    held = content([h], memo)
+    if constant_value(number) is None or any(held.get(p, 0) < k for p, k in by.items()):
+        return None
+    return over_number(divided(h, by), number)
 
 
 def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:

@@ -229,7 +229,7 @@ def _wrenches(
     """What each segment alone presses on its origin with."""
     on = way.on
     for i, (body, (alpha, a)) in enumerate(zip(bodies, moving, strict=True)):
-        n, f = body.bias(on.rates[i].work)
+        n, f = body.bias(on.rates[i].work, on.rates[i].square)
         n = summed(n, summed(product(body.j, alpha), cross3(body.h, a)))
         f = summed(f, summed(cross3(alpha, body.h), times(body.m, a)))
         if i in loads:

@@ -75,14 +75,15 @@ def carrying(derived: Derived) -> Carrying:
     points = [p for load in derived.declared_loads for p, _ in load.forces]
     tree = tree_of(derived.system, derived.kinematics.aligned, points)
     found = segments(tree, derived.kinematics)
-    bodies = regrouped(rigid_bodies(derived, found, tree.links), found.steps)
+    bodies = rigid_bodies(derived, found, tree.links)
     return Carrying(found.steps, bodies, load_wrenches(derived, found, tree.links))
 
 
 def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
     """u̇ without the reactions."""
     try:
-        passed = WAYS[route](*carried, falling(derived))
+        steps, bodies, loads = carried
+        passed = WAYS[route](steps, regrouped(bodies, steps, balanced=route == "recursive"), loads, falling(derived))
     except SingularError:
         raise Unsuited("a speed that moves no mass") from None
     values = solved_rows(passed.rows, derived.speeds)
