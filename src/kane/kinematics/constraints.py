@@ -5,8 +5,9 @@ The row of a constraint with places is Σ F·v_r + Σ T·ω_r from partial veloc
 constraint: itself), written in speeds. The derivative is taken of the scalar A u + b, never through a particle's acceleration.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from kane.errors import ModelError, NotAffineError, cut
 from kane.expr.affine import affine_forms
@@ -32,15 +33,20 @@ _SHORT = 20
 """Operations of A and b up to which they are differentiated as they stand: the accelerations that long ones hold others need, too."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ConstraintRows:
-    """A (m × n), A_a (m × auxiliary speeds), b and Ȧ u + ḃ (m), a row for each constraint."""
+    """A (m × n), A_a (m × auxiliary speeds), b and, where it is read, Ȧ u + ḃ (m), a row for each constraint."""
 
     constraints: tuple[Constraint, ...]
     a: Matrix
     a_auxiliary: Matrix
     b: tuple[Expr, ...]
-    drift: tuple[Expr, ...]
+    differentiated: Callable[[], tuple[Expr, ...]]
+
+    @cached_property
+    def drift(self) -> tuple[Expr, ...]:
+        """Ȧ u + ḃ."""
+        return self.differentiated()
 
 
 def constraint_rows(
@@ -64,7 +70,7 @@ def constraint_rows(
             [[_released(form, c, a, released[a]) for a in auxiliary] for c, form in forms], (len(forms), len(auxiliary))
         ),
         tuple(form.rest for _, form in forms),
-        tuple(_drift(c, form, kinematics) for c, form in forms),
+        lambda: tuple(_drift(c, form, kinematics) for c, form in forms),
     )
 
 

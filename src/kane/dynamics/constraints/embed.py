@@ -7,7 +7,7 @@ With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gi
     u̇_D = A_n u̇_I + c_D                     c_D = −A_D⁻¹ (Ȧ u + ḃ)
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -41,9 +41,14 @@ class Embedding:
     a_n: Matrix
     a_na: Matrix
     b_n: tuple[Expr, ...]
-    c: tuple[Expr, ...]
+    accelerated: Callable[[], tuple[Expr, ...]]
     divisors: tuple[Divisor, ...] = ()
     guards: Guards = field(default_factory=dict)
+
+    @cached_property
+    def c(self) -> tuple[Expr, ...]:
+        """c_D of u̇_D = A_n u̇_I + c_D."""
+        return self.accelerated()
 
     @cached_property
     def transposed(self) -> Square:
@@ -69,8 +74,14 @@ class Embedding:
 
     def guarded(self, guard: Callable[[Expr], Expr]) -> "Embedding":
         """The same with NaN where a divisor vanishes."""
-        b_n, c = tuple(map(guard, self.b_n)), tuple(map(guard, self.c))
-        return replace(self, a_n=self.a_n.map(guard), a_na=self.a_na.map(guard), b_n=b_n, c=c)
+        b_n = tuple(map(guard, self.b_n))
+        return replace(
+            self,
+            a_n=self.a_n.map(guard),
+            a_na=self.a_na.map(guard),
+            b_n=b_n,
+            accelerated=lambda: tuple(map(guard, self.c)),
+        )
 
 
 def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
@@ -86,11 +97,22 @@ def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
         columns = (-right.take(partition.rows)).T
         return Matrix([solver.solve(b) for b in columns], columns.shape).T
 
-    inputs = (rows.a.take(columns=free), rows.a_auxiliary, Matrix.column(rows.b), Matrix.column(rows.drift))
-    a_n, a_na, b_n, c = map(negative_solution, inputs)
-    before, after = ([x for m in parts for x in m.entries] for parts in ((rows.a, *inputs), (a_n, a_na, b_n, c)))
-    sizes = guards([(d.value, d.size) for d in solver.divisors], before, after)
-    return Embedding(rows, partition, free, a_n, a_na, b_n.entries, c.entries, solver.divisors, sizes)
+    def c() -> tuple[Expr, ...]:
+        return negative_solution(Matrix.column(rows.drift)).entries
+
+    inputs = (rows.a.take(columns=free), rows.a_auxiliary, Matrix.column(rows.b))
+    a_n, a_na, b_n = map(negative_solution, inputs)
+
+    def before() -> Iterator[Expr]:
+        yield from (x for m in (rows.a, *inputs) for x in m.entries)
+        yield from rows.drift
+
+    def after() -> Iterator[Expr]:
+        yield from (x for m in (a_n, a_na, b_n) for x in m.entries)
+        yield from c()
+
+    sizes = guards([(d.value, d.size) for d in solver.divisors], before(), after())
+    return Embedding(rows, partition, free, a_n, a_na, b_n.entries, c, solver.divisors, sizes)
 
 
 def first_partition(system: System, rows: ConstraintRows, compared: Compared) -> Partition:

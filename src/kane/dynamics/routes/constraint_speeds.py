@@ -50,7 +50,7 @@ def _twin(derived: Derived, w: ConstraintRates) -> Derived:
     m, n = rows.a.shape
     nothing = (ZERO,) * m
     held = ConstraintRows(
-        rows.constraints, Matrix([w.row(r, n) for r in range(m)], (m, n)), rows.a_auxiliary, nothing, nothing
+        rows.constraints, Matrix([w.row(r, n) for r in range(m)], (m, n)), rows.a_auxiliary, nothing, lambda: nothing
     )
     return by_other_speeds(derived, w.definitions(derived), held)
 
@@ -66,7 +66,7 @@ def _embedding(derived: Derived, partition: Partition, twin: Derived, w: Constra
     a_n = Matrix([[f.coefficients.get(speeds[i], ZERO) for i in free] for f in forms], (len(forms), len(free)))
     own = [speeds[i] for i in free]
     b_n = tuple(f.rest for f in forms)
-    drift = [twin.kinematics.drift(add(dot(row, own), b)) for row, b in zip(a_n, b_n, strict=True)]
+    drift = tuple(w.held(twin.kinematics.drift(add(dot(row, own), b))) for row, b in zip(a_n, b_n, strict=True))
     return Embedding(
         derived.constraints,
         partition,
@@ -74,5 +74,5 @@ def _embedding(derived: Derived, partition: Partition, twin: Derived, w: Constra
         a_n,
         -(by_w @ released),
         b_n,
-        tuple(map(w.held, drift)),
+        lambda: drift,
     )

@@ -67,10 +67,15 @@ def _twin(derived: Derived, w: ConstraintRates, chosen: Sequence[Touch]) -> Deri
     others = [r for r in range(m) if r not in w.speeds]
     rows = constraint_rows([constraints[r] for r in others], twin.kinematics, derived.auxiliary_speeds)
     a = [w.row(r, n) for r in range(m)]
-    b, drift = [ZERO] * m, [ZERO] * m
     for k, r in enumerate(others):
-        a[r], b[r], drift[r] = list(map(w.held, rows.a.rows[k])), w.held(rows.b[k]), w.held(rows.drift[k])
-    return replace(twin, constraints=replace(derived.constraints, a=Matrix(a, (m, n)), b=tuple(b), drift=tuple(drift)))
+        a[r] = list(map(w.held, rows.a.rows[k]))
+
+    def every(own: Exprs) -> Exprs:
+        by_row = dict(zip(others, own, strict=True))
+        return tuple(w.held(by_row.get(r, ZERO)) for r in range(m))
+
+    own = replace(derived.constraints, a=Matrix(a, (m, n)), b=every(rows.b), differentiated=lambda: every(rows.drift))
+    return replace(twin, constraints=own)
 
 
 def by_definitions(derived: Derived, twin: Derived, u_dot: Exprs, w: ConstraintRates) -> Exprs:

@@ -36,7 +36,7 @@ from kane.expr.count import Prices, price
 _FEW = 2
 """Of the ways so far those that are followed."""
 _LONG = 400
-"""Operations of q̇ and the rows of constraints from which on rates of constraints as speeds are shorter than the classical route."""
+"""Operations of q̇ and A, times the bodies, from which on rates of constraints as speeds are shorter than the classical route."""
 
 
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
@@ -115,7 +115,7 @@ class _Search:
         """
         d, e, rows = self.derived, self.e, self.derived.constraints
         held = touches(rows.constraints, e.partition.rows, d.kinematics)
-        if not self.coupled and self.price((*rows.a.entries, *rows.drift)) > _LONG:
+        if not self.coupled and self.price(rows.a.entries) * len(d.inertias) > _LONG:
             found = [way for ways in by_rates(d, e, held, coupled=False, large=True) for way in ways]
             if found:
                 return found, True
@@ -133,7 +133,7 @@ class _Search:
     def accelerations(self) -> list[tuple[Found, Exprs]]:
         """A few ways to u̇ of all speeds."""
         solutions, large = self.solutions()
-        poles = Poles((*self.e.c, *self.e.a_n.entries), lambda: self.usual.solution)
+        poles = Poles(self.e.a_n.entries, lambda: self.usual.solution)
         found: list[tuple[int, int, Found, Exprs]] = []
         for own, way in sorted(((self.cost(w), w) for w in solutions), key=lambda pair: pair[0])[:_FEW]:
             if found and own >= min(found)[0]:

@@ -103,7 +103,8 @@ def dependent_ways(derived: Derived, e: Embedding, way: Found, large: bool) -> I
     """u̇ with those of the dependent speeds, which follow from those of the independent ones."""
     solution, w = way.solution, way.w
     own = [solution.accelerations[i] for i in e.independent]
-    yield all_accelerations(e, own)
+    if w is None or not large or way.moving is None:
+        yield all_accelerations(e, own)
     if w is not None:
         yield by_definitions(derived, solution.derived, solution.accelerations, w)
     if not large:
