@@ -162,8 +162,9 @@ def test_energy_all_but_at_rest(offset):
     check = sol.energy_check
     assert check.relative < 1e-7
     # the largest is among a few samples, the first included, where it is k x0
-    assert check.scale == pytest.approx(800 * offset, rel=0.2, abs=1e-6)
+    moved = 5e-9  # by which a load at rest may move: a few times atol, since rounding leaves a little force
+    assert check.scale == pytest.approx(800 * offset, rel=0.2, abs=800 * moved)
     # the tighter the tolerance, the less is left open
     tight = kn.simulate(eom, (0, 5), q=[rest + offset], u=[0.0], atol=1e-13, rtol=1e-9, samples=101).energy_check
-    assert tight.scale <= max(1e-4 * check.scale + 400 * offset**2, 1e-6)
+    assert tight.scale <= max(1e-4 * check.scale + 400 * offset**2, 800 * moved)
     assert replace(sol, work=sol.work + np.linspace(0, 1e-3 * check.scale, 101)).energy_check.relative > 1e-4

@@ -99,7 +99,8 @@ class TestBoth(Parallelogram):
         turning = {"u1": 1.0, "u2": 0.0, "u3": 1.0, "u_r": 0.0, "u_s": 0.0}
         sol = kn.simulate(eom, (0, 1), q=given, u=turning, rtol=1e-10, atol=1e-10, samples=3)
         np.testing.assert_allclose(sol["u1"], 1, atol=1e-6)
-        np.testing.assert_allclose(np.abs(sol[[r, s]]).max(), 0, atol=1e-9)
+        # the lines meet at 3e-5: what misses them by rounding is as far from their crossing as 1e-12 is over that angle
+        np.testing.assert_allclose(np.abs(sol[[r, s]]).max(), 0, atol=1e-7)
         drops = [e.message for e, _ in sol.events if e.name == "rank of the constraints drops"]
         assert drops
         assert all("'close 1'" in m or "'close 2'" in m for m in drops)

@@ -51,7 +51,10 @@ class Compiled:
     def _program(self, routines: Sequence[str]) -> Program:
         outputs = self.bundle if "outputs" in routines else None
         names = [r for r in routines if r != "outputs" or not outputs]
-        return program(self.equations.solved, names, outputs, name=self.name, reciprocals=self.settings.contract)
+        contract, optimize = self.settings.contract, self.settings.optimize
+        return program(
+            self.equations.solved, names, outputs, name=self.name, reciprocals=contract, optimize=contract and optimize
+        )
 
     def _handle(self, name: str) -> Handle:
         return Handle(self._program((name,)), name, self.settings, {"p": self.default}, self.not_finite)

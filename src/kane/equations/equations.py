@@ -259,6 +259,7 @@ class Equations(Immutable):
         features: str = "",
         cache: bool = True,
         not_finite: NotFinite = "warn",
+        optimize: bool = True,
     ) -> Compiled:
         """Machine code of the equations, through LLVM; no compiler is needed on the machine.
 
@@ -274,6 +275,7 @@ class Equations(Immutable):
         features : what to add to "generic", as LLVM calls it: "+avx2,+fma"
         cache : keep the code in the user's cache folder, so that a second run compiles nothing (see `KANE_CACHE`)
         not_finite : "warn", "raise" or "ignore" where a result is infinite or NaN
+        optimize : rewrite to fewer operations, nearly as exact, where `contract` lets results round in another way
 
         Raises
         ------
@@ -282,7 +284,8 @@ class Equations(Immutable):
         ProgramError
             if the code could not run on this processor
         """
-        return compiled(eom, name, outputs, parameters, Settings(contract, cpu, features, cache), not_finite)
+        settings = Settings(contract, cpu, features, cache, optimize)
+        return compiled(eom, name, outputs, parameters, settings, not_finite)
 
     _numeric = read[dict[Settings, "Numeric[Equations]"]](lambda e: {}, "What was compiled, by settings.")
 

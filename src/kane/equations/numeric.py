@@ -47,7 +47,9 @@ class Numeric(Generic[E]):
 
     def _compile(self, keys: list[tuple[Any, ...]]) -> None:
         bundles = [make(self.equations, *arguments) for make, *arguments in keys]
-        programs = [build_program("model", b.ports, [b.task], self.settings.contract) for b in bundles]
+        contract = self.settings.contract
+        optimize = contract and self.settings.optimize
+        programs = [build_program("model", b.ports, [b.task], contract, optimize=optimize) for b in bundles]
         library = build_library(programs, self.settings) if programs else None
         for key, bundle, program in zip(keys, bundles, programs, strict=True):
             kind = Handle if [port.name for port in bundle.ports] == ["t", "x", "p", "r"] else CompiledRoutine

@@ -45,11 +45,13 @@ def program(
     *,
     name: str = "model",
     reciprocals: bool = True,
+    optimize: bool = True,
 ) -> Program:
     """The Program of the named routines, and of "outputs" where there are any.
 
     "rhs" gives ẋ = (q̇, u̇), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
-    values. `reciprocals` lets divisions by one divisor share its reciprocal, which rounds differently.
+    values. `reciprocals` lets divisions by one divisor share its reciprocal, which rounds differently, `optimize`
+    rewrites to fewer operations.
     """
     unknown = [r for r in routines if r not in ROUTINES]
     if unknown:
@@ -64,7 +66,7 @@ def program(
     def note(guard: Expr) -> Note:
         return left_out.get(guard) or Note(of_rates(solved, guard) or divided_by(pivot_of(solved, guard)))
 
-    return build_program(name, ports(solved.derived), tasks, reciprocals, SUBJECT, note)
+    return build_program(name, ports(solved.derived), tasks, reciprocals, SUBJECT, note, optimize)
 
 
 def rate_names(derived: Derived) -> list[str]:

@@ -10,6 +10,7 @@ from kane.errors import ValueMissingError
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.symbols import Symbol
+from kane.program.passes.optimize import optimized
 from kane.program.passes.reciprocal import with_reciprocals
 from kane.program.passes.tiers import assembled
 from kane.program.passes.verify import verified
@@ -33,10 +34,11 @@ def build_program(
     reciprocals: bool = False,
     subject: str = "expressions",
     note: Callable[[Expr], Note] | None = None,
+    optimize: bool = False,
 ) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
-    `note` says of a guard what its NaN means.
+    `optimize` rewrites to fewer operations, which round in another order. `note` says of a guard what its NaN means.
 
     Raises
     ------
@@ -44,7 +46,8 @@ def build_program(
         if an expression holds a symbol that no port gives
     """
     code = _numbered(name, subject, ports, tasks, note)
-    return assembled(with_reciprocals(code) if reciprocals else code)
+    code = with_reciprocals(code) if reciprocals else code
+    return assembled(optimized(code) if optimize else code)
 
 
 def _numbered(

@@ -15,13 +15,15 @@ class Settings:
     """How to compile; the fields are those of `kn.compile`, and motions and analyses take them as `settings=`.
 
     `contract` allows a·b + c in one rounding (FMA) and shared reciprocals. `cpu` is "host", or "generic" for what every processor of
-    this kind has, with the `features` to add. `cache` keeps the code in the user's cache folder.
+    this kind has, with the `features` to add. `cache` keeps the code in the user's cache folder. `optimize` rewrites to fewer
+    operations where `contract` lets results round in another way.
     """
 
     contract: bool = True
     cpu: str = "host"
     features: str = ""
     cache: bool = True
+    optimize: bool = True
 
 
 def build_library(programs: Sequence[Program], settings: Settings) -> Library:
