@@ -32,6 +32,7 @@ def written(e):
         (M * U * S**2 + M * C * (U * C), "m*u"),
         (M - M * S * S, "m*cos(q)^2"),
         ((U * S + V * C) ** 2 + (U * C - V * S) ** 2, "u^2 + v^2"),
+        (M * C * C + 4 * (M * S * S), "m*(3*sin(q)^2 + 1)"),
         (C * (R * T + 0 * U), "R*sin(q)"),
         (S / C * U, "u*tan(q)"),
         (R * (U / R - V / R), "u - v"),

@@ -123,7 +123,7 @@ def _times(a: Polynomial, b: Polynomial) -> Polynomial:
 
 
 def _without_squares(a: Polynomial) -> Polynomial:
-    """B x + S x s² + C x c² with as few of the three terms as there can be: (B + t) x + (S − t) x s² + (C − t) x c²."""
+    """B x + S x s² + C x c² as short as there can be: (B + t) x + (S − t) x s² + (C − t) x c²."""
     found, waiting = a, True
     while waiting:
         waiting = False
@@ -148,16 +148,21 @@ def _squares(f: Powers) -> list[tuple[Powers, Powers, Powers]]:
 
 
 def _fewer(a: Polynomial, of: tuple[Powers, Powers, Powers]) -> Polynomial | None:
-    """The polynomial with fewer of the terms x, x s² and x c²; None where these are as few as can be."""
+    """The polynomial with fewer of the terms x, x s² and x c², or of the squares; None where these are as few as can be."""
     plain, sine, cosine = (a.get(f, 0) for f in of)
-    now = sum(map(bool, (plain, sine, cosine)))
-    for t in (sine, cosine, -plain):
-        values = _added(plain, t), _added(sine, -t), _added(cosine, -t)
-        if sum(map(bool, values)) < now:
-            ours = set(of)  # a set compares hashes first: expressions refuse ==
-            left = {f: n for f, n in a.items() if f not in ours}
-            return left | {f: n for f, n in zip(of, values, strict=True) if n}
-    return None
+    ways = [(_added(plain, t), _added(sine, -t), _added(cosine, -t)) for t in (sine, cosine, -plain)]
+    best = min(ways, key=_length)
+    if _length(best)[0] >= _length((plain, sine, cosine))[0]:
+        return None
+    ours = set(of)  # a set compares hashes first: expressions refuse ==
+    left = {f: n for f, n in a.items() if f not in ours}
+    return left | {f: n for f, n in zip(of, best, strict=True) if n}
+
+
+def _length(numbers: tuple[Number, Number, Number]) -> tuple[int, int]:
+    """Of x, x s² and x c² the terms that there are, those with squares twice; then the changes of sign."""
+    plain, sine, cosine = map(bool, numbers)
+    return plain + 2 * (sine + cosine), len({n > 0 for n in numbers if n})
 
 
 def _with_tangents(f: Powers) -> Powers:
