@@ -10,7 +10,9 @@ import numpy as np
 
 import kane as kn
 
-KINDS = ("pin", "slider", "cylindrical", "screw", "planar", "universal", "ball", "free", "weld", "driven")
+KINDS = (
+    "pin", "slider", "cylindrical", "screw", "planar", "universal", "ball", "free", "weld", "driven", "turning ball", "turning free",
+)  # fmt: skip
 PLAIN = ("pin", "slider", "pin", "cylindrical", "pin", "ball", "free", "weld", "driven")
 """Those whose speeds are joint speeds."""
 
@@ -30,6 +32,9 @@ def _axis(rng: np.random.Generator, frame: kn.Frame) -> kn.Vector:
 
 
 def _joint(rng: np.random.Generator, kind: str, name: str, at: kn.Point, seat: kn.Frame) -> kn.Joint:
+    if kind in ("turning ball", "turning free"):
+        of = kn.ball if kind == "turning ball" else kn.free
+        return of(name, at, seat, orientation="angles")
     placed: dict[str, Callable[..., kn.Joint]] = {"ball": kn.ball, "free": kn.free, "weld": kn.weld}
     axial: dict[str, Callable[..., kn.Joint]] = {"pin": kn.pin, "slider": kn.slider, "cylindrical": kn.cylindrical}
     if kind in placed:

@@ -10,45 +10,21 @@ basis A, in which the arms turn (absolute angles, and sums of relative ones). Th
 nearest to the one before, so that the arm has no component along it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import is_constant_in_time
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ZERO, Expr
+from kane.kinematics.freedoms import Forms, Stage, Stages, Unsuited, is_single, is_still, measured
 from kane.kinematics.motion import Kinematics
-from kane.kinematics.speeds import ScalarForm
 from kane.kinematics.tree import Link, Tree
 from kane.space.point import Point
-from kane.space.rotation import NOTHING, UNITS, Basis, Triple, path
-from kane.space.spatial import Turn, along, summed
+from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
+from kane.space.spatial import Turn, Turns, along, summed
 from kane.space.vector import Parts, Vector
-
-
-class Unsuited(Exception):
-    """What no recursion of this kind expresses, as its text says; another route does."""
-
-
-_SHARED = "coordinates that several joints share, or bodies that turn in others by several absolute angles"
-_SPEEDS = "speeds that are no constant combinations of those of the joints"
-
-
-class Freedom(NamedTuple):
-    """A joint speed: what it adds to ω or to ṙ, and its row in the generalized speeds."""
-
-    axis: Triple
-    row: Mapping[Expr, Expr]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Stage:
-    """A slide or a turn: freedoms, and what ṙ or ω is in speeds, with its drift."""
-
-    freedoms: tuple[Freedom, ...] = ()
-    total: Triple = NOTHING
-    drift: Triple = NOTHING
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,9 +38,9 @@ class Segment:
     """
 
     parent: int
-    lead: tuple[Turn, ...]
+    lead: tuple[Turn | Turns, ...]
     arm: Triple
-    turn: Turn | None
+    turn: Turn | Turns | None
     joins: bool = False
     shift: Triple = NOTHING
     slide: Stage = field(default_factory=Stage)
@@ -77,12 +53,13 @@ class Segment:
 class Segments:
     """The segments, parents first, number 0 the ground.
 
-    `ends` are the segments that the links of the tree are fixed in, `bases` those whose ω a basis has.
+    `ends` are the segments that the links of the tree are fixed in, `bases` those whose ω a basis has, `basis` is the B of each.
     """
 
     steps: tuple[Segment, ...]
     ends: tuple[int, ...]
     bases: Mapping[Basis, int]
+    basis: tuple[Basis, ...]
     places: Mapping[Point, tuple[int, Vector]]
 
     def place(self, point: Point) -> tuple[int, Vector]:
@@ -101,81 +78,60 @@ class Segments:
         raise Unsuited(f"a torque on {basis.name}, which is between the joints")
 
 
-def is_still(rates: Iterable[Expr]) -> bool:
-    """Whether nothing moves."""
-    return all(x is ZERO for x in rates)
+_SHARED = "coordinates that several joints share, or bodies that turn in others by several absolute angles"
 
 
 def segments(tree: Tree, kinematics: Kinematics) -> Segments:
     """The segments of a tree; Unsuited where its joints are not by speeds of their own."""
-    maker = _Maker(kinematics, _Stages(kinematics))
+    maker = _Maker(kinematics, Stages(kinematics))
     maker.count(tree.links)
     for link in tree.links:
         maker.add(link)
     return maker.finished(tree)
 
 
-class _Raw(NamedTuple):
-    """The forms in speeds of what a stage makes of rates."""
+class _Step(NamedTuple):
+    """A turn to a basis, at measure numbers of ω along that."""
 
-    forms: tuple[ScalarForm, ScalarForm, ScalarForm]
-
-
-class _Stages:
-    """Forms of what moves, and the freedoms that they have once all of them are known."""
-
-    def __init__(self, kinematics: Kinematics) -> None:
-        self.kinematics = kinematics
-        self.users: dict[Expr, int] = {}
-
-    def raw(self, rates: Triple) -> _Raw | None:
-        """The forms of what changes with these rates, None of nothing."""
-        if is_still(rates):
-            return None
-        x, y, z = self.kinematics.speeds.forms(rates)
-        return _Raw((x, y, z))
-
-    def taken(self, raw: _Raw | None) -> _Raw | None:
-        """The same, kept."""
-        for s in {u for form in raw.forms for u in form.coefficients} if raw else ():
-            self.users[s] = self.users.get(s, 0) + 1
-        return raw
-
-    def stage(self, raw: _Raw | None) -> Stage:
-        """The freedoms of forms: one an axis, or one a speed that nothing else moves by."""
-        if raw is None:
-            return Stage()
-        rows = [(k, form.coefficients) for k, form in enumerate(raw.forms) if form.coefficients]
-        speeds = dict.fromkeys(s for _, row in rows for s in row)
-        if len(rows) <= 1 or _single(raw):
-            freedoms = tuple(Freedom(UNITS[k], row) for k, row in rows)
-        elif all(self.users[s] == 1 for s in speeds):
-            columns = {s: [form.coefficients.get(s, ZERO) for form in raw.forms] for s in speeds}
-            freedoms = tuple(Freedom((c[0], c[1], c[2]), {s: ONE}) for s, c in columns.items())
-        else:
-            raise Unsuited(_SPEEDS)
-        if not all(is_constant_in_time(f.row.values()) for f in freedoms):
-            raise Unsuited(_SPEEDS)
-        a, b, c = (form.total() for form in raw.forms)
-        drift = self.kinematics.drift
-        return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)))
+    turn: Turn | Turns
+    basis: Basis
+    rates: Triple
 
 
-def _single(raw: _Raw) -> bool:
-    """Whether each form is of one speed, and no two of the same."""
-    rows = [form.coefficients for form in raw.forms if form.coefficients]
-    return all(len(row) == 1 for row in rows) and len({s for row in rows for s in row}) == len(rows)
+def _way(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Turn | Turns], list[_Step]]:
+    """The constant turns from a link's basis at first, backwards along `down`, and what follows along `up`.
+
+    Between two bases turned about one axis of a third the way is the difference of their angles.
+    """
+    rest = [_Step(Turn(f), f, _orientation_rates(f)) for f in reversed(up)]
+    lead: list[Turn | Turns] = []
+    if not joins:
+        lead = [Turn(f, inverse=True) for f in reversed(down)]
+        if up and down and (between := _between(down[0], up[-1])) is not None:
+            lead, rest[0] = lead[:-1], between
+        while rest and is_still(rest[0].rates):
+            lead.append(rest.pop(0).turn)
+    return lead, rest
+
+
+def _between(a: Basis, b: Basis) -> _Step | None:
+    """The turn from one basis to another, both turned about one axis of their base."""
+    o, p = b.orientation, a.orientation
+    if o is None or p is None or o.axis is None or o.axis != p.axis or o.angle is None or p.angle is None:
+        return None
+    difference = about_axis(a, o.axis, sub(o.angle, p.angle))
+    return _Step(Turn(AlignedBasis(b.name, difference, {})), b, difference.rates)
 
 
 class _Maker:
-    def __init__(self, kinematics: Kinematics, stages: _Stages) -> None:
+    def __init__(self, kinematics: Kinematics, stages: Stages) -> None:
         self.kinematics, self.stages = kinematics, stages
         self.steps: list[Segment] = []
-        self.raw: list[tuple[_Raw | None, _Raw | None]] = []
+        self.raw: list[tuple[Forms | None, Forms | None]] = []
         self.ends: list[int] = []
         self.basis: list[Basis] = []
         self.bases: dict[Basis, int] = {}
-        self.early: dict[int, _Raw | None] = {}
+        self.early: dict[int, Forms | None] = {}
         self.alike: dict[tuple[int, Parts], int] = {}
         self.shared: dict[tuple[int, Triple], tuple[int, Triple]] = {}
 
@@ -207,22 +163,24 @@ class _Maker:
                 self._append(Segment(parent, (), arm, None), base)
                 return
         joins = len(down) == 1 and bool(up) and self._coaxial(parent, up[-1])
-        lead = [] if joins else [Turn(f, inverse=True) for f in reversed(down)]
-        rest = list(reversed(up))
-        while rest and not joins and is_still(_orientation_rates(rest[0])):
-            lead.append(Turn(rest.pop(0)))
-        if any(not is_still(turn.orientation.rates) for turn in lead):
+        lead, rest = _way(up, down, joins)
+        if any(not is_still(_orientation_rates(turn.basis)) for turn in lead):
             raise Unsuited(_SHARED)
         if not is_still(rates) and (lead or not rest):
             parent = self._append(Segment(parent, (), arm, None), base, slide=self.stages.raw(rates))
             arm, rates = NOTHING, NOTHING
             if not lead and not rest:
                 return
-        for f in rest:
-            if is_still(_orientation_rates(f)):
-                lead.append(Turn(f))
+        together = self._together(rest) if len(rest) > 1 and not joins else None
+        if together is not None:
+            whole = _Step(Turns(tuple(step.turn for step in rest)), link.basis, together)
+            self._turned(parent, tuple(lead), arm, rates, whole, joins)
+            return
+        for step in rest:
+            if is_still(step.rates):
+                lead.append(step.turn)
                 continue
-            parent = self._turned(parent, tuple(lead), arm, rates, f, joins)
+            parent = self._turned(parent, tuple(lead), arm, rates, step, joins)
             lead, arm, rates, joins = [], NOTHING, NOTHING, False
             arm = self.steps[parent].shift
         if lead or not rest:
@@ -243,35 +201,45 @@ class _Maker:
         turn, o = self.steps[parent].turn, f.orientation
         if turn is None or o is None or o.axis is None:
             return False
-        return turn.basis is self.basis[parent] and turn.orientation.axis == o.axis and turn.orientation.base is o.base
+        return turn.basis is self.basis[parent] and turn.axis == o.axis and turn.base is o.base
 
-    def _turned(self, parent: int, lead: tuple[Turn, ...], arm: Triple, rates: Triple, f: Basis, joins: bool) -> int:
-        """A segment that slides and turns."""
-        o, swift = f.orientation, None
-        assert o is not None
-        own = o.rates
-        if joins and o.axis is not None:
-            k, before = o.axis, self.basis[parent].orientation
-            assert before is not None
+    def _together(self, rest: Sequence[_Step]) -> Triple | None:
+        """ω of several turns along the last basis, where each measure number is a speed, and not each turn has its own."""
+        raw = [self.stages.raw(step.rates) for step in rest]
+        if all(r is None or is_single(r) for r in raw):
+            return None
+        relative = Vector([(step.basis, step.rates) for step in rest])
+        for measures in measured(relative, rest[-1].basis):
+            whole = self.stages.raw(measures)
+            if whole is not None and is_single(whole):
+                return measures
+        return None
+
+    def _turned(
+        self, parent: int, lead: tuple[Turn | Turns, ...], arm: Triple, rates: Triple, step: _Step, joins: bool
+    ) -> int:
+        """A segment that slides at `rates` and turns."""
+        (turn, basis, own), swift = step, None
+        k = turn.axis
+        if joins and k is not None:
             (form,) = self.kinematics.speeds.forms([own[k]])
             swift = form.total() if len(form.coefficients) == 1 else None
-            own = along(k, sub(own[k], before.rates[k]))
+            own = along(k, sub(own[k], _orientation_rates(self.basis[parent])[k]))
         spin, slide, late = self.stages.raw(own), self.stages.raw(rates), False
         self.early[len(self.steps)] = slide
-        if slide is not None and not joins and not _single(slide):
-            for measures in _measures(Vector(((o.base, rates),)), f):
+        if slide is not None and not joins and not is_single(slide):
+            for measures in measured(Vector(((turn.base, rates),)), basis):
                 other = self.stages.raw(measures)
-                if other is not None and _single(other):
+                if other is not None and is_single(other):
                     slide, late = other, True
                     break
         arm, shift = _down(lead, arm), NOTHING
-        if o.axis is not None and slide is None:
-            k = o.axis
+        if k is not None and slide is None:
             shift, arm = along(k, arm[k]), (*arm[:k], ZERO, *arm[k + 1 :])  # type: ignore[assignment]
-        segment = Segment(parent, lead, arm, Turn(f), joins, shift, late=late, swift=swift)
-        return self._append(segment, f, slide, spin)
+        segment = Segment(parent, lead, arm, turn, joins, shift, late=late, swift=swift)
+        return self._append(segment, basis, slide, spin)
 
-    def _append(self, segment: Segment, basis: Basis, slide: _Raw | None = None, spin: _Raw | None = None) -> int:
+    def _append(self, segment: Segment, basis: Basis, slide: Forms | None = None, spin: Forms | None = None) -> int:
         self.steps.append(segment)
         self.basis.append(basis)
         self.raw.append((self.stages.taken(slide), self.stages.taken(spin)))
@@ -286,7 +254,7 @@ class _Maker:
             late = step.late and k not in before  # what works along A slides along A
             way = slide if late == step.late else self.early[k]
             steps.append(replace(step, slide=self.stages.stage(way), spin=self.stages.stage(spin), late=late))
-        return Segments(tuple(steps), tuple(self.ends), self.bases, tree.places)
+        return Segments(tuple(steps), tuple(self.ends), self.bases, tuple(self.basis), tree.places)
 
 
 def _orientation_rates(f: Basis) -> Triple:
@@ -294,47 +262,7 @@ def _orientation_rates(f: Basis) -> Triple:
     return f.orientation.rates
 
 
-def _down(lead: Sequence[Turn], v: Triple) -> Triple:
+def _down(lead: Sequence[Turn | Turns], v: Triple) -> Triple:
     for turn in lead:
         v = turn.down(v)
     return v
-
-
-def _measures(v: Vector, basis: Basis) -> Iterator[Triple]:
-    """The measure numbers in the two ways in which a speed's definition may have come to them."""
-    yield v.components(basis)
-    x, y, z = (v.dot(Vector(((basis, unit),))) for unit in UNITS)
-    yield x, y, z
-
-
-def solved_rows(rows: Iterable[tuple[Mapping[Expr, Expr], Expr]], speeds: Sequence[Expr]) -> dict[Expr, Expr] | None:
-    """u̇ of Σ c u̇ = λ, one after the other from rows that hold one more; None where they do not give all."""
-    found: dict[Expr, Expr] = {}
-    waiting = list(rows)
-    if len(waiting) != len(speeds):
-        return None
-    while waiting:
-        left = []
-        for row, value in waiting:
-            new = [s for s in row if s not in found]
-            if len(new) > 1:
-                left.append((row, value))
-                continue
-            if not new:
-                return None
-            for s, c in row.items():
-                if s in found:
-                    value = sub(value, _times(c, found[s]))
-            found[new[0]] = _over(value, row[new[0]])
-        if len(left) == len(waiting):
-            return None
-        waiting = left
-    return found
-
-
-def _times(c: Expr, x: Expr) -> Expr:
-    return x if c is ONE else c * x
-
-
-def _over(x: Expr, c: Expr) -> Expr:
-    return x if c is ONE else x / c

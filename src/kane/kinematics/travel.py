@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
-from kane.kinematics.segments import Freedom, Segment, Stage
+from kane.kinematics.freedoms import Freedom, Stage
+from kane.kinematics.segments import Segment
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.spatial import along, centripetal, summed, times
 
@@ -77,7 +78,7 @@ def angular_velocities(steps: Sequence[Segment], base: Sequence[bool]) -> list[R
             found.append(Rates(before, before, before, ground, parent.square))
             continue
         relative = step.spin.total
-        axis = step.turn.orientation.axis
+        axis = step.turn.axis
         if base[i] and axis is not None:
             work = summed(before, relative)
             if step.swift is not None:

@@ -44,6 +44,16 @@ class Turn(NamedTuple):
         assert o is not None
         return o
 
+    @property
+    def axis(self) -> int | None:
+        """The basis axis that it turns about; None about another."""
+        return self.orientation.axis
+
+    @property
+    def base(self) -> Basis:
+        """The base of the basis."""
+        return self.orientation.base
+
     def down(self, v: Triple) -> Triple:
         """Measure numbers before the turn as those after it."""
         return leave(self.basis, v) if self.inverse else enter(self.basis, v)
@@ -74,6 +84,47 @@ class Turn(NamedTuple):
         columns = transposed((a, b, d))
         a, b, d = (product(c, column) for column in columns)
         return transposed((a, b, d))
+
+
+class Turns(NamedTuple):
+    """Changes of basis one after the other, from the base of the first to the last."""
+
+    steps: tuple["Turn | Turns", ...]
+    axis: None = None
+
+    @property
+    def basis(self) -> Basis:
+        """The last."""
+        return self.steps[-1].basis
+
+    @property
+    def base(self) -> Basis:
+        """The base of the first."""
+        return self.steps[0].base
+
+    def down(self, v: Triple) -> Triple:
+        """Measure numbers before the turns as those after them."""
+        for turn in self.steps:
+            v = turn.down(v)
+        return v
+
+    def up(self, v: Triple) -> Triple:
+        """Measure numbers after the turns as those before them."""
+        for turn in reversed(self.steps):
+            v = turn.up(v)
+        return v
+
+    def up_symmetric(self, rows: Cosines) -> Cosines:
+        """Those of a symmetric dyadic."""
+        for turn in reversed(self.steps):
+            rows = turn.up_symmetric(rows)
+        return rows
+
+    def up_general(self, rows: Cosines) -> Cosines:
+        """Those of a dyadic."""
+        for turn in reversed(self.steps):
+            rows = turn.up_general(rows)
+        return rows
 
 
 def _turned_general(rows: Cosines, axis: int, c: Expr, s: Expr) -> Cosines:
@@ -181,7 +232,7 @@ class Rigid(NamedTuple):
         """Both together."""
         return Rigid(add(self.m, other.m), summed(self.h, other.h), summed_symmetric(self.j, other.j))
 
-    def before(self, turn: Turn) -> "Rigid":
+    def before(self, turn: Turn | Turns) -> "Rigid":
         """Along the basis before a turn."""
         return Rigid(self.m, turn.up(self.h), turn.up_symmetric(self.j))
 
@@ -232,7 +283,7 @@ class Inertia(NamedTuple):
             summed(self.f, other.f),
         )
 
-    def before(self, turn: Turn) -> "Inertia":
+    def before(self, turn: Turn | Turns) -> "Inertia":
         """Along the basis before a turn."""
         return Inertia(
             turn.up_symmetric(self.j),

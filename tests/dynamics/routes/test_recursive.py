@@ -17,7 +17,7 @@ from kane.dynamics.derived import Derived, derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying, recursions
 from kane.gallery import four_bar, pendulums, rolling_disk
-from kane.kinematics.segments import Unsuited
+from kane.kinematics.freedoms import Unsuited
 from tests.examples import examples
 from tests.oracles import kane_tree
 from tests.oracles.compare import tolerance
@@ -236,3 +236,48 @@ def test_links_without_length_or_mass_are_as_good_as_others():
 def test_planar_chains_are_as_short_as_by_hand(rods, relative, most):
     """Each rod is two masses at its ends and a moment of inertia: M of the pins has two entries to add for it."""
     assert kn.derive(pendulums.system(rods, relative=relative)).operations.state <= most
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_joints_oriented_by_angles_turn_by_their_angular_velocity(seed):
+    """Where bodies are not tilted by numbers; elsewhere the classical route is left."""
+    off = difference(jointed.system(seed, 3, ("turning ball", "turning free", "pin")))
+    assert off is None or off <= 1
+
+
+def test_u_dot_is_right_at_gimbal_lock_of_a_free_body_and_below_a_universal_joint():
+    """Speeds are ω and v along the body; at q2 = π/2 its angles' rates are infinite."""
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81)
+    joints = [kn.free("base", kn.Point("O", fixed_in=N), N, orientation="angles")]
+    at, frame = joints[0].point, joints[0].frame
+    for i in range(1, 4):
+        cross = kn.universal(f"cross{i}", at.at(f"P{i}", 0.3 * frame.x), frame, axes=(frame.x, frame.y))
+        joints += [
+            cross,
+            kn.ball(f"ball{i}", cross.point.at(f"Q{i}", 0.2 * cross.frame.z), cross.frame, orientation="angles"),
+        ]
+        at, frame = joints[-1].point, joints[-1].frame
+    bodies = [
+        kn.RigidBody(
+            j.name,
+            frame=j.frame,
+            mass_center=j.point.at(f"C{j.name}", 0.1 * j.frame.y + 0.05 * j.frame.x),
+            mass=kn.parameter(f"m_{j.name}", 1.0),
+            inertia=kn.inertia(j.frame, 0.1, 0.2, 0.15, 0.01),
+        )
+        for j in joints
+    ]
+    system = kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-g * N.z)])
+    eom, usual = kn.derive(system), kn.derive(system, route="classical")
+    assert eom.route in WAYS
+    rng = np.random.default_rng(1)
+    q, u = {x: rng.uniform(-1, 1) for x in system.coordinates}, rng.normal(size=len(eom.speeds))
+    locked = [x for x in system.coordinates if x.name.startswith("q2_b")]
+
+    def at_lock(e, off=0.0):
+        return np.array(e.evaluate(e.accelerations, q=q | dict.fromkeys(locked, np.pi / 2 + off), u=u))
+
+    here, beside, wanted = at_lock(eom), at_lock(eom, 1e-3), at_lock(usual, 1e-3)
+    size = np.abs(wanted).max()
+    assert np.abs(beside - wanted).max() <= 1e-9 * size
+    assert np.abs(here - (at_lock(eom, 1e-4) + at_lock(eom, -1e-4)) / 2).max() <= 1e-6 * size

@@ -16,7 +16,8 @@ from kane.errors import SingularError
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
-from kane.kinematics.segments import Freedom, Segment
+from kane.kinematics.freedoms import Freedom
+from kane.kinematics.segments import Segment
 from kane.kinematics.travel import Rates, Travel, travel
 from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
 from kane.space.spatial import Inertia, Rigid, as_rows, negative, of_rigid, summed, times, triple

@@ -20,7 +20,8 @@ from kane.expr.content import Contents, content, divider, over_number
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, constant_value
-from kane.kinematics.segments import Segment, Segments, Unsuited
+from kane.kinematics.freedoms import Unsuited
+from kane.kinematics.segments import Segment, Segments
 from kane.kinematics.tree import Link
 from kane.model.bodies import Part
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, cross3, path
@@ -138,7 +139,7 @@ def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:
         return (NO_MASS, body) if still else (body._replace(j=NO_ROWS), Rigid(ZERO, NOTHING, body.j))
     if not still:
         return body, NO_MASS
-    k = None if step.turn is None else step.turn.orientation.axis
+    k = None if step.turn is None else step.turn.axis
     if k is None:
         return body._replace(m=ZERO), Rigid(body.m, NOTHING, NO_ROWS)
     i, j = (k + 1) % 3, (k + 2) % 3
@@ -152,10 +153,10 @@ def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:
     return kept, Rigid(body.m, (along[0], along[1], along[2]), as_rows(rows))
 
 
-def load_wrenches(derived: Derived, segments: Segments, links: Sequence[Link]) -> dict[int, tuple[Triple, Triple]]:
+def load_wrenches(derived: Derived, segments: Segments) -> dict[int, tuple[Triple, Triple]]:
     """Moment about the origin and force, along B, of the loads on each segment."""
     aligned, found = derived.kinematics.aligned, dict[int, tuple[Triple, Triple]]()
-    basis = {number: link.basis for number, link in zip(segments.ends, links, strict=True)}
+    basis = segments.basis
     forces: list[tuple[int, Triple, Triple]] = []
     for load in derived.declared_loads:
         for point, force in load.forces:
@@ -167,11 +168,8 @@ def load_wrenches(derived: Derived, segments: Segments, links: Sequence[Link]) -
             forces.append((number, cross3(r, f), f))
         for frame, torque in load.torques:
             number = segments.of(aligned.rates(frame)[0])
-            turn = segments.steps[number].turn
             if number and not torque.is_zero:
-                b = basis.get(number) if turn is None else turn.basis
-                assert b is not None
-                forces.append((number, aligned.vector(torque).components(b), NOTHING))
+                forces.append((number, aligned.vector(torque).components(basis[number]), NOTHING))
     for number, n, f in forces:
         before = found.get(number, (NOTHING, NOTHING))
         found[number] = summed(before[0], n), summed(before[1], f)

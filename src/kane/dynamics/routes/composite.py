@@ -17,7 +17,8 @@ from kane.expr.build import add, neg
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import finish, forward, ldl
-from kane.kinematics.segments import Freedom, Segment
+from kane.kinematics.freedoms import Freedom
+from kane.kinematics.segments import Segment
 from kane.kinematics.travel import Travel, travel
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.space.spatial import Rigid, negative, summed, times, triple

@@ -9,7 +9,7 @@ from kane.dynamics.routes.recursive import by_recursion, carrying
 from kane.dynamics.routes.trees import compared, tree_with_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError
-from kane.kinematics.segments import Unsuited
+from kane.kinematics.freedoms import Unsuited
 
 
 def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:

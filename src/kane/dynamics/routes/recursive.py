@@ -20,7 +20,8 @@ from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
-from kane.kinematics.segments import Segment, Unsuited, segments, solved_rows
+from kane.kinematics.freedoms import Unsuited, solved_rows
+from kane.kinematics.segments import Segment, segments
 from kane.kinematics.tree import tree_of
 from kane.numeric.sample import draw, value_of
 from kane.space.rotation import Triple
@@ -76,7 +77,7 @@ def carrying(derived: Derived) -> Carrying:
     tree = tree_of(derived.system, derived.kinematics.aligned, points)
     found = segments(tree, derived.kinematics)
     bodies = rigid_bodies(derived, found, tree.links)
-    return Carrying(found.steps, bodies, load_wrenches(derived, found, tree.links))
+    return Carrying(found.steps, bodies, load_wrenches(derived, found))
 
 
 def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
