@@ -157,10 +157,6 @@ WHOLE = {
 }
 
 
-LONGER = {"trailer": 1.35}
-"""Those that are not yet as short, by what they are held to."""
-
-
 def symbols(eom):
     return {s.name: s for s in (*eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs)}
 
@@ -182,7 +178,7 @@ def test_the_whole_is_as_short_as_by_hand(name, rng):
     wanted = [as_expr(x) for x in hand(symbols(eom))]
     found = (*eom.solved.right_hand_side, *eom.solved.reactions)
     agree(eom, found, wanted, rng)
-    assert eom.operations.total <= LONGER.get(name, MARGIN) * kn.count_operations(wanted).total
+    assert eom.operations.total <= MARGIN * kn.count_operations(wanted).total
 
 
 def test_the_accelerations_of_the_rolling_disk_are_as_short_as_by_hand(rng):

@@ -41,8 +41,8 @@ def power(derived: Derived, e: Embedding) -> Solved:
     for i, (x,) in zip(e.partition.dependent, e.a_n.rows, strict=True):
         every[i] = x
     spread = derived.mass_matrix @ every
-    still = [_still(m) for m in derived.bodies]
-    left = derived.left_by(derived.kinematics, still)
+    resting = [still(m) for m in derived.bodies]
+    left = derived.left_by(derived.kinematics, resting)
     active = [terms.generalized_by_motion(left, s) for s in derived.speeds]
     held = [spread[d] for d in e.partition.dependent]
     right = sub(sub(dot(every, active), dot(held, e.c)), _gained(derived, e, every))
@@ -51,7 +51,7 @@ def power(derived: Derived, e: Embedding) -> Solved:
     return Solved("power", derived, e, all_accelerations(e, inner.accelerations), (), inner.pivots, matrix, matrix)
 
 
-def _still(m: Moving) -> Moving:
+def still(m: Moving) -> Moving:
     """The same body as if it had no acceleration at u̇ = 0."""
     turning = m.rotation and m.rotation._replace(bias=Vector())
     return m._replace(center=replace(m.center, bias=Vector()), rotation=turning)

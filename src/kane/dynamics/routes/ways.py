@@ -21,6 +21,7 @@ from kane.dynamics.routes.embedded import Motions, embedded, motions
 from kane.dynamics.routes.power import homogeneous, power
 from kane.dynamics.routes.rates import ConstraintRates
 from kane.dynamics.routes.reactions import reactions
+from kane.dynamics.routes.squares import squares
 from kane.dynamics.solved import Solved
 from kane.expr.count import Prices
 from kane.expr.node import Expr
@@ -63,7 +64,7 @@ def by_rates(
             particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
             found.append(_embedded(twin, own, particles, w))
             if not large and homogeneous(twin, own):
-                found.append(Found(power(twin, own).mapped(w.held), all_speeds(twin), w))
+                found += [Found(f(twin, own).mapped(w.held), all_speeds(twin), w) for f in (power, squares)]
         yield found
 
 
@@ -72,6 +73,8 @@ def by_motions(derived: Derived, e: Embedding, held: Sequence[Touch], large: boo
     yield _embedded(derived, e, {})
     if not large and homogeneous(derived, e):
         yield Found(power(derived, e), all_speeds(derived))
+        if any(derived.constraints.constraints[r].kind == "motion" for r in e.partition.rows):
+            yield Found(squares(derived, e), all_speeds(derived))
     through = contacts(held, {}, derived.kinematics)
     if through:
         yield _embedded(derived, e, through)
