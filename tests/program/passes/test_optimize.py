@@ -50,6 +50,7 @@ def cost(*roots, **options):
 
 
 class TestRandom:
+    @examples(0.5)
     @given(st.lists(expressions(FUNCTIONS), min_size=1, max_size=2), points, st.booleans())
     def test_no_routine_grows_and_values_stay_within_the_bound(self, routines, values, reciprocals):
         made = code(*routines, reciprocals=reciprocals)
@@ -59,6 +60,7 @@ class TestRandom:
             if right is not None and error * EPS < 1e-3 * abs(value):
                 assert abs(value - right) <= 1.01 * error * EPS / 2 + 1e-300
 
+    @examples(0.5)
     @given(st.lists(expressions(FUNCTIONS), min_size=1, max_size=2))
     def test_the_bound_grows_by_no_more_than_is_said_at_the_points_looked_at(self, routines):
         made = code(*routines)
@@ -79,17 +81,18 @@ class TestRandom:
         for _ in range(120):
             made = code([tree(lambda n: int(rng.integers(n))) for _ in range(1 + int(rng.integers(2)))])
             found = rewritten(made)
-            assert costs(found) <= costs(made)
+            assert sum(op.cost for op in found.ops) <= sum(op.cost for op in made.ops)
             at = rng.uniform(-2, 2, len(made.inputs)).tolist()
             for (x, error), (y, more) in zip(rounding(made, at), rounding(found, at), strict=True):
                 assert abs(x - y) <= (error + more) * EPS / 2
 
+    @examples(0.3)
     @given(expressions(FUNCTIONS))
     def test_twice_is_the_same_text(self, roots):
         first, second = (optimized(code(roots)) for _ in range(2))
         assert (first.ops, first.args, first.constants) == (second.ops, second.args, second.constants)
 
-    @examples(0.2)
+    @examples(0.04, least=2)
     @given(expressions(ARITHMETIC), st.lists(points, min_size=3, max_size=3))
     def test_every_language_runs_the_same_program(self, tmp_path_factory, roots, rows):
         made, rows = built(roots, reciprocals=True, optimize=True), np.array(rows)

@@ -23,31 +23,36 @@ def rounding(code: Code, values: Sequence[float]) -> list[tuple[float, float]]:
     e = [0.0] * len(v)
     with np.errstate(all="ignore"):
         for op, reads in zip(code.ops, code.args, strict=True):
-            a = reads[0]
-            x, dx = v[a], e[a]
             if op is MUL:
-                y = v[reads[1]]
+                a, b = reads
+                x, y = v[a], v[b]
                 z = x * y
-                error = abs(x) * e[reads[1]] + abs(y) * dx + abs(z)
+                error = abs(x) * e[b] + abs(y) * e[a] + abs(z)
             elif op is ADD:
-                z = x + v[reads[1]]
-                error = dx + e[reads[1]] + abs(z)
+                a, b = reads
+                z = v[a] + v[b]
+                error = e[a] + e[b] + abs(z)
             elif op is SUB:
-                z = x - v[reads[1]]
-                error = dx + e[reads[1]] + abs(z)
+                a, b = reads
+                z = v[a] - v[b]
+                error = e[a] + e[b] + abs(z)
             elif op is NEG:
-                z, error = -x, dx
+                z, error = -v[reads[0]], e[reads[0]]
             else:
                 args = [v[i] for i in reads]
                 z = FLOAT[op](*args)
-                passed_on = _PASSED_ON.get(op)
-                error = math.nan
-                if math.isfinite(z):
-                    errors = [e[i] for i in reads]
-                    error = passed_on(z, args, errors) if passed_on else _by_derivative(op, z, args, errors)
+                error = _passed_on(op, z, args, [e[i] for i in reads])
             v.append(z)
             e.append(error)
     return [(v[i], e[i]) for routine in code.routines for i in routine.results]
+
+
+def _passed_on(op: Op, z: float, args: list[float], errors: list[float]) -> float:
+    """The error of z = op(args)."""
+    if not math.isfinite(z):
+        return math.nan
+    rule = _PASSED_ON.get(op)
+    return rule(z, args, errors) if rule else _by_derivative(op, z, args, errors)
 
 
 def _by_derivative(op: Op, z: float, args: list[float], errors: list[float]) -> float:

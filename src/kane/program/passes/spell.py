@@ -40,7 +40,7 @@ class _Writer:
         self.ops: list[Op] = []
         self.args: list[tuple[int, ...]] = []
         self.ready = [0 if varies else _HOISTED for varies in code.varies[: code.first]]
-        self.known: dict[tuple[int, ...], int] = {}
+        self.known: dict[tuple[Op, tuple[int, ...]], int] = {}
         self.part = [2 * v if v < code.first else -1 for v in range(len(flat.kinds))]
 
     def value(self, part: int) -> int:
@@ -50,10 +50,9 @@ class _Writer:
         while stack:
             v = stack[-1]
             if made[v] < 0:
-                waiting = [p >> 1 for p in parts[v] if made[p >> 1] < 0]
-                if waiting:
-                    waiting.reverse()
-                    stack += waiting
+                count = len(stack)
+                stack += [p >> 1 for p in reversed(parts[v]) if made[p >> 1] < 0]
+                if len(stack) > count:
                     continue
                 kind = kinds[v]
                 made[v] = self._node(kind, v) if kind is not None else 2 * v
@@ -65,13 +64,7 @@ class _Writer:
         made = self.part
         parts = [made[p >> 1] ^ (p & 1) for p in self.flat.parts[v]]
         if kind is ADD or kind is MUL:
-            return (
-                parts[0]
-                if len(parts) == 1
-                else self._both(kind, *parts)
-                if len(parts) == 2
-                else self._all(kind, v, parts)
-            )
+            return self._both(kind, *parts) if len(parts) == 2 else self._all(kind, v, parts)
         if kind is DIV:
             return 2 * self._emit(DIV, (parts[0] >> 1, parts[1] >> 1)) + ((parts[0] ^ parts[1]) & 1)
         return 2 * self._emit(kind, tuple([self._plain(p) for p in parts]))
@@ -93,11 +86,14 @@ class _Writer:
 
     def _both(self, kind: Op, x: int, y: int) -> int:
         """The sum or product of two parts, as a part."""
+        sign = x & 1
         if kind is MUL:
-            return 2 * self._emit(MUL, (x >> 1, y >> 1)) + ((x ^ y) & 1)
-        if not (x ^ y) & 1:
-            return 2 * self._emit(ADD, (x >> 1, y >> 1)) + (x & 1)
-        return 2 * (self._emit(SUB, (y >> 1, x >> 1)) if x & 1 else self._emit(SUB, (x >> 1, y >> 1)))
+            sign ^= y & 1
+        elif (x ^ y) & 1:
+            kind, sign = SUB, 0
+            if x & 1:
+                x, y = y, x
+        return 2 * self._emit(kind, (x >> 1, y >> 1)) + sign
 
     def _plain(self, part: int) -> int:
         """The value of a part, negated where its sign is."""
@@ -105,13 +101,16 @@ class _Writer:
 
     def _emit(self, op: Op, reads: tuple[int, ...]) -> int:
         """The value of an instruction, written unless it is there."""
-        key = (op.code, *reads)
+        key = (op, reads)
         found = self.known.get(key)
         if found is None:
             found = self.known[key] = self.first + len(self.ops)
             self.ops.append(op)
             self.args.append(reads)
             ready = self.ready
-            last = max([ready[a] for a in reads])
+            last = ready[reads[0]]
+            for a in reads:
+                if ready[a] > last:
+                    last = ready[a]
             ready.append(last + _STEPS.get(op, _FUNCTION) if last >= 0 else last)
         return found

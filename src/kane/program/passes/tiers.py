@@ -48,16 +48,23 @@ def _larger_first(code: Code, body: Sequence[int], results: Sequence[int]) -> tu
     first, args = code.first, code.args
     need: dict[int, int] = {}
     for i in body:
-        below = sorted([need[a] for a in set(args[i - first]) if a in need], reverse=True)
-        need[i] = max(1, *(n + k for k, n in enumerate(below))) if below else 1
+        reads = args[i - first]
+        if len(reads) == 2 and reads[0] != reads[1]:
+            a, b = need.get(reads[0], 0), need.get(reads[1], 0)
+            need[i] = max(a, b, 1) + (a == b > 0)
+        else:
+            below = sorted([need[a] for a in set(reads) if a in need], reverse=True)
+            need[i] = max(1, *(n + k for k, n in enumerate(below))) if below else 1
     order: dict[int, None] = {}
     for result in results:
         stack = [result] if result in need else []
         while stack:
             i = stack[-1]
-            waiting = [a for a in args[i - first] if a in need and a not in order]
-            if i not in order and waiting:
-                stack += sorted(set(waiting), key=lambda a: (need[a], -a))
-            else:
+            waiting = [a for a in args[i - first] if a in need and a not in order] if i not in order else ()
+            if not waiting:
                 order[stack.pop()] = None
+            elif len(waiting) == 1:
+                stack.append(waiting[0])
+            else:
+                stack += sorted(set(waiting), key=lambda a: (need[a], -a))
     return tuple(order)

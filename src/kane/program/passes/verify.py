@@ -53,6 +53,8 @@ def _tables(program: Code) -> str:
         if len({s.name for s in port.symbols}) != len(port.symbols):
             return f"two symbols of one name in the port {port.name}"
     for i, (op, reads) in enumerate(zip(program.ops, program.args, strict=True), first):
+        if len(reads) == op.arity == 2 and 0 <= reads[0] < i and 0 <= reads[1] < i:
+            continue
         if not op.arity or len(reads) != op.arity or not 0 <= min(reads) <= max(reads) < i:
             return f"value {i} = {op.name}{reads}"
     return ""
