@@ -29,7 +29,7 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
 
     import kane as kn
     from kane.expr.node import sweep
-    from kane.gallery import four_bar, pendulums, rolling_disk, whipple_bicycle
+    from kane.gallery import four_bar, pendulums, pure_rolling_disk, rolling_disk, whipple_bicycle
 
     rods, bar = kn.derive(pendulums.system(10)), kn.derive(four_bar.system())
     two = kn.derive(pendulums.system(2)).compile(cache=False).rhs
@@ -41,6 +41,14 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
         return lambda: [rhs(0.0, x) for _ in range(20_000)]
 
     start: dict[str, Any] = dict(four_bar.START)
+
+    def in_rows(make: Callable[[], kn.System]) -> Callable[[], object]:
+        """The right-hand side at states about a place where none is singular, in machine code."""
+        eom = kn.derive(make())
+        rhs = eom.compile(cache=False).rhs
+        states = generator.uniform(0.2, 0.6, (20_000, len(eom.coordinates) + len(eom.speeds)))
+        given = {"r": dict.fromkeys(map(str, eom.inputs), 0.0)} if eom.inputs else {}
+        return lambda: rhs(0.0, states, **given)
 
     def motion(eom: kn.Equations) -> object:
         return kn.simulate(eom, (0, 10), rtol=1e-9, atol=1e-9, **start)
@@ -58,6 +66,9 @@ def tasks() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
         "calls from Python, two rods": (nothing, calls(two, x2)),
         "calls from Python, ten rods": (nothing, calls(ten, x10)),
         "rows in machine code, ten rods": (nothing, lambda: ten(0.0, rows)),
+        "rows in machine code, bicycle": (nothing, in_rows(whipple_bicycle.system)),
+        "rows in machine code, rolling disk": (nothing, in_rows(pure_rolling_disk.system)),
+        "rows in machine code, four-bar": (nothing, in_rows(four_bar.system)),
         "motion of the four-bar, compiled before": (nothing, lambda: motion(bar)),
         "motion of the four-bar, derived and compiled anew": (sweep, lambda: motion(kn.derive(four_bar.system()))),
     }
