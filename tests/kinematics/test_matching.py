@@ -3,11 +3,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import kane as kn
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import ZERO
 from kane.gallery import rolling_disk, whipple_bicycle
 from kane.kinematics.matching import Matching
+from kane.kinematics.motion import Following
+from kane.numeric.sample import draw
 
 
 @pytest.mark.parametrize("system", [rolling_disk.system, whipple_bicycle.system])
@@ -27,3 +32,23 @@ def test_motions_by_the_same_speeds_share_what_was_found(system, monkeypatch):
         assert [v.parts for v in one.partials.values()] == [v.parts for v in other.partials.values()]
         assert one.bias.parts == other.bias.parts
     assert not asked
+
+
+def test_speeds_that_vanish_are_in_no_motion():
+    system = whipple_bicycle.system()
+    derived = kn.derive(system).derived
+    gone = frozenset(derived.speeds[3:6])
+    following = {u: Following({}, ZERO, ZERO) for u in gone}
+    without = derived.kinematics.with_following(following, {}, gone)
+    held = derived.kinematics.with_following(following, {})
+    shown = [
+        [x for v in (m.total, m.bias, *m.partials.values()) for x in v.scalars()]
+        for m in (k.frame(b.frame) for k in (without, held) for b in system.rigid_bodies)
+    ]
+    half = len(shown) // 2
+    assert gone.isdisjoint(free_symbols(x for xs in shown[:half] for x in xs))
+    assert not gone.isdisjoint(free_symbols(x for xs in shown[half:] for x in xs))
+    at = {s: draw(1, s) for s in free_symbols(x for xs in shown for x in xs)} | dict.fromkeys(gone, 0.0)
+    for k, b in enumerate(system.rigid_bodies):
+        wanted, found = (kn.evaluate(list(m.frame(b.frame).bias.components(b.frame)), at) for m in (held, without))
+        assert np.array(found) == pytest.approx(np.array(wanted), rel=1e-11, abs=1e-12), k

@@ -121,10 +121,15 @@ class Kinematics:
                 rest = rest + v * by.rest
         return partials, rest
 
-    def with_following(self, following: Mapping[Expr, Following], contacts: Mapping[Point, Contact]) -> "Kinematics":
-        """The same motions where some speeds follow from others, without auxiliary speeds."""
+    def with_following(
+        self,
+        following: Mapping[Expr, Following],
+        contacts: Mapping[Point, Contact],
+        vanishing: frozenset[Expr] = frozenset(),
+    ) -> "Kinematics":
+        """The same motions where some speeds follow from others, or are `vanishing`, without auxiliary speeds."""
         other = Kinematics(self.speeds, {}, self.sample, self.homes, self.aligned, contacts, following)
-        object.__setattr__(other, "matching", self.matching)
+        object.__setattr__(other, "matching", self.matching.without(vanishing))
         return other
 
     # Frames ---------------------------------------------------------------------------------------------------------

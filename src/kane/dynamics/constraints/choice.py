@@ -126,7 +126,7 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
     def merits(partitions: Sequence[Partition]) -> list[Merit]:
         """Minus how many speeds asked for are not given, minus at how many configurations speeds do not follow; the quality else."""
         found = qualities_of(scaled, partitions)
-        usual = np.quantile(found, _SHARE, axis=1)
+        usual = _quantile(found, _SHARE)
         poor = (found < _SINGULAR).sum(axis=1)
         least = np.minimum(usual, found[:, special].min(axis=1, initial=1.0))
         every = len(preferred) + 1
@@ -151,6 +151,14 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
     # in the order in which they are eliminated where they follow best
     again = choose(a[int(np.argmax(qualities_of(scaled, [found])))], found.dependent, easy=easy)
     return again if set(again.dependent) == set(found.dependent) else found
+
+
+def _quantile(values: Array, share: float) -> Array:
+    """The quantile of each row, between neighbours in proportion; NumPy's own takes ten times as long for a few numbers."""
+    ordered, place = np.sort(values, axis=1), share * (values.shape[1] - 1)
+    low = int(place)
+    high = min(low + 1, values.shape[1] - 1)
+    return np.asarray(ordered[:, low] + (place - low) * (ordered[:, high] - ordered[:, low]))
 
 
 def _best(

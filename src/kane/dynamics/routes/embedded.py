@@ -42,7 +42,9 @@ def motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -
     """The motions of all bodies where the speeds that the constraints give are written by the others."""
     speeds = derived.speeds
     own = tuple(speeds[i] for i in e.independent)
-    kinematics = derived.kinematics.with_following(e.following(speeds), contacts)
+    following = e.following(speeds)
+    vanishing = {u for u, by in following.items() if not by.row and by.rest is ZERO and by.bias is ZERO}
+    kinematics = derived.kinematics.with_following(following, contacts, frozenset(vanishing))
     bodies = moving_parts(derived.inertias, kinematics)
     return Motions(own, kinematics, bodies)
 

@@ -24,6 +24,7 @@ from kane.dynamics.routes.reactions import reactions
 from kane.dynamics.routes.squares import squares
 from kane.dynamics.solved import Solved
 from kane.expr.count import Prices
+from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.kinematics.motion import Contact
 from kane.space.point import Point
@@ -94,7 +95,13 @@ def _embedded(
 ) -> Found:
     moving = motions(derived, e, particles)
     solution = embedded(derived, e, moving)
-    return Found(solution if w is None else solution.mapped(w.held), moving, w)
+    apart = w is None or _loads_are_free_of(derived, w)  # the motions are
+    return Found(solution if apart or w is None else solution.mapped(w.held), moving, w)
+
+
+def _loads_are_free_of(derived: Derived, w: ConstraintRates) -> bool:
+    vectors = (v for load in derived.declared_loads for _, v in (*load.forces, *load.torques))
+    return w.vanishing.keys().isdisjoint(free_symbols(x for v in vectors for x in v.scalars()))
 
 
 def all_speeds(derived: Derived) -> Motions:
