@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from kane.analysis.assemble import Assembled, assemble
+from kane.analysis.compare_speeds import SpeedComparison, SpeedSet, compare_speeds
 from kane.analysis.continuation import Branch, continuation
 from kane.analysis.inverse import Inverse, inverse
 from kane.analysis.linear import Linear, Mode, SecondOrder
@@ -215,8 +216,8 @@ __all__ = [
     "System", "derive", "Equations", "compile", "Compiled", "Handle", "Settings", "assemble", "Assembled", "guess", "Guess",
     "signal", "Signal", "simulate", "Solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
-    "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "plot", "report",
-    "Check",
+    "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",
+    "SpeedComparison", "SpeedSet", "plot", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",

@@ -5,6 +5,7 @@ Imported when a notebook first asks. No representation raises: `show` sees to th
 """
 
 from kane import show
+from kane.analysis.compare_speeds import SpeedComparison
 from kane.analysis.linear import Linear
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
@@ -17,6 +18,7 @@ from kane.present.notebook.equations import equations_html
 from kane.present.notebook.linear import linear_html
 from kane.present.notebook.program import program_html, routine_html
 from kane.present.notebook.solution import solution_html
+from kane.present.notebook.speeds import speeds_html
 from kane.present.notebook.system import system_html
 from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
 from kane.space.vector import Dyadic, Vector
@@ -37,5 +39,6 @@ show.HTML.update(
         Compiled: lambda c: program_html(c.program, c.operations),
         Solution: solution_html,
         Linear: linear_html,
+        SpeedComparison: speeds_html,
     }
 )
