@@ -2,8 +2,8 @@
 """`compare_speeds`: one system by several sets of generalized speeds, and what each costs.
 
 Of each set: the operations of one evaluation of (q̇, u̇, R), route by route; the configurations at which q̇ = W u + X is singular; and
-along a motion the condition numbers of W and of M̃, that of the independent speeds. W is measured with the rows and columns divided by the
-largest of the sizes that its entries usually have, M̃ with those of its diagonal: units do not matter, nearness to a singular
+along a motion the condition numbers of W and of M̃, that of the independent speeds. W is measured with rows and columns divided by the
+largest sizes that its entries usually have, M̃ with those of its diagonal: units do not matter, nearness to a singular
 configuration does.
 """
 
