@@ -25,7 +25,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.ops import MUL
 from kane.expr.regular import factors
 from kane.model.system import System
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balance
 
 DECLARED = "declared"
@@ -136,9 +136,10 @@ def compare_speeds(
     SpeedsError
         if a candidate is no set of speeds of this system; it is named
     """
+    given: object = candidates
     if not isinstance(system, System):
         raise ModelError(f"Expected a System whose speeds are compared, got {cut(repr(system))}.")
-    if not isinstance(candidates, Mapping) or not all(isinstance(name, str) for name in candidates):
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
         raise ModelError(f"Expected candidates by name, {{name: speeds}}, got {cut(repr(candidates))}.")
     if DECLARED in candidates:
         raise ModelError(f"Expected names other than {DECLARED!r}, which is that of the system's own speeds.")
@@ -188,7 +189,7 @@ def _values(m: Matrix, along: Along) -> Array:
 
 def _condition(w: Array) -> Array:
     """cond W, measured by the sizes that entries usually have."""
-    finite = np.isfinite(w).all(axis=(1, 2))
+    finite: Mask = np.asarray(np.isfinite(w).all(axis=(1, 2)))
     usual = np.median(np.abs(w[finite]), axis=0) if finite.any() else np.ones(w.shape[1:])
     sizes = balance(usual)
     return _conditions_of(w / (sizes.rows * sizes.columns), finite)
@@ -196,13 +197,13 @@ def _condition(w: Array) -> Array:
 
 def _mass_condition(m: Array) -> Array:
     """cond M̃, measured by the sizes that its diagonal usually has."""
-    finite = np.isfinite(m).all(axis=(1, 2))
+    finite: Mask = np.asarray(np.isfinite(m).all(axis=(1, 2)))
     diagonal = np.abs(np.diagonal(m, axis1=1, axis2=2))
     usual = np.sqrt(np.median(diagonal[finite], axis=0)) if finite.any() else np.ones(m.shape[1])
     return _conditions_of(m / np.outer(usual, usual), finite)
 
 
-def _conditions_of(a: Array, finite: Array) -> Array:
+def _conditions_of(a: Array, finite: Mask) -> Array:
     found = np.full(len(a), np.inf)
     with np.errstate(divide="ignore"):
         values = np.linalg.svd(a[finite], compute_uv=False)
