@@ -236,7 +236,7 @@ def constant(value: Number | np.number[Any]) -> Expr:
 
 
 def _number_key(value: Number) -> tuple[int, int]:
-    return Fraction(value).as_integer_ratio()
+    return value.as_integer_ratio()
 
 
 _SHORT = 1024
@@ -263,9 +263,9 @@ def _exact(value: Any) -> Number:
                 f"Expected a finite number in an expression, got {real}. Nothing can be computed with it: leave the term out, or give "
                 "a large number."
             )
-        ratio = Fraction(real)
-        if ratio.denominator <= _SHORT and abs(ratio.numerator) <= _WIDE:
-            return ratio.numerator if ratio.denominator == 1 else ratio
+        above, below = real.as_integer_ratio()
+        if below <= _SHORT and abs(above) <= _WIDE:
+            return above if below == 1 else Fraction(above, below)
         return real
     cure = ""
     if isinstance(value, tuple) and any(isinstance(x, Expr) for x in value):
