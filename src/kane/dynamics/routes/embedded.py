@@ -9,7 +9,7 @@ With u_D = A_n u_I + b_n and u̇_D = A_n u̇_I + c_D put in along the tree, ever
 M and f of all speeds are not assembled. Loads that hold reactions are left to the classical route.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.dynamics import terms
@@ -49,12 +49,18 @@ def motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -
     return Motions(own, kinematics, bodies)
 
 
-def embedded(derived: Derived, e: Embedding, moving: Motions) -> Solved:
-    """u̇ from the motions in the independent speeds, without the reactions; what is divided by is not watched yet."""
+def embedded(
+    derived: Derived, e: Embedding, moving: Motions, bodies: tuple[Sequence[Moving], Sequence[Moving]] | None = None
+) -> Solved:
+    """u̇ from the motions in the independent speeds, without the reactions; what is divided by is not watched yet.
+
+    `bodies` are those that M̃ and f̃ are made of, where these are others than the motions have.
+    """
     own = moving.speeds
-    left = derived.left_by(moving.kinematics, moving.bodies)
+    inertial, forced = bodies or (moving.bodies, moving.bodies)
+    left = derived.left_by(moving.kinematics, forced)
     right = [terms.generalized_by_motion(left, s) for s in own]
-    equations = blocks(mass_rows(moving.bodies, own, ()), right, (), (), {})
+    equations = blocks(mass_rows(inertial, own, ()), right, (), (), {})
     check_mass(derived.system, own, equations.mass)
     inner = block_solution(equations)
     matrix = evident(derived)

@@ -9,15 +9,16 @@ many as entries of M_a. Where no load holds a reaction.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from kane.dynamics.bodies import Moving
+from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.embedded import Motions
+from kane.dynamics.routes.pivoted import about_points_at_rest
 from kane.dynamics.terms import Term, generalized_by_motion
 from kane.expr.build import neg
 from kane.expr.collect import collected
-from kane.expr.count import price
+from kane.expr.count import Prices, price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.motion import Following, Kinematics, Motion
@@ -27,6 +28,8 @@ from kane.space.vector import Vector
 
 LARGE = 800
 """Operations of u̇ above which fewer ways are tried: they differ by little there, and each takes its time."""
+_FEW = 6
+"""Bodies up to which the accelerations of each are looked for."""
 
 
 def reactions(
@@ -43,15 +46,53 @@ def reactions(
     Accelerations are those of the bodies of `moving` with `u_dot`, or velocities `differentiated`, partial velocities those of
     `derived`, which has all speeds. `held` leaves out the speeds that vanish.
     """
-    for bodies in _differentiated(derived, moving, u_dot) if differentiated else (moving.bodies,):
-        whole = [
+
+    def whole(bodies: Sequence[Moving]) -> list[Term]:
+        return [
             term._replace(motion=_motion(derived, term), vector=term.vector.map(held))
             for term in derived.left_by(moving.kinematics, bodies, u_dot)
             if not term.vector.is_zero
         ]
-        short = [term._replace(vector=term.vector.map(collected)) for term in whole]
-        for terms, turned in ((whole, False), (whole, True), (short, True)):
-            yield tuple(map(held, solved_reactions(matrix, _remainders(derived, e, terms, turned))))
+
+    def solved(terms: Sequence[Term], turned: bool, about: Sequence[Term] | None = None) -> tuple[Expr, ...]:
+        return tuple(map(held, solved_reactions(matrix, _remainders(derived, e, terms, about or terms, turned))))
+
+    def short_moments(bodies: Sequence[Moving]) -> tuple[Expr, ...]:
+        pivoted = about_points_at_rest(bodies, derived.kinematics)
+        return solved(
+            whole(bodies),
+            turned=False,
+            about=pivoted and whole([_resting(*pair) for pair in zip(*pivoted, strict=True)]),
+        )
+
+    for bodies in _differentiated(derived, moving, u_dot) if differentiated else (moving.bodies,):
+        every = whole(bodies)
+        short = [term._replace(vector=term.vector.map(collected)) for term in every]
+        for terms, turned in ((every, False), (every, True), (short, True)):
+            yield solved(terms, turned)
+    if differentiated:
+        yield from _mixed(derived, moving, u_dot, short_moments)
+
+
+def _mixed(
+    derived: Derived,
+    moving: Motions,
+    u_dot: Mapping[Expr, Expr],
+    reactions_of: Callable[[Sequence[Moving]], tuple[Expr, ...]],
+) -> Iterator[tuple[Expr, ...]]:
+    """The accelerations of some bodies by u̇ of all speeds, each where that is shorter beside the others."""
+    if len(moving.bodies) > _FEW or price(u_dot.values()) > LARGE:
+        return
+    cost = Prices((*derived.rates, *u_dot.values()))
+    given: dict[Expr, Following] = {u: Following({}, ZERO, u_dot.get(u, ZERO)) for u in derived.speeds}
+    known = derived.kinematics.with_following(given, moving.kinematics.contacts)
+    bodies, best = list(moving.bodies), reactions_of(moving.bodies)
+    for k, b in enumerate(moving_parts(derived.inertias, known)):
+        tried = [*bodies[:k], b, *bodies[k + 1 :]]
+        found = reactions_of(tried)
+        if cost(found) < cost(best):
+            bodies, best = tried, found
+    yield best
 
 
 def _differentiated(derived: Derived, moving: Motions, u_dot: Mapping[Expr, Expr]) -> Iterator[tuple[Moving, ...]]:
@@ -79,21 +120,38 @@ def _motion(derived: Derived, term: Term) -> Motion:
     return kinematics.frame(place) if isinstance(place, Frame) else kinematics.point(place)
 
 
-def _remainders(derived: Derived, e: Embedding | None, whole: Sequence[Term], turned: bool) -> tuple[Expr, ...]:
-    """ρ_a + A_naᵀ ρ_D, one for each auxiliary speed."""
+def _resting(inertial: Moving, forced: Moving) -> Moving:
+    """A body with its inertia about a point at rest: its mass centre brings no acceleration."""
+    return forced if inertial is forced else forced._replace(center=Motion({}, Vector(), Vector()))
+
+
+def _remainders(
+    derived: Derived, e: Embedding | None, whole: Sequence[Term], about: Sequence[Term], turned: bool
+) -> tuple[Expr, ...]:
+    """ρ_a + A_naᵀ ρ_D, one for each auxiliary speed; ρ_D of the terms `about` points at rest."""
     product = _dot_along if turned else Vector.dot
 
-    def rho(s: Expr) -> Expr:
-        return neg(generalized_by_motion(whole, s, product))
+    def rho(s: Expr, terms: Sequence[Term] = about) -> Expr:
+        return neg(generalized_by_motion(terms, s, product))
 
-    own = [rho(a) for a in derived.auxiliary_speeds]
+    own = [rho(a, whole) for a in derived.auxiliary_speeds]
     if e is None or not e.partition.dependent:
         return tuple(own)
     held = [
         rho(derived.speeds[d]) if any(x is not ZERO for x in e.a_na.rows[k]) else ZERO
         for k, d in enumerate(e.partition.dependent)
     ]
-    return (Matrix.column(own) + e.a_na.T @ Matrix.column(held)).entries
+    return (Matrix.column(own) + _carried(e, held)).entries
+
+
+def _carried(e: Embedding, held: Sequence[Expr]) -> Matrix:
+    """A_naᵀ ρ_D, by −A_aᵀ λ with A_Dᵀ λ = ρ_D where that takes less and divides by nothing else."""
+    usual = e.a_na.T @ Matrix.column(held)
+    if {d.value for d in e.transposed.divisors} <= {d.value for d in e.divisors}:
+        multipliers = e.transposed.solve(held)
+        found = -(e.rows.a_auxiliary.take(e.partition.rows).T @ Matrix.column(multipliers))
+        return min(usual, found, key=lambda m: price(m.entries))
+    return usual
 
 
 def _dot_along(partial: Vector, v: Vector) -> Expr:

@@ -18,6 +18,7 @@ from kane.dynamics.routes.contacts import by_definitions, twins
 from kane.dynamics.routes.dependent import dependent_accelerations
 from kane.dynamics.routes.divisors import Poles, divisors
 from kane.dynamics.routes.embedded import Motions, embedded, motions
+from kane.dynamics.routes.pivoted import about_points_at_rest
 from kane.dynamics.routes.power import homogeneous, power
 from kane.dynamics.routes.rates import ConstraintRates
 from kane.dynamics.routes.reactions import reactions
@@ -79,6 +80,8 @@ def by_motions(derived: Derived, e: Embedding, held: Sequence[Touch], large: boo
     through = contacts(held, {}, derived.kinematics)
     if through:
         yield _embedded(derived, e, through)
+    if not large:
+        yield from _pivoted(derived, e, through)
 
 
 def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]:
@@ -102,6 +105,13 @@ def _embedded(
 def _loads_are_free_of(derived: Derived, w: ConstraintRates) -> bool:
     vectors = (v for load in derived.declared_loads for _, v in (*load.forces, *load.torques))
     return w.vanishing.keys().isdisjoint(free_symbols(x for v in vectors for x in v.scalars()))
+
+
+def _pivoted(derived: Derived, e: Embedding, particles: Mapping[Point, Contact]) -> Iterator[Found]:
+    moving = motions(derived, e, particles)
+    bodies = about_points_at_rest(moving.bodies, moving.kinematics)
+    if bodies is not None:
+        yield Found(embedded(derived, e, moving, bodies), moving)
 
 
 def all_speeds(derived: Derived) -> Motions:
