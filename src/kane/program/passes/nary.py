@@ -54,16 +54,17 @@ def flattened(code: Code) -> Flat:
             continue
         kind = _KIND.get(op, op)
         parts = [place[a] for a in reads]
+        sign = 0
         if kind is ADD or kind is MUL:
             if -1 in parts:
                 parts = _parts(code, place, i)
             elif op is SUB:
                 parts[1] ^= 1
-        sign = 0
         if kind is MUL or kind is DIV:
-            for p in parts:
-                sign ^= p & 1
-            parts = [p & ~1 for p in parts]
+            for k, p in enumerate(parts):
+                if p & 1:
+                    sign ^= 1
+                    parts[k] = p ^ 1
         place.append(2 * flat.add(kind, parts, varies[i], uses[i]) + sign)
     return flat
 
