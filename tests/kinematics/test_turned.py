@@ -78,3 +78,28 @@ def test_a_sphere_on_a_turntable_reads_as_in_books():
         "w_z": "0",
     }
     assert eom.operations.total <= 50
+
+
+@pytest.mark.parametrize("orientation", ["euler parameters", "angles"])
+def test_velocities_along_a_body_give_the_rates_without_a_divisor(orientation):
+    N = kn.Frame("N")
+    joint = kn.free("base", kn.Point("O", fixed_in=N), N, orientation=orientation)
+    body = kn.RigidBody(
+        "b", frame=joint.frame, mass_center=joint.point, mass=1.0, inertia=kn.inertia(joint.frame, 1, 2, 3)
+    )
+    eom = kn.derive(kn.System(N, bodies=[body], joints=[joint]))
+    lengths = eom.rates[-3:]
+    names = {s.name for s in kn.expr.evaluate.free_symbols(eom.kinematical.pivots)}
+    assert not names & {"x_base", "y_base", "z_base"}
+    assert all(node.op.name != "div" for node in kn.expr.node.postorder(lengths))
+    rng = np.random.default_rng(3)
+    values = {s: rng.uniform(-1, 1) for s in (*eom.coordinates, *eom.speeds)}
+    turning = [q for q in eom.coordinates if q.name.startswith("e")]
+    size = np.sqrt(sum(values[e] ** 2 for e in turning)) if turning else 1.0
+    values |= {e: values[e] / size for e in turning}
+    v = sum(
+        (u * e for u, e in zip(eom.speeds[3:], (joint.frame.x, joint.frame.y, joint.frame.z), strict=True)),
+        start=kn.Vector(),
+    )
+    wanted = np.array(kn.evaluate(list(v.components(N)), values), dtype=float)
+    assert np.array(kn.evaluate(list(lengths), values), dtype=float) == pytest.approx(wanted, rel=1e-12)

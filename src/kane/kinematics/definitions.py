@@ -15,7 +15,7 @@ from kane.expr.solve import invert
 from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substitute
 from kane.kinematics.speeds import Speeds, is_rate
-from kane.kinematics.turned import rates_along, turned
+from kane.kinematics.turned import blocks, rates_along, turned
 from kane.model.system import System
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
 from kane.numeric.sample import draw, values_of
@@ -78,6 +78,10 @@ def _inverted(
     for s, found in perpendicular.items():
         for k, i in enumerate(found.places):
             dense[i] = [ONE if b is s.quasi[k] else ZERO for b in rates]
+    turning = blocks(rows, system.euler_parameters)
+    for block in turning:
+        for i, own in zip(block.places, block.rates, strict=True):
+            dense[i] = [ONE if b is own else ZERO for b in rates]
     try:
         inverse, pivots = invert(dense)
     except SingularError as error:
@@ -86,6 +90,9 @@ def _inverted(
         b: {u: c for u, c in zip(speeds, row, strict=True) if c is not ZERO}
         for b, row in zip(rates, inverse, strict=True)
     }
+    for block in turning:
+        for b, column in zip(block.rates, block.cosines.T, strict=True):
+            w[b] = {speeds[i]: c for i, c in zip(block.places, column, strict=True) if c is not ZERO}
     along: dict[Expr, Expr] = {}
     for s, found in perpendicular.items():
         for k, quasi in enumerate(s.quasi):

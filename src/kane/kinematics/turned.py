@@ -5,6 +5,8 @@ Their rows of Y, in the quasi-rates w along the frame's own axes, are direction 
 they are along the axes that the frame turns in, Ω = C w, the rates follow without C (Kane, Likins & Levinson 1983, sec. 1.13):
 
     ė0 = −½ e·Ω,   ė = ½ (e0 Ω + Ω × e)
+
+So is W of speeds that measure a velocity along perpendicular axes: its inverse by a determinant would be divided by what is 1.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,6 +18,7 @@ from kane.expr.build import add, mul, neg
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
+from kane.expr.symbols import Coordinate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
 from kane.numeric.sample import draw
@@ -23,6 +26,10 @@ from kane.numeric.sample import draw
 _SEEDS = range(20601, 20606)
 _SAME = 1e-12
 """Difference of direction cosines at unit Euler parameters up to which they are the same, where they are so at all samples."""
+
+
+_AXES = 3
+"""Measure numbers of a vector."""
 
 
 class Turned(NamedTuple):
@@ -69,6 +76,44 @@ def _along(places: tuple[int, ...], pairs: Sequence[tuple[Array, Array]]) -> tup
         if all(np.abs(c[k] - whole[axis]).max() <= _SAME for c, whole in pairs)
     ]
     return tuple(found) if len(found) == len(places) else None
+
+
+class Block(NamedTuple):
+    """Three rows of Y that are direction cosines between rates of lengths, by their places, the rates, and the entries."""
+
+    places: tuple[int, ...]
+    rates: tuple[Expr, ...]
+    cosines: Matrix
+
+
+def blocks(rows: Sequence[Mapping[Expr, Expr]], sets: Sequence[EulerParameters]) -> list[Block]:
+    """The rows of speeds that measure a velocity along perpendicular axes which turn: v along a body, by ẋ, ẏ, ż."""
+    found = []
+    for support in {frozenset(row): tuple(row) for row in rows if len(row) == _AXES}.values():
+        own = set(support)
+        places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
+        if len(places) != len(support) or not all(own.issuperset(rows[i]) for i in places):
+            continue
+        cosines = Matrix([[rows[i].get(b, ZERO) for b in support] for i in places])
+        if _perpendicular(cosines, sets):
+            found.append(Block(places, support, cosines))
+    return found
+
+
+def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
+    """Whether C Cᵀ = 1 at all samples, at which sets of Euler parameters are unit ones."""
+    symbols = free_symbols(cosines.entries)
+    if not symbols or not all(isinstance(s, Coordinate) for s in symbols):
+        return False
+    for seed in _SEEDS:
+        values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
+        for group in sets:
+            length = float(np.linalg.norm([values[e] for e in group.coordinates]))
+            values.update((e, values[e] / length) for e in group.coordinates)
+        c = np.asarray(evaluate(cosines, values), dtype=float)
+        if np.abs(c @ c.T - np.eye(len(c))).max() > _SAME:
+            return False
+    return True
 
 
 def rates_along(group: EulerParameters, w: Sequence[Expr]) -> tuple[Expr, ...]:
