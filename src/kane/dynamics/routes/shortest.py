@@ -75,13 +75,7 @@ def _with_reactions(
     best, way, u_dot = min(whole, key=lambda each: _cost(each[0])) if len(whole) > 1 else whole[0]
     if coupled or not derived.reactions:
         return best
-    return min(best, _differentiated(way, u_dot, derived, e), key=_cost)
-
-
-def _differentiated(way: Found, u_dot: Exprs, derived: Derived, e: Embedding | None) -> Solved:
-    """The reactions in all ways beside this u̇."""
-    usual = with_reactions(way, u_dot, derived, e)
-    known = way._replace(solution=replace(way.solution, reactions=usual.reactions))
+    known = way._replace(solution=replace(way.solution, reactions=best.reactions))
     return with_reactions(known, u_dot, derived, e, differentiated=True)
 
 
