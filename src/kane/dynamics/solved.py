@@ -71,7 +71,8 @@ class Solved(Immutable):
 
     Where W has poles that the motion has not, `twin` is the solution by speeds some of which vanish, `vanishing`: what is read in
     numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X. `routes` holds
-    the operations of all routes that were compared, by name; `asked` is the one that was asked for.
+    the operations of all routes that were compared, by name; `asked` is the one that was asked for. `lightened` has the
+    loads without those along what constraints hold.
     """
 
     route: str
@@ -87,6 +88,7 @@ class Solved(Immutable):
     shorter_rates: Exprs | None = None
     routes: Mapping[str, int] = field(default_factory=dict)
     asked: str | None = None
+    lightened: Derived | None = None
 
     regular = read[Derived](lambda s: s.twin.derived if s.twin else s.derived, "What is read in numbers.")
     rates = read[Exprs](
@@ -217,7 +219,7 @@ class Solved(Immutable):
     @read
     def nonholonomic(self) -> Derived:
         """The motions, along the declared frames, in the independent speeds, through the particles that constraints hold."""
-        d, e = self.derived, self.embedding
+        d, e = self.lightened or self.derived, self.embedding
         if e is None:
             return d.as_declared
         held = contacts(touches(d.constraints.constraints, e.partition.rows, d.kinematics), {}, d.kinematics)

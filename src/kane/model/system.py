@@ -154,6 +154,13 @@ class System(Declarations):
         Declarations.__init__(other, **(values | {"speeds": speeds, "dependent_speeds": ()}))
         return other
 
+    def with_loads(self, loads: Sequence[Load]) -> System:
+        """The same system with other loads beside gravity, made of its own and not checked."""
+        values = {f.name: getattr(self, f.name) for f in fields(Declarations)}
+        other = object.__new__(System)
+        Declarations.__init__(other, **(values | {"loads": tuple(loads)}))
+        return other
+
     def __getitem__(self, name: str) -> Joint | Body | Frame | Point | Load | Constraint:
         """The joint, body, frame, point, load or constraint of that name, looked up in this order."""
         first: list[Joint | Body | Frame | Point] = [*self.joints, *self.bodies, *self.frames, *self.points]

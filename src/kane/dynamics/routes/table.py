@@ -9,6 +9,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.constraint_speeds import constraint_speeds
 from kane.dynamics.routes.forced import forced
+from kane.dynamics.routes.held_forces import without_held_forces
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.routes.shortest import shortest
 from kane.dynamics.solved import Solved
@@ -20,7 +21,7 @@ Route = Callable[[Derived, Partition | None], Solved]
 ROUTES: dict[str, Route] = {
     "classical": classical,
     "constraint speeds": constraint_speeds,
-    "shortest": shortest,
+    "shortest": without_held_forces(shortest),
     **{name: forced(name) for name in WAYS},
 }
 ASKED = ("classical", *WAYS)
