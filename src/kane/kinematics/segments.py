@@ -198,10 +198,11 @@ class _Maker:
         return number, (x, y, z)
 
     def _coaxial(self, parent: int, f: Basis) -> bool:
+        """Whether a basis turns on in the basis in which the parent turns, about a parallel axis."""
         turn, o = self.steps[parent].turn, f.orientation
-        if turn is None or o is None or o.axis is None:
+        if turn is None or o is None or o.axis is None or turn.axis != o.axis or turn.base is not o.base:
             return False
-        return turn.basis is self.basis[parent] and turn.axis == o.axis and turn.base is o.base
+        return turn.basis is self.basis[parent] and not is_still(map(sub, o.rates, _orientation_rates(turn.basis)))
 
     def _together(self, rest: Sequence[_Step]) -> Triple | None:
         """ω of several turns along the last basis, where each measure number is a speed, and not each turn has its own."""

@@ -74,6 +74,29 @@ def test_trees_of_joints(seed):
     assert off <= 1
 
 
+def test_a_seat_turned_by_a_parameter_about_the_axis_of_a_pin():
+    """Fixed to a body that turns about the same axis, it carries a body, and a pin about that axis again."""
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81)
+    at, frame, bodies = kn.Point("O", fixed_in=N), N, []
+    for i in range(1, 7):
+        turn = kn.parameter(f"a{i}", 0.1 * i) if i % 2 == 0 else kn.coordinate(f"q{i}")
+        frame = frame.rotate(f"B{i}", turn, frame.z)
+        center = at.at(f"C{i}", 0.3 * frame.x + 0.2 * frame.z)
+        bodies.append(
+            kn.RigidBody(
+                f"b{i}", frame=frame, mass_center=center, mass=1.0 * i, inertia=kn.inertia(frame, 1, 2, 2, 0.3)
+            )
+        )
+        at = at.at(f"P{i}", frame.y * 0.7)
+        frame = frame if i < 4 else frame.rotate(f"D{i}", 0.3, frame.x)
+    assert difference(kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)])) <= 1
+
+
+@pytest.mark.parametrize("seed", [5171, 5341, 5351])
+def test_seats_turned_by_parameters(seed):
+    assert difference(jointed.system(seed, 1 + seed % 9)) <= 1
+
+
 @examples(0.3)
 @given(st.integers(0, 10**6), st.integers(1, 5))
 def test_trees_of_any_joints(seed, bodies):

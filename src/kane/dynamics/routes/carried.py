@@ -135,6 +135,8 @@ def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:
     """What a segment keeps, and what its parent may carry, at the origin along A; along the parent's B for one that joins."""
     still = not step.slide.freedoms and all(x is ZERO for x in step.slide.total)
     turns = any(x is not ZERO for x in step.spin.total)
+    if not turns and step.turn is not None:
+        return body, NO_MASS
     if not turns:
         return (NO_MASS, body) if still else (body._replace(j=NO_ROWS), Rigid(ZERO, NOTHING, body.j))
     if not still:
