@@ -29,11 +29,12 @@ def test_the_first_link_of_a_chain_turns_about_its_pin(seed):
     moving = motions(eom.derived, usual.embedding, {})
     inertial, forced = about_points_at_rest(moving.bodies, moving.kinematics)
     assert [a is b for a, b in zip(inertial, moving.bodies, strict=True)] == [False, *[True] * (len(inertial) - 1)]
-    found = embedded(eom.derived, usual.embedding, moving, (inertial, forced))
     rng = np.random.default_rng(seed)
     q, u = rng.uniform(-1, 1, len(eom.coordinates)), {s: rng.normal() for s in eom.independent_speeds}
-    here, there = (numbers(eom, s, q, u) for s in (found, usual))
-    assert np.abs(here - there).max() <= 1e-9 * np.abs(there).max()
+    wanted = numbers(eom, usual, q, u)
+    for bodies, carried in (((inertial, forced), False), ((inertial, forced), True), (None, True)):
+        found = embedded(eom.derived, usual.embedding, moving, bodies, carried=carried)
+        assert np.abs(numbers(eom, found, q, u) - wanted).max() <= 1e-9 * np.abs(wanted).max()
 
 
 def test_a_rocker_turns_about_the_pin_that_closes_its_loop():

@@ -21,12 +21,14 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.solved import Solved
+from kane.expr.build import add, sub
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO
+from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.motion import Contact, Kinematics
 from kane.space.point import Point
+from kane.space.vector import Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,22 +52,45 @@ def motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -
 
 
 def embedded(
-    derived: Derived, e: Embedding, moving: Motions, bodies: tuple[Sequence[Moving], Sequence[Moving]] | None = None
+    derived: Derived,
+    e: Embedding,
+    moving: Motions,
+    bodies: tuple[Sequence[Moving], Sequence[Moving]] | None = None,
+    *,
+    carried: bool = False,
 ) -> Solved:
     """u̇ from the motions in the independent speeds, without the reactions; what is divided by is not watched yet.
 
-    `bodies` are those that M̃ and f̃ are made of, where these are others than the motions have.
+    `bodies` are those that M̃ and f̃ are made of, where these are others than the motions have. Where they are `carried`, f̃ is made of
+    the m ṽ_r and I·ω̃_r that M̃ has, (m ṽ_r)·a in the place of ṽ_r·(m a).
     """
     own = moving.speeds
     inertial, forced = bodies or (moving.bodies, moving.bodies)
-    left = derived.left_by(moving.kinematics, forced)
+    left = derived.left_by(moving.kinematics, () if carried else forced)
     right = [terms.generalized_by_motion(left, s) for s in own]
+    if carried:
+        right = [add(x, _by_momenta(derived, forced, s)) for x, s in zip(right, own, strict=True)]
     equations = blocks(mass_rows(inertial, own, ()), right, (), (), {})
     check_mass(derived.system, own, equations.mass)
     inner = block_solution(equations)
     matrix = evident(derived)
     u_dot = all_accelerations(e, inner.accelerations)
     return Solved("embedded", derived, e, u_dot, (), inner.pivots, matrix, matrix)
+
+
+def _by_momenta(derived: Derived, bodies: Sequence[Moving], speed: Expr) -> Expr:
+    """Σ (m ṽ_r)·(g − a_b) − (I·ω̃_r)·α_b − ω̃_r·(ω × I·ω)."""
+    total = ZERO
+    fall = sum((g.acceleration for g in derived.system.gravities), start=Vector())
+    for _, part, center, rotation in bodies:
+        if speed in center.partials:
+            total = add(total, (center.partials[speed] * part.mass).dot((fall - center.bias).gathered()))
+        if rotation is not None and speed in rotation.motion.partials:
+            w, turned = rotation.motion.partials[speed], rotation.motion
+            spin = turned.total.express(rotation.inertia.frame)
+            total = sub(total, rotation.inertia.times(w).dot(turned.bias))
+            total = sub(total, w.dot(spin.cross(rotation.inertia.times(spin))))
+    return total
 
 
 def evident(derived: Derived) -> Matrix:

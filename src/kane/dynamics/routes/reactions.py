@@ -8,6 +8,7 @@ many as entries of M_a. Where no load holds a reaction.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
@@ -88,10 +89,12 @@ def _mixed(
     known = derived.kinematics.with_following(given, moving.kinematics.contacts)
     bodies, best = list(moving.bodies), reactions_of(moving.bodies)
     for k, b in enumerate(moving_parts(derived.inertias, known)):
-        tried = [*bodies[:k], b, *bodies[k + 1 :]]
-        found = reactions_of(tried)
-        if cost(found) < cost(best):
-            bodies, best = tried, found
+        at_rest = replace(b.center, bias=b.center.bias.express(derived.system.inertial))
+        for other in (b, b._replace(center=at_rest)):
+            tried = [*bodies[:k], other, *bodies[k + 1 :]]
+            found = reactions_of(tried)
+            if cost(found) < cost(best):
+                bodies, best = tried, found
     yield best
 
 

@@ -112,6 +112,7 @@ def _pivoted(derived: Derived, e: Embedding, particles: Mapping[Point, Contact])
     bodies = about_points_at_rest(moving.bodies, moving.kinematics)
     if bodies is not None:
         yield Found(embedded(derived, e, moving, bodies), moving)
+    yield Found(embedded(derived, e, moving, bodies, carried=True), moving)
 
 
 def all_speeds(derived: Derived) -> Motions:
