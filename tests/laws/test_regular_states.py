@@ -100,7 +100,7 @@ class States:
         """That of A_D; 1 where W has poles and A in the declared speeds says nothing."""
         assert self.eom.embedding is not None
         p = self.eom.embedding.partition
-        if self.eom.solved.route not in ("classical", "embedded"):
+        if self.eom.solved.route not in ("classical", "embedded", "power", "squares"):
             return np.ones(len(self.q))
         a = matrices(self.eom.A.take(p.rows, p.dependent), self._values(self.q), len(self.q))
         return np.linalg.cond(a)

@@ -62,8 +62,9 @@ def _difference(parts, found):
         values = state([*roots, *parts.mass_matrix.entries], seed)
         numbers = np.array(kn.evaluate(roots, values), dtype=float)
         condition = np.linalg.cond(np.array(kn.evaluate(parts.mass_matrix, values), dtype=float))
-        off = np.abs(numbers[:n] - numbers[n:]).max() / np.abs(numbers[n:]).max()
-        worst = max(worst, off / tolerance(1e-9, condition))
+        off, largest = np.abs(numbers[:n] - numbers[n:]).max(), np.abs(numbers[n:]).max()
+        if off > 0:  # without loads at rest all are zero
+            worst = max(worst, off / (largest * tolerance(1e-9, condition)) if largest > 0 else np.inf)
     return worst
 
 
