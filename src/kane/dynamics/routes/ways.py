@@ -25,7 +25,6 @@ from kane.dynamics.routes.reactions import reactions
 from kane.dynamics.routes.squares import squares
 from kane.dynamics.solved import Solved
 from kane.expr.count import Prices
-from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.kinematics.motion import Contact
 from kane.space.point import Point
@@ -64,7 +63,9 @@ def by_rates(
         if not coupled:
             own = embedding(twin.constraints, e.partition)
             particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
-            found.append(_embedded(twin, own, particles, w))
+            moving = motions(twin, own, particles)
+            for carried in (False,) if large else (False, True):
+                found.append(Found(embedded(twin, own, moving, carried=carried).mapped(w.held), moving, w))
             if not large and homogeneous(twin, own):
                 found += [Found(f(twin, own).mapped(w.held), all_speeds(twin), w) for f in (power, squares)]
         yield found
@@ -93,18 +94,9 @@ def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]
             yield Found(solution, None if coupled else all_speeds(derived))
 
 
-def _embedded(
-    derived: Derived, e: Embedding, particles: Mapping[Point, Contact], w: ConstraintRates | None = None
-) -> Found:
+def _embedded(derived: Derived, e: Embedding, particles: Mapping[Point, Contact]) -> Found:
     moving = motions(derived, e, particles)
-    solution = embedded(derived, e, moving)
-    apart = w is None or _loads_are_free_of(derived, w)  # the motions are
-    return Found(solution if apart or w is None else solution.mapped(w.held), moving, w)
-
-
-def _loads_are_free_of(derived: Derived, w: ConstraintRates) -> bool:
-    vectors = (v for load in derived.declared_loads for _, v in (*load.forces, *load.torques))
-    return w.vanishing.keys().isdisjoint(free_symbols(x for v in vectors for x in v.scalars()))
+    return Found(embedded(derived, e, moving), moving)
 
 
 def _pivoted(derived: Derived, e: Embedding, particles: Mapping[Point, Contact]) -> Iterator[Found]:
