@@ -114,3 +114,23 @@ def system(seed: int, bodies: int, kinds: Sequence[str] = KINDS, parents: Sequen
             C = solids[-1].mass_center
             loads.append(kn.Force(C, -drag * C.velocity(N)))
     return kn.System(N, bodies=solids, joints=joints, loads=loads)
+
+
+def by_mixed_speeds(plain: kn.System, seed: int) -> kn.System:
+    """The same by speeds that are combinations of those of the joints: constant ones, and ones that change with the motion."""
+    rng = np.random.default_rng(seed)
+    q = [x for x in plain.coordinates if x not in {e for s in plain.euler_parameters for e in s.coordinates}]
+    w = list(plain.speeds.values())
+    definitions = []
+    for i, own in enumerate(w):
+        u = own
+        if rng.random() < 0.4:
+            u = u * (2 + kn.sin(q[rng.integers(len(q))]) if q and rng.random() < 0.5 else float(rng.uniform(0.5, 2)))
+        for j in rng.permutation(i)[: rng.integers(3)]:
+            factor = kn.cos(q[rng.integers(len(q))]) if q and rng.random() < 0.5 else float(rng.choice([1.0, -0.5]))
+            u = u + factor * w[j]
+        if rng.random() < 0.2:
+            u = u + kn.sin(kn.time)
+        definitions.append(u)
+    order = rng.permutation(len(w)) if rng.random() < 0.5 else range(len(w))
+    return plain.redefined({u: definitions[k] for u, k in zip(plain.speeds, order, strict=True)})

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joint speeds: what a joint turns and slides by, in the generalized speeds, and these from the joint speeds' derivatives."""
+"""Joint speeds: what a joint turns and slides by, in the generalized speeds or in the rates of coordinates."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from kane.expr.build import sub
+from kane.expr.affine import Affine
+from kane.expr.build import add, mul
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.motion import Kinematics
-from kane.kinematics.speeds import ScalarForm
+from kane.kinematics.speeds import Row, ScalarForm
 from kane.space.rotation import NOTHING, UNITS, Basis, Triple
 from kane.space.vector import Vector
 
@@ -22,15 +23,20 @@ _SPEEDS = "speeds that are no constant combinations of those of the joints"
 
 
 class Freedom(NamedTuple):
-    """A joint speed: what it adds to ω or to ṙ, and its row in the generalized speeds."""
+    """A joint speed: what it adds to ω or to ṙ, and its row in the generalized speeds, or in the rates of coordinates.
+
+    λ, what the axis is taken with in α or in the acceleration, is Σ c u̇ of a row in speeds, Σ c q̈ of one in rates. What turns may
+    `slide` by the same, as a screw does: that much is added to ṙ, along A.
+    """
 
     axis: Triple
-    row: Mapping[Expr, Expr]
+    row: Row
+    slide: Triple = NOTHING
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """A slide or a turn: freedoms, and what ṙ or ω is in speeds, with its drift."""
+    """A slide or a turn: freedoms, what ṙ or ω is in speeds, and what their rates are beside λ, `drift`."""
 
     freedoms: tuple[Freedom, ...] = ()
     total: Triple = NOTHING
@@ -43,9 +49,21 @@ def is_still(rates: Iterable[Expr]) -> bool:
 
 
 class Forms(NamedTuple):
-    """The forms in speeds of what a stage makes of rates."""
+    """What a stage makes of rates: in speeds, and in these rates; whether each has one speed that is `new` along the tree."""
 
     forms: tuple[ScalarForm, ScalarForm, ScalarForm]
+    rates: tuple[Affine, Affine, Affine]
+    is_new: bool
+
+    @property
+    def by_speeds(self) -> list[tuple[int, Row]]:
+        """The rows in speeds, by axis."""
+        return [(k, form.coefficients) for k, form in enumerate(self.forms) if form.coefficients]
+
+    @property
+    def by_rates(self) -> list[tuple[int, Row]]:
+        """The rows in rates, by axis."""
+        return [(k, row) for k, (row, _) in enumerate(self.rates) if row]
 
 
 class Stages:
@@ -60,38 +78,97 @@ class Stages:
         if is_still(rates):
             return None
         x, y, z = self.kinematics.speeds.forms(rates)
-        return Forms((x, y, z))
+        a, b, c = self.kinematics.speeds.in_rates(rates)
+        rows = [form.coefficients for form in (x, y, z) if form.coefficients]
+        new = [[(u, c) for u, c in row.items() if u not in self.users] for row in rows]
+        firsts = {own[0][0] for own in new if len(own) == 1 and is_constant_in_time([own[0][1]])}
+        return Forms((x, y, z), (a, b, c), len(firsts) == len(new))
 
-    def taken(self, raw: Forms | None) -> Forms | None:
-        """The same, kept."""
-        for s in {u for form in raw.forms for u in form.coefficients} if raw else ():
+    def take(self, *raw: Forms | None) -> None:
+        """What a segment moves by."""
+        rows = [row for r in raw if r is not None for _, row in (*r.by_speeds, *r.by_rates)]
+        for s in dict.fromkeys(s for row in rows for s in row):
             self.users[s] = self.users.get(s, 0) + 1
-        return raw
 
-    def stage(self, raw: Forms | None) -> Stage:
-        """The freedoms of forms: one an axis, or one a speed that nothing else moves by."""
+    def stage(self, raw: Forms | None, by_rates: bool) -> Stage:
+        """The freedoms of forms: one an axis, or one a speed or a rate that nothing else moves by; of rates where asked for."""
         if raw is None:
             return Stage()
-        rows = [(k, form.coefficients) for k, form in enumerate(raw.forms) if form.coefficients]
-        speeds = dict.fromkeys(s for _, row in rows for s in row)
-        if len(rows) <= 1 or is_single(raw):
-            freedoms = tuple(Freedom(UNITS[k], row) for k, row in rows)
-        elif all(self.users[s] == 1 for s in speeds):
-            columns = {s: [form.coefficients.get(s, ZERO) for form in raw.forms] for s in speeds}
-            freedoms = tuple(Freedom((c[0], c[1], c[2]), {s: ONE}) for s, c in columns.items())
-        else:
-            raise Unsuited(_SPEEDS)
-        if not all(is_constant_in_time(f.row.values()) for f in freedoms):
-            raise Unsuited(_SPEEDS)
         a, b, c = (form.total() for form in raw.forms)
-        drift = self.kinematics.drift
-        return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)))
+        freedoms = None if by_rates else self._by_speeds(raw)
+        if freedoms is not None:
+            drift = self.kinematics.drift
+            return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)))
+        freedoms = self._by_rates(raw)
+        if freedoms is None:
+            raise Unsuited(_SPEEDS)
+        x, y, z = (self._swing(form) for form in raw.rates)
+        return Stage(freedoms, (a, b, c), (x, y, z))
+
+    def coupled(self, spin: Forms, slide: Forms) -> tuple[Stage, Stage]:
+        """A turn and a slide by the same rates, which the turn has."""
+        turns, slides = (self._columns(raw.by_rates) for raw in (spin, slide))
+        if turns is None or slides is None:
+            raise Unsuited(_SPEEDS)
+        along = {b: f.axis for f in slides for b in f.row}
+        both = [f._replace(slide=along.pop(b, NOTHING)) for f in turns for b in f.row]
+        both += [Freedom(NOTHING, {b: ONE}, v) for b, v in along.items()]
+        x, y = (replace(self.stage(raw, True), freedoms=()) for raw in (spin, slide))
+        return replace(x, freedoms=tuple(both)), y
+
+    def _by_speeds(self, raw: Forms) -> tuple[Freedom, ...] | None:
+        rows = raw.by_speeds
+        if raw.is_new or (_is_constant(rows) and (len(rows) <= 1 or _is_single(rows))):
+            return _units(rows)
+        return None if self._by_rates(raw) else self._columns(rows)
+
+    def _by_rates(self, raw: Forms) -> tuple[Freedom, ...] | None:
+        rows = raw.by_rates
+        if _is_constant(rows) and (len(rows) <= 1 or _is_single(rows)):
+            return _units(rows)
+        return self._columns(rows)
+
+    def _columns(self, rows: Sequence[tuple[int, Row]]) -> tuple[Freedom, ...] | None:
+        """One a speed, or a rate, that nothing else moves by."""
+        columns: dict[Expr, list[Expr]] = {}
+        for k, row in rows:
+            for s, c in row.items():
+                columns.setdefault(s, [ZERO, ZERO, ZERO])[k] = c
+        if any(self.users[s] > 1 for s in columns):
+            return None
+        return tuple(Freedom((c[0], c[1], c[2]), {s: ONE}) for s, c in columns.items())
+
+    def _swing(self, form: Affine) -> Expr:
+        """The derivative of Σ c q̇ + rest at constant q̇."""
+        row, rest = form
+        drift, value = self.kinematics.drift, self.kinematics.drift(rest)
+        for b, c in row.items():
+            value = add(value, mul(drift(c), self.kinematics.speeds.form({b: ONE}).total()))
+        return value
+
+
+def _is_constant(rows: Iterable[tuple[int, Row]]) -> bool:
+    return all(is_constant_in_time(row.values()) for _, row in rows)
+
+
+def _units(rows: Iterable[tuple[int, Row]]) -> tuple[Freedom, ...]:
+    return tuple(Freedom(UNITS[k], row) for k, row in rows)
+
+
+def _is_single(rows: Sequence[tuple[int, Row]]) -> bool:
+    return all(len(row) == 1 for _, row in rows) and len({s for _, row in rows for s in row}) == len(rows)
+
+
+def are_coupled(a: Forms | None, b: Forms | None) -> bool:
+    """Whether two move by one rate."""
+    if a is None or b is None:
+        return False
+    return not {s for _, row in a.by_rates for s in row}.isdisjoint(s for _, row in b.by_rates for s in row)
 
 
 def is_single(raw: Forms) -> bool:
     """Whether each form is of one speed, and no two of the same."""
-    rows = [form.coefficients for form in raw.forms if form.coefficients]
-    return all(len(row) == 1 for row in rows) and len({s for row in rows for s in row}) == len(rows)
+    return _is_single(raw.by_speeds)
 
 
 def measured(v: Vector, basis: Basis) -> Iterator[Triple]:
@@ -99,36 +176,3 @@ def measured(v: Vector, basis: Basis) -> Iterator[Triple]:
     yield v.components(basis)
     x, y, z = (v.dot(Vector(((basis, unit),))) for unit in UNITS)
     yield x, y, z
-
-
-def solved_rows(rows: Iterable[tuple[Mapping[Expr, Expr], Expr]], speeds: Sequence[Expr]) -> dict[Expr, Expr] | None:
-    """u̇ of Σ c u̇ = λ, one after the other from rows that hold one more; None where they do not give all."""
-    found: dict[Expr, Expr] = {}
-    waiting = list(rows)
-    if len(waiting) != len(speeds):
-        return None
-    while waiting:
-        left = []
-        for row, value in waiting:
-            new = [s for s in row if s not in found]
-            if len(new) > 1:
-                left.append((row, value))
-                continue
-            if not new:
-                return None
-            for s, c in row.items():
-                if s in found:
-                    value = sub(value, _times(c, found[s]))
-            found[new[0]] = _over(value, row[new[0]])
-        if len(left) == len(waiting):
-            return None
-        waiting = left
-    return found
-
-
-def _times(c: Expr, x: Expr) -> Expr:
-    return x if c is ONE else c * x
-
-
-def _over(x: Expr, c: Expr) -> Expr:
-    return x if c is ONE else x / c

@@ -12,14 +12,16 @@ nearest to the one before, so that the arm has no component along it.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import NamedTuple
 
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ZERO, Expr
-from kane.kinematics.freedoms import Forms, Stage, Stages, Unsuited, is_single, is_still, measured
+from kane.kinematics.freedoms import Forms, Stage, Stages, Unsuited, are_coupled, is_single, is_still, measured
 from kane.kinematics.motion import Kinematics
+from kane.kinematics.resolved import by_rates
 from kane.kinematics.tree import Link, Tree
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
@@ -74,8 +76,16 @@ class Segments:
             if b in self.bases:
                 return self.bases[b]
             o = b.orientation
-            b = o.base if o is not None and is_still(o.rates) else None
+            b = o.base if o is not None and is_still(o.rates) else self._beside(b)
         raise Unsuited(f"a torque on {basis.name}, which is between the joints")
+
+    def _beside(self, basis: Basis) -> Basis | None:
+        """One that turns with it about the same axis of the same base, by an angle that differs by a constant."""
+        for other in self.bases:
+            between = _between(other, basis)
+            if between is not None and is_still(between.rates):
+                return other
+        return None
 
 
 _SHARED = "coordinates that several joints share, or bodies that turn in others by several absolute angles"
@@ -162,11 +172,13 @@ class _Maker:
             if not up and not down:
                 self._append(Segment(parent, (), arm, None), base)
                 return
-        joins = len(down) == 1 and bool(up) and self._coaxial(parent, up[-1])
+        joins = len(down) == 1 and bool(up) and self._coaxial(parent, up[-1]) and not self._screws(rates, up[-1])
         lead, rest = _way(up, down, joins)
         if any(not is_still(_orientation_rates(turn.basis)) for turn in lead):
             raise Unsuited(_SHARED)
-        if not is_still(rates) and (lead or not rest):
+        if lead and rest and self._screws(rates, rest[0].basis):
+            rates = _down(lead, rates)  # and the arm further on
+        elif not is_still(rates) and (lead or not rest):
             parent = self._append(Segment(parent, (), arm, None), base, slide=self.stages.raw(rates))
             arm, rates = NOTHING, NOTHING
             if not lead and not rest:
@@ -204,15 +216,18 @@ class _Maker:
             return False
         return turn.basis is self.basis[parent] and not is_still(map(sub, o.rates, _orientation_rates(turn.basis)))
 
+    def _screws(self, rates: Triple, f: Basis) -> bool:
+        return are_coupled(self.stages.raw(rates), self.stages.raw(_orientation_rates(f)))
+
     def _together(self, rest: Sequence[_Step]) -> Triple | None:
         """ω of several turns along the last basis, where each measure number is a speed, and not each turn has its own."""
         raw = [self.stages.raw(step.rates) for step in rest]
-        if all(r is None or is_single(r) for r in raw):
+        if all(r is None or is_single(r) or r.is_new for r in raw):
             return None
         relative = Vector([(step.basis, step.rates) for step in rest])
         for measures in measured(relative, rest[-1].basis):
             whole = self.stages.raw(measures)
-            if whole is not None and is_single(whole):
+            if whole is not None and (is_single(whole) or whole.is_new):
                 return measures
         return None
 
@@ -228,7 +243,10 @@ class _Maker:
             own = along(k, sub(own[k], _orientation_rates(self.basis[parent])[k]))
         spin, slide, late = self.stages.raw(own), self.stages.raw(rates), False
         self.early[len(self.steps)] = slide
-        if slide is not None and not joins and not is_single(slide):
+        screws = are_coupled(slide, spin)
+        if screws and k is None:
+            raise Unsuited("a joint that slides as it turns in space")
+        if slide is not None and not joins and not is_single(slide) and not screws:
             for measures in measured(Vector(((turn.base, rates),)), basis):
                 other = self.stages.raw(measures)
                 if other is not None and is_single(other):
@@ -243,19 +261,36 @@ class _Maker:
     def _append(self, segment: Segment, basis: Basis, slide: Forms | None = None, spin: Forms | None = None) -> int:
         self.steps.append(segment)
         self.basis.append(basis)
-        self.raw.append((self.stages.taken(slide), self.stages.taken(spin)))
+        self.stages.take(slide, spin)
+        self.raw.append((slide, spin))
         self.bases.setdefault(basis, len(self.steps) - 1)
         return len(self.steps) - 1
 
     def finished(self, tree: Tree) -> Segments:
         """The segments with their freedoms."""
         before = {step.parent for step in self.steps if step.joins}
-        steps = []
-        for k, (step, (slide, spin)) in enumerate(zip(self.steps, self.raw, strict=True)):
-            late = step.late and k not in before  # what works along A slides along A
-            way = slide if late == step.late else self.early[k]
-            steps.append(replace(step, slide=self.stages.stage(way), spin=self.stages.stage(spin), late=late))
-        return Segments(tuple(steps), tuple(self.ends), self.bases, tuple(self.basis), tree.places)
+        late = [step.late and k not in before for k, step in enumerate(self.steps)]  # what works along A slides along A
+        ways = [
+            slide if own == step.late else self.early[k]
+            for k, (step, own, (slide, _)) in enumerate(zip(self.steps, late, self.raw, strict=True))
+        ]
+        raw = [*ways, *(spin for _, spin in self.raw)]
+
+        n = len(self.steps)
+
+        @cache
+        def stage(k: int, by_rates: bool) -> Stage:
+            slide, spin = raw[k % n], raw[k % n + n]
+            if slide is not None and spin is not None and are_coupled(slide, spin):
+                return self.stages.coupled(spin, slide)[k < n]
+            return self.stages.stage(raw[k], by_rates)
+
+        chosen = by_rates(len(raw), lambda k, rates: stage(k, rates).freedoms, self.kinematics.speeds)
+        steps = tuple(
+            replace(step, slide=stage(k, k in chosen), spin=stage(k + n, k + n in chosen), late=late[k])
+            for k, step in enumerate(self.steps)
+        )
+        return Segments(steps, tuple(self.ends), self.bases, tuple(self.basis), tree.places)
 
 
 def _orientation_rates(f: Basis) -> Triple:

@@ -136,8 +136,11 @@ class Speeds:
 
     def forms(self, exprs: Iterable[Expr]) -> list[ScalarForm]:
         """Affine expressions of rates in speeds."""
-        wanted = [self._basic(e) for e in exprs]
-        return [self.form(c, r) for c, r in affine_forms(wanted, self.rates, self._known)]
+        return [self.form(c, r) for c, r in self.in_rates(exprs)]
+
+    def in_rates(self, exprs: Iterable[Expr]) -> list[Affine]:
+        """Affine expressions of rates in the basic ones."""
+        return affine_forms([self._basic(e) for e in exprs], self.rates, self._known)
 
     def _basic(self, e: Expr) -> Expr:
         return substitute(e, self.euler_rates) if self.euler_rates else e

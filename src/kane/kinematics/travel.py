@@ -54,8 +54,8 @@ def travel(steps: Sequence[Segment]) -> Travel:
 
 
 def in_base(steps: Sequence[Segment]) -> list[bool]:
-    """Whether a segment works in the basis that it turns in: where what follows does, or what comes before did."""
-    found = [step.joins for step in steps]
+    """Whether a segment works in the basis that it turns in: where what follows does, what comes before did, or it screws."""
+    found = [step.joins or any(f.slide is not NOTHING for f in step.spin.freedoms) for step in steps]
     for step in steps:
         if step.joins:
             found[step.parent] = True

@@ -121,15 +121,18 @@ def unit(axis: Triple) -> int | None:
     return k[0] if len(k) == 1 and axis[k[0]] is ONE else None
 
 
+def parts(freedom: Freedom, turning: bool) -> tuple[Triple, Triple]:
+    """What a freedom has of ω, and of ṙ."""
+    return (freedom.axis, freedom.slide) if turning else (NOTHING, freedom.axis)
+
+
 def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Pivot]) -> Inertia:
     """What is felt before a freedom."""
     s = freedom.axis
-    if turning:
-        u_n, u_f = product(felt.j, s), product(transposed(felt.h), s)
-        d, pressed = dot(s, u_n), dot(s, felt.n)
-    else:
-        u_n, u_f = product(felt.h, s), product(felt.m, s)
-        d, pressed = dot(s, u_f), dot(s, felt.f)
+    spin, slide = parts(freedom, turning)
+    u_n = summed(product(felt.j, spin), product(felt.h, slide))
+    u_f = summed(product(transposed(felt.h), spin), product(felt.m, slide))
+    d, pressed = add(dot(spin, u_n), dot(slide, u_f)), add(dot(spin, felt.n), dot(slide, felt.f))
     if d is ZERO:
         raise SingularError("Expected every joint speed to move some mass.")
     t_n, t_f = (triple(div(x, d) for x in u) for u in (u_n, u_f))
@@ -138,7 +141,7 @@ def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Piv
     j, h, m = _less(felt.j, t_n, u_n, True), _less(felt.h, t_n, u_f, False), _less(felt.m, t_f, u_f, True)
     n, f = summed(felt.n, times(rest, u_n)), summed(felt.f, times(rest, u_f))
     k = unit(s)
-    if k is None:
+    if k is None or freedom.slide is not NOTHING:
         return Inertia(j, h, m, n, f)
     if turning:
         return Inertia(_without(j, k, True), _without(h, k, False), m, _zero(n, k), f)
@@ -206,9 +209,10 @@ def _taken(
     s = pivot.freedom.axis
     k = unit(s)
     known = alpha if pivot.turning else a
-    if k is None:
+    if k is None or pivot.freedom.slide is not NOTHING:
         value = sub(pivot.rest, add(dot(pivot.t_n, alpha), dot(pivot.t_f, a)))
         after = summed(known, times(value, s))
+        a = summed(a, times(value, pivot.freedom.slide))
     else:  # the whole component first, as U/D is 1 there
         n = alpha if not pivot.turning else _zero(alpha, k)
         f = a if pivot.turning else _zero(a, k)

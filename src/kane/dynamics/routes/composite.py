@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from kane.dynamics.routes.articulated import Passed, Wrenches, unit
+from kane.dynamics.routes.articulated import Passed, Wrenches, parts, unit
 from kane.dynamics.routes.order import sparse_order
 from kane.expr.build import add, neg
 from kane.expr.matrix import dot
@@ -36,7 +36,8 @@ class Wrench(NamedTuple):
 
     def along(self, freedom: Freedom, turning: bool) -> Expr:
         """The generalized force of a freedom."""
-        return dot(freedom.axis, self.n if turning else self.f)
+        spin, slide = parts(freedom, turning)
+        return add(dot(spin, self.n), dot(slide, self.f))
 
 
 class Place(NamedTuple):
@@ -163,10 +164,9 @@ def _entries(rows: list[list[Expr]], place: Place, found: Iterator[tuple[Place, 
 
 def _moved(body: Rigid, place: Place) -> Wrench:
     """The wrench of a body at the acceleration 1 of a freedom."""
-    s = place.freedom.axis
-    if place.turning:
-        return Wrench(product(body.j, s), cross3(s, body.h))
-    return Wrench(cross3(body.h, s), times(body.m, s))
+    spin, slide = parts(place.freedom, place.turning)
+    turned = Wrench(product(body.j, spin), cross3(spin, body.h))
+    return turned.plus(Wrench(cross3(body.h, slide), times(body.m, slide)))
 
 
 def _left(
@@ -215,7 +215,7 @@ def _without(places: Sequence[Place], alpha: Triple, a: Triple, trial: list[Expr
     """The accelerations without their components along unit freedoms, which the trial takes off."""
     for place in places:
         k = unit(place.freedom.axis)
-        if k is None:
+        if k is None or place.freedom.slide is not NOTHING:
             continue
         known = alpha if place.turning else a
         trial[place.number] = neg(known[k])

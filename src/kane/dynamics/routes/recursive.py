@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The recursive routes: u̇ of trees by articulated inertias, or by composite ones.
 
-They take systems without constraints whose joint speeds are constant combinations of the generalized speeds, one after the other:
-rates, sums and differences of rates, measure numbers of ω and v of a body in the one before. M and f are assembled when they are
-read.
+They take systems without constraints. Joint speeds are combinations of the generalized speeds, one after the other: rates, sums and
+differences of rates, measure numbers of ω and v of a body in the one before; else rates of coordinates, of which u̇ follows by the
+definitions of the speeds. M and f are assembled when they are read.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,7 +20,8 @@ from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
-from kane.kinematics.freedoms import Unsuited, solved_rows
+from kane.kinematics.freedoms import Unsuited
+from kane.kinematics.resolved import resolved
 from kane.kinematics.segments import Segment, segments
 from kane.kinematics.tree import tree_of
 from kane.numeric.sample import draw, value_of
@@ -30,6 +31,7 @@ from kane.space.spatial import Rigid
 _SEEDS = (20042, 20043, 20044)
 _BRANCH = 5
 """Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones."""
+_NO_MASS = "a speed that moves no mass"
 _TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
 """Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
 
@@ -86,15 +88,13 @@ def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
         steps, bodies, loads = carried
         passed = WAYS[route](steps, regrouped(bodies, steps, balanced=route == "recursive"), loads, falling(derived))
     except SingularError:
-        raise Unsuited("a speed that moves no mass") from None
-    values = solved_rows(passed.rows, derived.speeds)
-    if values is None:
-        raise Unsuited(
-            "speeds that are no constant combinations of those of the joints, or coordinates that several joints share"
-        )
+        raise Unsuited(_NO_MASS) from None
     if not _regular(passed.pivots):
-        raise Unsuited("a speed that moves no mass")
+        raise Unsuited(_NO_MASS)
     matrix = evident(derived)
+    if len(passed.rows) < len(derived.speeds):
+        raise Unsuited(_NO_MASS)
+    values = resolved(passed.rows, derived.kinematics)
     u_dot = tuple(values[u] for u in derived.speeds)
     return Solved(route, derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
 

@@ -14,6 +14,7 @@ from kane.dynamics.routes.ways import Found, all_speeds, with_reactions
 from kane.dynamics.solved import Solved
 from kane.expr.count import price
 from kane.expr.evaluate import is_constant_in_time
+from kane.expr.node import Expr
 from kane.expr.regular import factors
 
 _TREE, _GROWN = 5, 6
@@ -21,16 +22,23 @@ _TREE, _GROWN = 5, 6
 
 
 def trees(derived: Derived) -> list[Solved]:
-    """The solutions by recursion, of trees large enough, that divide by nothing that W alone divides by."""
+    """The solutions by recursion, of trees large enough, that divide by nothing of W by which velocities do not."""
     if len(derived.inertias) < _TREE:
         return []
     pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
     moving = {f for f in pivots if not is_constant_in_time([f])}
-    return [
-        tree_with_reactions(derived, s)
-        for s in recursions(derived)
-        if not moving or moving.isdisjoint(divisors(s.accelerations))
-    ]
+    found = []
+    for s in recursions(derived):
+        more = moving and moving & divisors(s.accelerations)
+        if not more or more <= _of_velocities(derived):
+            found.append(tree_with_reactions(derived, s))
+    return found
+
+
+def _of_velocities(derived: Derived) -> set[Expr]:
+    """What partial velocities of bodies divide by, and with them every route."""
+    motions = [m for b in derived.bodies for m in (b.center, b.rotation and b.rotation.motion) if m]
+    return divisors([x for m in motions for v in m.partials.values() for x in v.scalars()])
 
 
 def is_grown(derived: Derived) -> bool:
