@@ -8,25 +8,22 @@ quotient in it is divided by: (u₂/cos q₂) (R u₁ cos q₂) is R u₁ u₂. 
 terms of a sum are left as they are. What all this costs is for the caller to compare.
 """
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import cmp_to_key
+from operator import attrgetter
 
 from kane.expr.build import add, div, mul, neg
-from kane.expr.node import ONE, ZERO, Expr, Number, constant, constant_value, precedes
+from kane.expr.node import ONE, ZERO, Expr, Number, constant, precedes
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
+from kane.expr.patterns import number_of
 from kane.expr.symbols import Parameter
 
 _MOST = 12
 """Terms, and factors of a term, up to which a sum is collected."""
 
 
-def _first(a: Expr, b: Expr) -> int:
-    return -1 if precedes(a, b) else 1
-
-
-_ORDER = cmp_to_key(_first)
+_KEY = attrgetter("key")
 
 Powers = tuple[tuple[Expr, int], ...]
 Term = tuple[Number, Powers]
@@ -35,7 +32,11 @@ Term = tuple[Number, Powers]
 
 def ordered(factors: Iterable[Expr]) -> list[Expr]:
     """Factors in the order in which they stand in a product."""
-    return sorted(factors, key=_ORDER)
+    found = sorted(factors, key=_KEY)
+    keys = [f.key for f in found]
+    if len(set(keys)) == len(keys) and all(f.op is not CONST for f in found):
+        return found
+    return sorted(found, key=cmp_to_key(lambda a, b: -1 if precedes(a, b) else 1))
 
 
 def collected(e: Expr) -> Expr:
@@ -78,40 +79,49 @@ def _terms(e: Expr) -> list[Term] | None:
 def _product(e: Expr) -> Term:
     """The number and the factors that e is the product of."""
     number: Number = 1
-    powers: Counter[Expr] = Counter()
+    divisor: Number = 1
+    powers: dict[Expr, int] = {}
     waiting = [(e, 1)]
+    quotients = False
     while waiting:
         x, power = waiting.pop()
-        value = constant_value(x)
-        if value is not None and value != 0:
-            number = number * (value if power > 0 else Fraction(1, value) if isinstance(value, int) else 1 / value)
-        elif x.op is MUL:
-            waiting += [(a, power) for a in x.args]
-        elif x.op is DIV and _of_parameters(x.args[1]):  # a tangent stays one
-            waiting += [(x.args[0], power), (x.args[1], -power)]
-        elif x.op is NEG:
+        op = x.op
+        if op is MUL:
+            a, b = x.args
+            waiting += ((a, power), (b, power))
+        elif op is CONST and x is not ZERO:
+            value = number_of(x)
+            number, divisor = (number * value, divisor) if power > 0 else (number, divisor * value)
+        elif op is DIV and _of_parameters(x.args[1]):  # a tangent stays one
+            waiting += ((x.args[0], power), (x.args[1], -power))
+        elif op is NEG:
             number = -number
             waiting.append((x.args[0], power))
         else:
-            powers[x] += power
-    _cancel(powers)
+            powers[x] = powers.get(x, 0) + power
+            quotients = quotients or op is DIV
+    if quotients:
+        _cancel(powers)
+    if divisor != 1:
+        number = Fraction(number) / divisor if isinstance(number, int) and not isinstance(divisor, float) else number / divisor
     return number, tuple((f, powers[f]) for f in ordered(powers) if powers[f])
 
 
-def _cancel(powers: Counter[Expr]) -> None:
+def _cancel(powers: dict[Expr, int]) -> None:
     """Quotients whose divisor is a factor, too, are replaced by what is divided."""
     for x in [x for x in powers if x.op is DIV]:
         top, below = x.args
-        times = min(powers[x], powers[below])
+        times = min(powers[x], powers.get(below, 0))
         if times > 0:
-            powers.update({top: times})
-            powers.subtract({x: times, below: times})
+            powers[top] = powers.get(top, 0) + times
+            powers[x] -= times
+            powers[below] -= times
 
 
 def _of_parameters(e: Expr) -> bool:
     """Whether e is a product of parameters and numbers."""
     if e.op is MUL:
-        return all(map(_of_parameters, e.args))
+        return _of_parameters(e.args[0]) and _of_parameters(e.args[1])
     return e.op is CONST or isinstance(e, Parameter)
 
 
@@ -122,25 +132,34 @@ def factored(terms: Sequence[Term]) -> Expr:
     if len(terms) == 1:
         ((number, factors),) = terms
         return _times(number, factors)
-    maps = [(n, dict(f)) for n, f in terms]
-    below = [f for f in maps[0][1] if all(p.get(f, 0) < 0 for _, p in maps)]
-    if below:
-        return div(factored([(n, _raised(p, below[0], 1)) for n, p in maps]), below[0])
-    counts = Counter(f for _, p in maps for f, k in p.items() if k > 0)
-    common = max(counts, key=lambda f: counts[f], default=None)
-    if common is None or counts[common] < 2:
+    above: dict[Expr, int] = {}
+    below: dict[Expr, int] = {}
+    for _, factors in terms:
+        for f, k in factors:
+            held = above if k > 0 else below
+            held[f] = held.get(f, 0) + 1
+    for f, k in terms[0][1]:
+        if k < 0 and below[f] == len(terms):
+            return div(factored([(n, _raised(p, f, 1)) for n, p in terms]), f)
+    common = max(above, key=above.__getitem__, default=None)
+    if common is None or above[common] < 2:
         total = ZERO
         for number, factors in terms:
             total = add(total, _times(number, factors))
         return total
-    own = [(n, _raised(p, common, -1)) for n, p in maps if p.get(common, 0) > 0]
-    others = [(n, tuple(p.items())) for n, p in maps if p.get(common, 0) <= 0]
+    own: list[Term] = []
+    others: list[Term] = []
+    for n, p in terms:
+        if any(f is common and k > 0 for f, k in p):
+            own.append((n, _raised(p, common, -1)))
+        else:
+            others.append((n, p))
     return add(factored(others), mul(common, factored(own)))
 
 
-def _raised(powers: Mapping[Expr, int], factor: Expr, by: int) -> Powers:
+def _raised(powers: Powers, factor: Expr, by: int) -> Powers:
     """The product with one factor's power changed."""
-    return tuple((f, k + by if f is factor else k) for f, k in powers.items() if f is not factor or k + by)
+    return tuple([(f, k + by if f is factor else k) for f, k in powers if f is not factor or k + by])
 
 
 def _times(number: Number, factors: Powers) -> Expr:
