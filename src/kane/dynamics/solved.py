@@ -270,8 +270,7 @@ class Solved(Immutable):
         e = self.embedding
         if e is None:
             return self
-        guard = guarding(e.guards)
-        return replace(self.mapped(guard), embedding=e.guarded(guard))
+        return replace(self.mapped(guarding(e.guards_in_use)), embedding=e.guarded())
 
     def written(self, roots: Iterable[Expr]) -> Exprs:
         """What was read of `regular`, without the speeds that vanish."""

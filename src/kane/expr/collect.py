@@ -23,7 +23,11 @@ _MOST = 12
 """Terms, and factors of a term, up to which a sum is collected."""
 
 
-_KEY = attrgetter("key")
+def _first(a: Expr, b: Expr) -> int:
+    return -1 if precedes(a, b) else 1
+
+
+_KEY, _ORDER = attrgetter("key"), cmp_to_key(_first)
 
 Powers = tuple[tuple[Expr, int], ...]
 Term = tuple[Number, Powers]
@@ -36,7 +40,7 @@ def ordered(factors: Iterable[Expr]) -> list[Expr]:
     keys = [f.key for f in found]
     if len(set(keys)) == len(keys) and all(f.op is not CONST for f in found):
         return found
-    return sorted(found, key=cmp_to_key(lambda a, b: -1 if precedes(a, b) else 1))
+    return sorted(found, key=_ORDER)
 
 
 def collected(e: Expr) -> Expr:
@@ -103,7 +107,11 @@ def _product(e: Expr) -> Term:
     if quotients:
         _cancel(powers)
     if divisor != 1:
-        number = Fraction(number) / divisor if isinstance(number, int) and not isinstance(divisor, float) else number / divisor
+        number = (
+            Fraction(number) / divisor
+            if isinstance(number, int) and not isinstance(divisor, float)
+            else number / divisor
+        )
     return number, tuple((f, powers[f]) for f in ordered(powers) if powers[f])
 
 

@@ -2,7 +2,7 @@
 """The reference evaluator: the graph walked with NumPy, the meaning that every emitter must reproduce; its symbols."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -181,7 +181,32 @@ def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:
 
 def free_symbols(roots: Iterable[Expr]) -> tuple[Symbol, ...]:
     """The symbols below `roots`, in the order of their first appearance."""
-    return tuple(n for n in postorder(roots) if isinstance(n, Symbol))
+    seen: set[Expr] = set()
+    found: list[Symbol] = []
+    waiting = list(roots)[::-1]
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            if isinstance(node, Symbol):
+                found.append(node)
+            else:
+                waiting.extend(node.args[::-1])
+    return tuple(found)
+
+
+def holds_any(roots: Iterable[Expr], among: Container[Expr]) -> bool:
+    """Whether any of the expressions `among` is below `roots`."""
+    seen: set[Expr] = set()
+    waiting = list(roots)
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            if node in among:
+                return True
+            seen.add(node)
+            waiting.extend(node.args)
+    return False
 
 
 def is_constant_in_time(exprs: Iterable[Expr]) -> bool:

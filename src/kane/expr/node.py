@@ -356,6 +356,18 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
     return order
 
 
+def nodes(roots: Iterable[Expr]) -> set[Expr]:
+    """Every node below `roots`, sooner than in order."""
+    seen: set[Expr] = set()
+    waiting = list(roots)
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            waiting.extend(node.args)
+    return seen
+
+
 def _to_rows(root: Expr) -> list[tuple[Any, ...]]:
     """Flat topological table for pickling: depth costs nothing."""
     place: dict[Expr, int] = {}

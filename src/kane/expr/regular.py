@@ -8,7 +8,7 @@ as operations. In formulas it is not shown: it changes no value that there is.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from kane.expr.build import NODE_BUILDERS, div, mul
-from kane.expr.node import Expr, postorder
+from kane.expr.node import Expr, nodes, postorder
 from kane.expr.ops import DIV, MUL, NEG, REGULAR
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.visit import fold, imaged
@@ -54,7 +54,7 @@ def factors(divisor: Expr) -> list[Expr]:
 
 def denominators(roots: Iterable[Expr]) -> set[Expr]:
     """What `roots` divide by."""
-    return {node.args[1] for node in postorder(roots) if node.op is DIV}
+    return {node.args[1] for node in nodes(roots) if node.op is DIV}
 
 
 def _divided_by(roots: Iterable[Expr]) -> set[Expr]:

@@ -49,14 +49,16 @@ def _is_size(x: Expr) -> bool:
 
 def is_unbounded(e: Expr) -> bool:
     """Whether more than parameters is in `e` outside of sines and cosines: there its size is no bound, but what it is at a state."""
-    memo: dict[Expr, bool] = {}
-
-    def reaches(node: Expr) -> bool:
+    met, waiting = {e}, [e]
+    while waiting:
+        node = waiting.pop()
         if isinstance(node, Symbol):
-            return not isinstance(node, Parameter)
-        return node.op is not SIN and node.op is not COS and any(memo[a] for a in node.args)
-
-    return fold(e, memo, reaches)
+            if not isinstance(node, Parameter):
+                return True
+        elif node.op is not SIN and node.op is not COS:
+            waiting += [a for a in node.args if a not in met]
+            met.update(node.args)
+    return False
 
 
 def never_zero(e: Expr) -> bool:
@@ -64,14 +66,33 @@ def never_zero(e: Expr) -> bool:
 
     A parameter may be 0, and what is not seen here may still be so.
     """
+    while e.op is NEG or e.op is DIV:
+        e = e.args[0]
+    if _is_of_either_sign(e):
+        return False
     memo: dict[Expr, _Sign] = {}
     return fold(e, memo, lambda node: _sign(node, [memo[a] for a in node.args]))[1]
+
+
+def _is_of_either_sign(e: Expr, depth: int = 0) -> bool:
+    """Whether a look at the first factors and terms shows that no sign is known, and so neither that `e` vanishes nowhere."""
+    op, args = e.op, e.args
+    if op in _SIGNED or depth > _DEPTH:
+        return False
+    if op is NEG:
+        return _is_of_either_sign(args[0], depth + 1)
+    if op is MUL or op is DIV or op is ADD or op is SUB:
+        a, b = args
+        return (op is not MUL or a is not b) and (_is_of_either_sign(a, depth + 1) or _is_of_either_sign(b, depth + 1))
+    return True
 
 
 _Sign: TypeAlias = tuple[int, bool]
 """1, −1 or, where it is not known, 0; and whether it is known not to vanish."""
 _POSITIVE = {OPS["exp"], OPS["cosh"], OPS["pi"]}
 _ABS, _MAX = OPS["abs"], OPS["max"]
+_SIGNED = {*_POSITIVE, _ABS, SQRT, CONST}
+_DEPTH = 12
 
 
 def _sign(node: Expr, parts: Sequence[_Sign]) -> _Sign:

@@ -103,12 +103,10 @@ def path(source: Basis, target: Basis) -> tuple[tuple[Basis, ...], tuple[Basis, 
     if source is target:
         return (), ()
     up, down = source.lineage, target.lineage
-    shared = 0
-    for f, g in zip(reversed(up), reversed(down), strict=False):
-        if f is not g:
-            break
-        shared += 1
-    return up[: len(up) - shared], down[: len(down) - shared][::-1]
+    i, j = max(0, len(up) - len(down)), max(0, len(down) - len(up))
+    while i < len(up) and up[i] is not down[j]:  # where two lineages meet they go on as one
+        i, j = i + 1, j + 1
+    return up[:i], down[:j][::-1]
 
 
 def between(a: Basis, b: Basis) -> tuple[Basis, ...]:

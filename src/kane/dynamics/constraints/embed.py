@@ -9,7 +9,9 @@ With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gi
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,27 +30,79 @@ from kane.kinematics.motion import Following
 from kane.model.system import System
 
 
+class Solution(NamedTuple):
+    """A_n (d × i), A_na (d × a), b_n, c_D (d), what was divided by, and the sizes of these divisors and of their factors."""
+
+    a_n: Matrix
+    a_na: Matrix
+    b_n: tuple[Expr, ...]
+    c: Callable[[], tuple[Expr, ...]]
+    divisors: tuple[Divisor, ...] = ()
+    guards: Guards = MappingProxyType({})
+
+    def guarded(self, by: Guards) -> "Solution":
+        """The same with NaN where a divisor vanishes."""
+        guard = guarding({**by, **self.guards})
+        return self._replace(
+            a_n=self.a_n.map(guard),
+            a_na=self.a_na.map(guard),
+            b_n=tuple(map(guard, self.b_n)),
+            c=lambda: tuple(map(guard, self.c())),
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Embedding:
-    """The dependent speeds by the independent ones: A_n (d × i), A_na (d × a), b_n, c_D (d), and what was divided by.
+    """The dependent speeds by the independent ones, solved for when that is read first.
 
-    `guards` are the sizes of the `divisors` and of their factors; what is solved gets them in the end, when nothing cancels any more.
+    `beside` are the sizes of what results divide by besides. What is solved is guarded in the end, when nothing cancels any more.
     """
 
     rows: ConstraintRows
     partition: Partition
     independent: tuple[int, ...]
-    a_n: Matrix
-    a_na: Matrix
-    b_n: tuple[Expr, ...]
-    accelerated: Callable[[], tuple[Expr, ...]]
-    divisors: tuple[Divisor, ...] = ()
-    guards: Guards = field(default_factory=dict)
+    solve: Callable[[], Solution]
+    beside: Guards = field(default_factory=dict)
+
+    @cached_property
+    def solution(self) -> Solution:
+        """What the dependent speeds and their rates follow by."""
+        return self.solve()
+
+    @property
+    def a_n(self) -> Matrix:
+        """A_n of u_D = A_n u_I + A_na u_a + b_n."""
+        return self.solution.a_n
+
+    @property
+    def a_na(self) -> Matrix:
+        """A_na of u_D = A_n u_I + A_na u_a + b_n."""
+        return self.solution.a_na
+
+    @property
+    def b_n(self) -> tuple[Expr, ...]:
+        """b_n of u_D = A_n u_I + A_na u_a + b_n."""
+        return self.solution.b_n
 
     @cached_property
     def c(self) -> tuple[Expr, ...]:
         """c_D of u̇_D = A_n u̇_I + c_D."""
-        return self.accelerated()
+        return self.solution.c()
+
+    @property
+    def divisors(self) -> tuple[Divisor, ...]:
+        """What the constraints are solved by."""
+        return self.solution.divisors
+
+    @property
+    def guards(self) -> Guards:
+        """The sizes of the divisors, of their factors, and of what else results divide by."""
+        return {**self.beside, **self.solution.guards}
+
+    @property
+    def guards_in_use(self) -> Guards:
+        """The same without those of a solution that nothing has read yet."""
+        return self.guards if "solution" in self.__dict__ else self.beside
 
     @cached_property
     def transposed(self) -> Square:
@@ -72,21 +126,22 @@ class Embedding:
         parts = zip(places, rows, self.b_n, self.c, strict=True)
         return {u: Following(row, rest, bias) for u, row, rest, bias in parts}
 
-    def guarded(self, guard: Callable[[Expr], Expr]) -> "Embedding":
+    def watching(self, beside: Guards) -> "Embedding":
+        """The same with the sizes of what results divide by."""
+        return replace(self, solve=lambda: self.solution, beside=beside)
+
+    def guarded(self) -> "Embedding":
         """The same with NaN where a divisor vanishes."""
-        b_n = tuple(map(guard, self.b_n))
-        return replace(
-            self,
-            a_n=self.a_n.map(guard),
-            a_na=self.a_na.map(guard),
-            b_n=b_n,
-            accelerated=lambda: tuple(map(guard, self.c)),
-        )
+        return replace(self, solve=lambda: self.solution.guarded(self.beside))
 
 
 def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
     """Solve the constraints for the dependent speeds of `partition`, which they must give somewhere."""
     free = partition.independent(rows.a.shape[1])
+    return Embedding(rows, partition, free, lambda: _solution(rows, partition, free))
+
+
+def _solution(rows: ConstraintRows, partition: Partition, free: Sequence[int]) -> Solution:
     memo: Sizes = {}
     whole = rows.a.take(partition.rows).rows
     solver = square(
@@ -112,7 +167,7 @@ def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
         yield from c()
 
     sizes = guards([(d.value, d.size) for d in solver.divisors], before(), after())
-    return Embedding(rows, partition, free, a_n, a_na, b_n.entries, c, solver.divisors, sizes)
+    return Solution(a_n, a_na, b_n.entries, cache(c), solver.divisors, sizes)
 
 
 def first_partition(system: System, rows: ConstraintRows, compared: Compared) -> Partition:

@@ -52,7 +52,7 @@ class Absolute(NamedTuple):
             by_state,
             derived=d,
             accelerations=tuple(_sum(self.rows[i], own) if i in self.rows else x for i, x in enumerate(own)),
-            embedding=replace(embedding(d.constraints, partition), guards=e.guards) if e and partition else None,
+            embedding=embedding(d.constraints, partition).watching(e.guards_in_use) if e and partition else None,
             shorter_rates=rates and tuple(map(state, rates)),
         )
 

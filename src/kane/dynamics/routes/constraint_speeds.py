@@ -12,7 +12,7 @@ The state's u_D stand only in loads that were declared with them.
 
 from dataclasses import replace
 
-from kane.dynamics.constraints.embed import Embedding
+from kane.dynamics.constraints.embed import Embedding, Solution
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived, by_other_speeds
 from kane.dynamics.routes.classical import all_accelerations, classical
@@ -67,12 +67,5 @@ def _embedding(derived: Derived, partition: Partition, twin: Derived, w: Constra
     own = [speeds[i] for i in free]
     b_n = tuple(f.rest for f in forms)
     drift = tuple(w.held(twin.kinematics.drift(add(dot(row, own), b))) for row, b in zip(a_n, b_n, strict=True))
-    return Embedding(
-        derived.constraints,
-        partition,
-        free,
-        a_n,
-        -(by_w @ released),
-        b_n,
-        lambda: drift,
-    )
+    solution = Solution(a_n, -(by_w @ released), b_n, lambda: drift)
+    return Embedding(derived.constraints, partition, free, lambda: solution)

@@ -8,27 +8,32 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.evaluate import is_constant_in_time
-from kane.expr.node import Expr, postorder
-from kane.expr.ops import OPS
-from kane.expr.regular import denominators, factors
+from kane.expr.node import Expr, nodes
+from kane.expr.ops import DIV, OPS
+from kane.expr.regular import factors
+
+_TAN = OPS["tan"]
 
 
 def divisors(exprs: Sequence[Expr]) -> set[Expr]:
     """What expressions divide by, with its factors; of tangents their cosines."""
-    tangents = (node for node in postorder(exprs) if node.op is OPS["tan"])
-    found = {f for d in denominators(exprs) for f in factors(d)}
-    return found | {NODE_BUILDERS["cos"](node.args[0]) for node in tangents}
+    below = nodes(exprs)
+    found = {f for node in below if node.op is DIV for f in factors(node.args[1])}
+    return found | {NODE_BUILDERS["cos"](node.args[0]) for node in below if node.op is _TAN}
 
 
 class Poles:
-    """What the usual solution divides by: that is asked for only where what goes into it, `parts`, divides by less than is found."""
+    """What the usual solution divides by: that is asked for only where what goes into it, `parts`, divides by less than is found.
 
-    def __init__(self, parts: Sequence[Expr], usual: Callable[[], Solved]) -> None:
+    Neither is made where what is found divides by nothing of W.
+    """
+
+    def __init__(self, parts: Callable[[], Sequence[Expr]], usual: Callable[[], Solved]) -> None:
         self._parts, self._usual = parts, usual
 
     @cached_property
     def _sure(self) -> set[Expr]:
-        return divisors(self._parts)
+        return divisors(self._parts())
 
     @cached_property
     def _allowed(self) -> set[Expr]:
@@ -39,7 +44,5 @@ class Poles:
         """Whether what was found divides by nothing of W that the usual solution does not divide by."""
         pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
         moving = {f for f in pivots if not is_constant_in_time([f])}
-        if not moving or moving <= self._sure:
-            return True
-        more = (moving & divisors(found)) - self._sure
-        return not more or more <= self._allowed
+        met = moving & divisors(found) if moving else moving
+        return not met or met <= self._sure or met - self._sure <= self._allowed

@@ -16,5 +16,5 @@ def with_short_quotients(s: Solved) -> Solved:
         return s
     n, e = len(s.accelerations), s.embedding
     if e is not None:
-        e = replace(e, guards=extended(e.guards, found))
+        e = e.watching(extended(e.guards_in_use, found))
     return replace(s, accelerations=found[:n], reactions=found[n:], embedding=e)

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.poles import constraint_rate
+from kane.dynamics.solved import Solved
+from kane.expr.evaluate import holds_any
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substitute
@@ -23,6 +25,15 @@ class ConstraintRates:
     def held(self, e: Expr) -> Expr:
         """An expression on the constraints: w = ẇ = 0."""
         return substitute(e, self.vanishing, self._memo)
+
+    def solution(self, found: Solved) -> Solved:
+        """A solution on the constraints; the same one where no w is in it."""
+        roots = (*found.accelerations, *found.reactions, *found.pivots, *found.reaction_matrix.entries)
+        return (
+            found.mapped(self.held)
+            if holds_any((*roots, *found.bare_reaction_matrix.entries), self.vanishing)
+            else found
+        )
 
     def definitions(self, derived: Derived) -> dict[Speed, Expr]:
         """The speeds with the rates in their places, in the rates of the coordinates."""

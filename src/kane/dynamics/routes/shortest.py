@@ -127,7 +127,7 @@ class _Search:
     def accelerations(self) -> list[tuple[Found, Exprs]]:
         """A few ways to u̇ of all speeds."""
         solutions, large = self.solutions()
-        poles = Poles(self.e.a_n.entries, lambda: self.usual.solution)
+        poles = Poles(lambda: self.e.a_n.entries, lambda: self.usual.solution)
         found: list[tuple[int, int, Found, Exprs]] = []
         for own, way in sorted(((self.cost(w), w) for w in solutions), key=lambda pair: pair[0])[:_FEW]:
             if found and own >= min(found)[0]:

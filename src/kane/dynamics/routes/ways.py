@@ -58,16 +58,16 @@ def by_rates(
     for twin, w in twins(derived, e.partition, held):
         found = []
         if coupled or not large:
-            solution = unguarded_classical(twin, e.partition).mapped(w.held)
+            solution = w.solution(unguarded_classical(twin, e.partition))
             found.append(Found(solution, None if coupled else all_speeds(twin), w))
         if not coupled:
             own = embedding(twin.constraints, e.partition)
             particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
             moving = motions(twin, own, particles)
             for carried in (False,) if large else (False, True):
-                found.append(Found(embedded(twin, own, moving, carried=carried).mapped(w.held), moving, w))
+                found.append(Found(w.solution(embedded(twin, own, moving, carried=carried)), moving, w))
             if not large and homogeneous(twin, own):
-                found += [Found(f(twin, own).mapped(w.held), all_speeds(twin), w) for f in (power, squares)]
+                found += [Found(w.solution(f(twin, own)), all_speeds(twin), w) for f in (power, squares)]
         yield found
 
 
@@ -90,7 +90,7 @@ def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]
     found = by_mass_centre(derived)
     if found is not None:
         twin, solution = found
-        if Poles((), lambda: usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
+        if Poles(tuple, lambda: usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
             yield Found(solution, None if coupled else all_speeds(derived))
 
 
@@ -140,16 +140,16 @@ def with_reactions(
     whole = replace(s, accelerations=u_dot, reactions=best)
     if e is None or s.embedding is None:
         return whole
-    guards = {**s.embedding.guards, **e.guards}
+    known = e.watching({**s.embedding.guards_in_use, **e.guards_in_use})
     if w is None:
-        return replace(whole, derived=derived, embedding=replace(e, guards=guards))
+        return replace(whole, derived=derived, embedding=known)
     own, price = tuple(map(w.held, s.derived.rates)), Prices((*u_dot, *best))
     shorter = price(own) < price(rates) and divisors(own) <= divisors(rates)
     return replace(
         whole,
         route="contacts",
         derived=derived,
-        embedding=replace(e, guards=guards),
+        embedding=known,
         shorter_rates=own if shorter else None,
     )
 
