@@ -78,8 +78,14 @@ def guarding(by: Guards) -> Callable[[Expr], Expr]:
         return mul(*map(below, node.args)) if node.op is MUL else images[node]
 
     def image(node: Expr) -> Expr:
-        guarded = below(node.args[1]) if node.op is DIV else None
-        return imaged(node, images) if guarded is None else div(images[node.args[0]], guarded)
+        args = node.args
+        if node.op is DIV:
+            divisor = below(args[1])
+            return node if divisor is args[1] and images[args[0]] is args[0] else div(images[args[0]], divisor)
+        for a in args:
+            if images[a] is not a:
+                return NODE_BUILDERS[node.op.name](*[images[x] for x in args])
+        return node
 
     return (lambda root: fold(root, images, image)) if by else (lambda root: root)
 

@@ -9,7 +9,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from kane.expr.floats import FLOAT
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, SYMBOL
 
@@ -27,6 +29,16 @@ def draw(seed: int, symbol: Expr, low: float = LOW, high: float = HIGH) -> float
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & _WORD
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & _WORD
     return low + (high - low) * ((z ^ (z >> 31)) >> 11) * 2.0**-53
+
+
+def draws(seeds: int, symbols: Iterable[Expr]) -> NDArray[np.float64]:
+    """What `draw` gives for each of the symbols with the seeds 0, 1, …, by rows."""
+    keys = np.array([s.key & _WORD for s in symbols], dtype=np.uint64)
+    z = keys[:, None] + np.arange(seeds, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    whole: NDArray[np.float64] = ((z ^ (z >> np.uint64(31))) >> np.uint64(11)).astype(float)
+    return LOW + (HIGH - LOW) * whole * 2.0**-53
 
 
 def value_of(symbol: Any, seed: int) -> float:
@@ -47,15 +59,15 @@ def sample(roots: Iterable[Expr], seed: int) -> list[float]:
     For questions about structure (is this zero everywhere?), asked while deriving: one pass over the graph.
     """
     wanted = list(roots)
-    values: dict[Expr, Any] = {}
+    values: dict[Expr, float] = {}
     with np.errstate(all="ignore"):
         for node in postorder(wanted):
             if node.op is SYMBOL:
-                values[node] = np.float64(value_of(node, seed))
+                values[node] = value_of(node, seed)
             elif node.op is CONST:
                 values[node] = float(constant_value(node) or 0)
             elif node.op is PI:
                 values[node] = math.pi
             else:
-                values[node] = node.op.numpy(*[values[a] for a in node.args])
-    return [float(values[e]) for e in wanted]
+                values[node] = FLOAT[node.op](*[values[a] for a in node.args])
+    return [values[e] for e in wanted]

@@ -114,7 +114,7 @@ def _balanced(step: Segment, body: Rigid, arm: Triple) -> tuple[Rigid, Expr]:
     mass = collected(mass)
     left = body.plus(Rigid(neg(mass), NOTHING, NO_ROWS).moved(arm))
     h = triple(ZERO if k in along else x for k, x in enumerate(left.h))
-    short = {x: collected(x) for row in left.j for x in row}
+    short = {x: collected(x) for x in {x for row in left.j for x in row}}
     return Rigid(collected(left.m), h, as_rows([[short[x] for x in row] for row in left.j])), mass
 
 

@@ -24,7 +24,7 @@ from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
 from kane.kinematics.segments import Segment, segments
 from kane.kinematics.tree import tree_of
-from kane.numeric.sample import draw, value_of
+from kane.numeric.sample import draws, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
 
@@ -112,8 +112,9 @@ def _regular(pivots: Sequence[Expr]) -> bool:
     What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.
     """
     symbols = free_symbols(pivots)
+    others = draws(_TIMES, symbols)
     for seed in _SEEDS:
-        beside = {s: value_of(s, seed) * (1 + _BESIDE * np.array([draw(k, s) for k in range(_TIMES)])) for s in symbols}
+        beside = {s: value_of(s, seed) * (1 + _BESIDE * drawn) for s, drawn in zip(symbols, others, strict=True)}
         with np.errstate(all="ignore"):
             values = np.array([np.broadcast_to(x, _TIMES) for x in evaluate(list(pivots), beside)])
         if bool(np.all(np.ptp(values, axis=1) < _KEPT * np.abs(values[:, 0]))):
