@@ -24,6 +24,7 @@ from kane.equations.compiled import Compiled
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
 from kane.equations.handle import Handle
+from kane.equations.jacobian import Jacobian
 from kane.errors import (
     ArgumentError,
     CornerError,
@@ -213,7 +214,8 @@ __all__ = [
     "close_pin", "close_slider", "close_cylindrical", "close_screw", "close_universal", "close_ball", "close_planar", "close_weld",
     "disk_on_plane", "sphere_on_plane", "torus_on_plane", "Contact", "gear_pair", "rack_and_pinion",
     "reaction", "JointReaction", "auxiliary_speed", "Event",
-    "System", "derive", "Equations", "compile", "Compiled", "Handle", "Settings", "assemble", "Assembled", "guess", "Guess",
+    "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",
+    "Guess",
     "signal", "Signal", "simulate", "Solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",

@@ -14,7 +14,7 @@ from kane.equations.routines import ROUTINES, Outputs, output_bundle, ports, pro
 from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
 from kane.program.native import arguments
-from kane.program.native.compiled_routine import NotFinite
+from kane.program.native.compiled_routine import CompiledRoutine, NotFinite
 from kane.program.native.machine import Settings
 from kane.program.program import Program
 from kane.program.receipt import Receipt, receipt
@@ -33,7 +33,9 @@ class Compiled:
     """Equations of motion as callable machine code.
 
     `rhs(t, x, p, r)` gives ẋ = (q̇, u̇), `mass_matrix` M, `forcing` f of M u̇ = f, `reactions` the reactions; each is a `Handle`,
-    compiled when it is first read (`rhs` at once). `outputs(t, x, p, r)` gives a dict of the expressions named when compiling.
+    compiled when it is first read (`rhs` at once). `jac`, `jac_inputs`, `jac_parameters` and `jac_time` are exact
+    derivatives of `rhs`, `jvp`, `vjp` and `hvp` products of them with vectors.
+    `outputs(t, x, p, r)` gives a dict of the expressions named when compiling.
     """
 
     equations: HasSolved
@@ -59,9 +61,21 @@ class Compiled:
     def _handle(self, name: str) -> Handle:
         return Handle(self._program((name,)), name, self.settings, {"p": self.default}, self.not_finite)
 
+    def _product(self, name: str) -> CompiledRoutine:
+        return CompiledRoutine(self._program((name,)), name, self.settings, {"p": self.default}, self.not_finite)
+
     mass_matrix = read[Handle](lambda c: c._handle("mass_matrix"), "M, n × n.")
     forcing = read[Handle](lambda c: c._handle("forcing"), "f of M u̇ = f, with the reactions at their solved values.")
     reactions = read[Handle](lambda c: c._handle("reactions"), "The reactions.")
+    jac = read[Handle](lambda c: c._handle("jac"), "J = ∂ẋ/∂x, n × n: `jac(t, x, p, r)`.")
+    jac_inputs = read[Handle](lambda c: c._handle("jac_inputs"), "∂ẋ/∂r.")
+    jac_parameters = read[Handle](lambda c: c._handle("jac_parameters"), "∂ẋ/∂p.")
+    jac_time = read[Handle](lambda c: c._handle("jac_time"), "∂ẋ/∂t, n × 1.")
+    jvp = read[CompiledRoutine](lambda c: c._product("jvp"), "J v: `jvp(t, x, v, p, r)`.")
+    vjp = read[CompiledRoutine](lambda c: c._product("vjp"), "wᵀ J: `vjp(t, x, w, p, r)`.")
+    hvp = read[CompiledRoutine](
+        lambda c: c._product("hvp"), "∂(wᵀ J v)/∂x, the Hessians of ẋ weighted by w, times v: `hvp(t, x, v, w, p, r)`."
+    )
     _outputs = read[Handle](lambda c: c._handle("outputs"), "The outputs as one vector.")
 
     def outputs(self, t: Any, x: Any, p: Any = None, r: Any = None) -> dict[str, Array]:
@@ -85,7 +99,8 @@ class Compiled:
     def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str:
         """Source text: "c" (C99), "h" (its header), "numpy" (a module).
 
-        `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs"; all of them unless told.
+        `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs", all of them unless told, or of
+        "jac", "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "hvp".
         """
         from importlib.metadata import version
 

@@ -23,6 +23,7 @@ from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, compiled
+from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.numeric import Numeric
 from kane.errors import ArgumentError, cut
 from kane.expr.immutable import Immutable
@@ -235,6 +236,20 @@ class Equations(Immutable):
             arrays a warning names the first such place, and the values there are NaN
         """
         return evaluate_along(self.solved, exprs, q, u, parameters, inputs, t)
+
+    def jacobian(self, by: Any = "state") -> Jacobian:
+        """The derivatives of the right-hand side (q̇, u̇), exact, with their pattern.
+
+        Parameters
+        ----------
+        by : "state" (all coordinates, then all speeds), "inputs", "parameters", "time", or a list of symbols and names
+
+        Raises
+        ------
+        ValueMissingError
+            if a name is none of the system's
+        """
+        return jacobian(self.solved, by)
 
     def speeds_from_rates(
         self, q: Values, rates: Values, *, parameters: Mapping[Any, Any] | None = None, t: Any = 0.0

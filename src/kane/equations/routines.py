@@ -12,6 +12,7 @@ from kane.dynamics.readings.pivots import divided_by, pivot_of
 from kane.dynamics.readings.singular import of_rates, with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
+from kane.equations.jacobian import DERIVATIVES, direction_ports
 from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
@@ -50,12 +51,12 @@ def program(
     """The Program of the named routines, and of "outputs" where there are any.
 
     "rhs" gives ẋ = (q̇, u̇), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
-    values. `reciprocals` lets divisions by one divisor share its reciprocal, which rounds differently, `optimize`
-    rewrites to fewer operations.
+    values; those of `DERIVATIVES` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
+    rounds differently, `optimize` rewrites to fewer operations.
     """
-    unknown = [r for r in routines if r not in ROUTINES]
+    unknown = [r for r in routines if r not in ROUTINES and r not in DERIVATIVES]
     if unknown:
-        own = ", ".join([*ROUTINES, *(["outputs"] if outputs else [])])
+        own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *DERIVATIVES])
         raise ArgumentError(f"Expected routines among {own}, got {', '.join(map(repr, unknown))}.")
     tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
@@ -66,7 +67,9 @@ def program(
     def note(guard: Expr) -> Note:
         return left_out.get(guard) or Note(of_rates(solved, guard) or divided_by(pivot_of(solved, guard)))
 
-    return build_program(name, ports(solved.derived), tasks, reciprocals, SUBJECT, note, optimize)
+    t, x, *given = ports(solved.derived)
+    every = (t, x, *direction_ports(solved.derived, routines), *given)
+    return build_program(name, every, tasks, reciprocals, SUBJECT, note, optimize)
 
 
 def rate_names(derived: Derived) -> list[str]:
@@ -76,6 +79,8 @@ def rate_names(derived: Derived) -> list[str]:
 
 def _routine(solved: Solved, name: str) -> Task:
     derived, n = solved.derived, len(solved.derived.speeds)
+    if name in DERIVATIVES:
+        return DERIVATIVES[name](solved)
     if name == "rhs":
         labels = rate_names(derived)
         return Task(name, solved.right_hand_side, (len(labels),), labels)

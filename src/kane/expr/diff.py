@@ -8,7 +8,8 @@ from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, SYMBOL, WHERE
-from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
+from kane.expr.size import never_zero
+from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
 from kane.expr.visit import fold
 
 MIN, MAX = OPS["min"], OPS["max"]
@@ -114,14 +115,26 @@ def leaves(roots: Iterable[Expr], symbols: Iterable[Expr | str]) -> tuple[Expr, 
 def gradient(root: Expr, symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
     """All ∂root/∂symbol in one reverse sweep."""
     wanted = leaves([root], symbols)
-    if any(node.op in _CHOICES for node in postorder((as_expr(root),))):  # backwards, 0 times infinity would be met
-        return tuple(tangent(as_expr(root), {s: ONE}) for s in wanted)
-    order = postorder((as_expr(root),))
-    depends = set(wanted)
+    own = as_expr(root)
+    if any(node.op in _CHOICES for node in postorder((own,))):  # backwards, 0 times infinity would be met
+        return tuple(tangent(own, {s: ONE}) for s in wanted)
+    return pullback([own], [ONE], wanted)
+
+
+def pullback(roots: Sequence[Expr], weights: Sequence[Expr], symbols: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Reverse derivative: Σ_i weights[i] ∂roots[i]/∂symbol for every symbol, in one sweep from the roots to the leaves.
+
+    The weights are held. Partial derivatives that are infinite are multiplied whatever else does not count: see `weighted`.
+    """
+    order = postorder(roots)
+    depends = set(symbols)
     for node in order:
         if any(a in depends for a in node.args):
             depends.add(node)
-    adjoint: dict[Expr, Expr] = {order[-1]: ONE}
+    adjoint: dict[Expr, Expr] = {}
+    for root, weight in zip(roots, weights, strict=True):
+        if root in depends:
+            adjoint[root] = add(adjoint.get(root, ZERO), weight)
     for node in reversed(order):
         bar = adjoint.get(node)
         if bar is None or bar is ZERO or not node.args:
@@ -129,7 +142,31 @@ def gradient(root: Expr, symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
         for a, p in zip(node.args, partials(node), strict=True):
             if a in depends:
                 adjoint[a] = add(adjoint.get(a, ZERO), mul(bar, p))
-    return tuple(adjoint.get(s, ZERO) for s in wanted)
+    return tuple(adjoint.get(s, ZERO) for s in symbols)
+
+
+def weighted(roots: Sequence[Expr], weights: Sequence[Expr], symbols: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Σ_i weights[i] ∂roots[i]/∂symbol for every symbol: in one reverse sweep, or column by column where that is not exact.
+
+    Backwards, what a choice leaves out, or a root that vanishes where its argument has no slope, would be 0 times infinity.
+    """
+    if not any(node.op in _CHOICES or (node.op is SQRT and _moves(node)) for node in postorder(roots)):
+        return pullback(roots, weights, symbols)
+    columns = []
+    for s in symbols:
+        memo: dict[Expr, Expr] = {}
+        total = ZERO
+        for root, weight in zip(roots, weights, strict=True):
+            total = add(total, mul(weight, tangent(root, {s: ONE}, memo, at_rest=True)))
+        columns.append(total)
+    return tuple(columns)
+
+
+def _moves(node: Expr) -> bool:
+    """Whether a root may vanish along a motion."""
+    return not never_zero(node.args[0]) and not all(
+        isinstance(s, Parameter) for s in postorder(node.args) if isinstance(s, Symbol)
+    )
 
 
 def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr | str]) -> Matrix:

@@ -24,6 +24,8 @@ from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
+_IMPLICIT = ("Radau", "BDF", "LSODA")
+"""Those that take derivatives of the rates."""
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 """Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
 _DRIFT = 10.0
@@ -59,9 +61,17 @@ class Method:
         ahead = [b for b in self.breakpoints if t < b < end]
         end = float(np.nextafter(min(ahead), t)) if ahead else end
         first_step = first_step and min(first_step, end - t, self.max_step)
-        make = getattr(integrate, self.name)
-        return make(
-            stepper.rate, t, y, end, first_step=first_step, rtol=self.rtol, atol=self.atol, max_step=self.max_step
+        more = {"jac": stepper.slopes} if self.name in _IMPLICIT else {}
+        return getattr(integrate, self.name)(
+            stepper.rate,
+            t,
+            y,
+            end,
+            first_step=first_step,
+            rtol=self.rtol,
+            atol=self.atol,
+            max_step=self.max_step,
+            **more,
         )
 
 

@@ -17,6 +17,7 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.implicit import exact
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.passages import Along, crosses, looked_at
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
@@ -58,6 +59,7 @@ class Stepper:
         self.side = 0.0
         self.reach: Array = np.zeros((len(eom.b), len(eom.speeds)))
         self.mixes: Mixes = (None, None)
+        self._slopes: tuple[Equations | None, Callable[[float, Array], Array]] = (None, lambda t, y: y)
 
     @property
     def eom(self) -> Equations:
@@ -70,6 +72,14 @@ class Stepper:
             return self.now.rate(t, y)
         numbers = self._numbers(t, y)
         return self.now.least_rate(t, y, numbers.m, numbers.a, self.reach, self.mixes[1])
+
+    def slopes(self, t: float, y: Array) -> Array:
+        """∂(q̇, u̇, P)/∂y, those of the dependent speeds that are stepped."""
+        eom, found = self._slopes
+        if eom is not self.eom:
+            found = exact(self.now)
+            self._slopes = self.eom, found
+        return found(t, y)
 
     def _numbers(self, t: float, y: Array) -> Numbers:
         assert self.manifold is not None

@@ -33,11 +33,16 @@ def concerned(solved: Solved, roots: Sequence[Expr]) -> tuple[int, ...]:
 
 def guarded(solved: Solved, roots: Sequence[Expr]) -> Sequence[Expr]:
     """`roots` to be compiled: NaN where rows that were left out hold more; where none are, they as they are."""
+    return nan_where_more(solved, roots, roots)
+
+
+def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr]) -> Sequence[Expr]:
+    """What was `found` of `roots`, one of each: NaN where the root is."""
     places = concerned(solved, roots)
     if not places or solved.left_out is None:
-        return roots
+        return found
     guard, _ = solved.left_out.guarding()
-    return [guard(root) if k in places else root for k, root in enumerate(roots)]
+    return [guard(x) if k in places else x for k, x in enumerate(found)]
 
 
 def notes(solved: Solved) -> dict[Expr, str]:

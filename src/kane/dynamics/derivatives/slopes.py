@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives of (q̇, u̇) as functions of all coordinates, all speeds, time, inputs and parameters.
+
+They are those of the expressions as they stand: under constraints u̇ of all speeds, each as a function of the whole state. What is
+divided by is what the values are divided by, with its guards, so that derivatives are NaN where they are.
+"""
+
+from collections.abc import Sequence
+
+from kane.dynamics.readings.left_out import nan_where_more
+from kane.dynamics.solved import Solved
+from kane.expr.diff import tangent, weighted
+from kane.expr.matrix import Matrix
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import Symbol
+
+
+def slopes(solved: Solved, symbols: Sequence[Symbol]) -> Matrix:
+    """J = ∂(q̇, u̇)/∂symbols, a row for each of q̇ and u̇."""
+    columns = [forward(solved, [s], [ONE]) for s in symbols]
+    return Matrix(zip(*columns, strict=True), (len(solved.right_hand_side), len(symbols)))
+
+
+def forward(solved: Solved, symbols: Sequence[Symbol], v: Sequence[Expr]) -> Sequence[Expr]:
+    """J v."""
+    roots, memo = solved.right_hand_side, dict[Expr, Expr]()
+    seeds: dict[Expr, Expr] = dict(zip(symbols, v, strict=True))
+    return nan_where_more(solved, roots, [tangent(e, seeds, memo, at_rest=True) for e in roots])
+
+
+def backward(solved: Solved, symbols: Sequence[Symbol], w: Sequence[Expr]) -> Sequence[Expr]:
+    """wᵀ J."""
+    return _all_or_none(solved, weighted(solved.right_hand_side, w, symbols))
+
+
+def second(solved: Solved, symbols: Sequence[Symbol], w: Sequence[Expr], v: Sequence[Expr]) -> Sequence[Expr]:
+    """∂(wᵀ J v)/∂symbols: the Hessians of (q̇, u̇), weighted by w, times v."""
+    memo: dict[Expr, Expr] = {}
+    seeds: dict[Expr, Expr] = dict(zip(symbols, v, strict=True))
+    own = weighted(solved.right_hand_side, w, symbols)
+    return _all_or_none(solved, [tangent(e, seeds, memo, at_rest=True) for e in own])
+
+
+def _all_or_none(solved: Solved, found: Sequence[Expr]) -> Sequence[Expr]:
+    """NaN where one of (q̇, u̇), the last of which is one under constraints, is."""
+    last = solved.right_hand_side[-1:] * len(found)
+    return found if all(x is ZERO for x in found) else nan_where_more(solved, last, found)

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""∂(q̇, u̇, P)/∂(q, u, ∫P dt) of a motion, exact, for methods that solve for a step: Radau, BDF, LSODA.
+
+Written out entry by entry where that is short; of large systems as products with all unit vectors in one native loop, whose code is as
+long as a few right-hand sides.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from kane.dynamics.derivatives.slopes import forward, slopes
+from kane.dynamics.readings.singular import with_regular_rates
+from kane.dynamics.readings.values import without_unknowns
+from kane.equations.equations import Equations
+from kane.equations.jacobian import along
+from kane.equations.routines import ports
+from kane.expr.diff import tangent, weighted
+from kane.expr.node import ONE, Expr
+from kane.motion.routines import Routines
+from kane.numeric.arrays import Array
+from kane.program.bundle import Bundle, Shaped
+from kane.program.program import Port
+
+_LONG = 40_000
+"""Operations of the right-hand side times states from which on entries are not written out."""
+
+
+def _first(x: Array) -> Array:
+    return x
+
+
+def entries(eom: Equations) -> Bundle[Array]:
+    """∂(q̇, u̇, P)/∂(q, u)."""
+    x, power = (*eom.coordinates, *eom.speeds), without_unknowns(eom.solved, [eom.power])
+    roots = [*slopes(eom.solved, x).entries, *weighted(power, [ONE], x)]
+    shape = (len(x) + 1, len(x))
+    return Bundle("slopes", ports(eom.derived), _first, {"x": Shaped(shape, _regular(eom, roots))})
+
+
+def products(eom: Equations) -> Bundle[Array]:
+    """The same times v."""
+    x, power = (*eom.coordinates, *eom.speeds), without_unknowns(eom.solved, [eom.power])
+    v = along("v", x)
+    seeds: dict[Expr, Expr] = dict(zip(x, v, strict=True))
+    roots = [*forward(eom.solved, x, v), *(tangent(p, seeds, at_rest=True) for p in power)]
+    own = (*ports(eom.derived), Port("v", v, noun="direction"))
+    return Bundle("products", own, _first, {"x": Shaped((len(x) + 1,), _regular(eom, roots))})
+
+
+def _regular(eom: Equations, roots: list[Expr]) -> tuple[Expr, ...]:
+    return tuple(with_regular_rates(eom.solved, roots))
+
+
+def exact(now: Routines) -> Callable[[float, Array], Array]:
+    """J(t, y). What has no derivative at a state, as a root that ends there, counts as not changing: steps are judged without J."""
+    eom, n = now.eom, now.width
+    numeric, unit = eom.numeric(now.settings), np.eye(n)
+    long = eom.operations.total * n > _LONG
+
+    def by_entries(t: float, x: Array) -> Array:
+        return numeric.routine(entries)(t, x, now.p, now.inputs(t))
+
+    def by_products(t: float, x: Array) -> Array:
+        return numeric.routine(products)(t, x, now.p, now.inputs(t), unit).T
+
+    def j(t: float, y: Array) -> Array:
+        whole = np.zeros((n + 1, n + 1))
+        found = (by_products if long else by_entries)(t, y[:n])
+        whole[:, :n] = np.where(np.isfinite(found), found, 0.0)
+        return whole
+
+    return j

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives of the right-hand side: against dual numbers, products against the matrix, patterns, NaN where values are."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kane as kn
+from benchmarks.random_trees import random_tree
+from kane.gallery import GALLERY, load
+from tests.examples import examples
+from tests.oracles.duals import values_and_slopes
+from tests.systems import jointed
+
+KINDS = ("state", "inputs", "parameters", "time")
+
+
+@cache
+def derived(name):
+    return kn.derive(load(name).system())
+
+
+def numbers(eom, rng):
+    """A value for every symbol: sets of Euler parameters of length 1, parameters at their defaults."""
+    values = {kn.time: 0.3, **{r: rng.uniform(-1, 1) for r in eom.inputs}}
+    values |= {s: rng.uniform(0.3, 1.1) for s in (*eom.coordinates, *eom.speeds)}
+    for group in eom.system.euler_parameters:
+        length = np.sqrt(sum(values[e] ** 2 for e in group.coordinates))
+        values |= {e: values[e] / length for e in group.coordinates}
+    return values | {p: rng.uniform(0.9, 1.1) * (1.0 if p.default is None else p.default) for p in eom.parameters}
+
+
+def given_as(eom, values):
+    """t, x, p, r."""
+    groups = ((*eom.coordinates, *eom.speeds), eom.parameters, eom.inputs)
+    return values[kn.time], *(np.array([values[s] for s in group]) for group in groups)
+
+
+def close(found, expected, size=None):
+    """Equal to 1e-9 of the largest of each row."""
+    assert np.array_equal(np.isfinite(found), np.isfinite(expected))
+    scale = np.abs(expected if size is None else size).max(axis=-1, keepdims=True, initial=1e-300)
+    assert np.abs(np.nan_to_num(found - expected) / scale).max(initial=0) < 1e-9
+
+
+def check(eom, rng, kinds=KINDS):
+    values = numbers(eom, rng)
+    for kind in kinds:
+        j = eom.jacobian(kind)
+        _, expected = values_and_slopes(eom.right_hand_side, values, j.columns)
+        assert not expected[~j.pattern].any()
+        found = np.array(kn.evaluate(list(j.matrix.entries), values), dtype=float).reshape(j.matrix.shape)
+        close(found, expected)
+    return values
+
+
+@pytest.mark.parametrize("name", list(GALLERY))
+def test_the_gallery_against_dual_numbers(name, rng):
+    check(derived(name), rng)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_trees_against_dual_numbers(seed, rng):
+    check(kn.derive(jointed.system(seed, 1 + seed % 4, jointed.PLAIN)), rng, ("state", "inputs"))
+
+
+@given(st.integers(0, 10**6))
+@examples(0.1, 2)
+def test_trees_of_joints_of_every_kind(seed):
+    check(kn.derive(jointed.system(seed, 1 + seed % 3, jointed.KINDS)), np.random.default_rng(seed), ("state",))
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "rolling_disk", "four_bar", "pendulum_on_cart"])
+def test_compiled_products_are_those_of_the_matrix(name, rng):
+    eom = derived(name)
+    code = eom.compile(not_finite="ignore")
+    t, x, p, r = given_as(eom, numbers(eom, rng))
+    j, v, w = code.jac(t, x, p, r), rng.normal(size=len(x)), rng.normal(size=len(x))
+    assert j.shape == (len(x), len(x))
+    close(code.jvp(t, x, v, p, r), j @ v, np.abs(j) @ np.abs(v))
+    close(code.vjp(t, x, w, p, r), w @ j, np.abs(w) @ np.abs(j))
+    assert code.jvp(t, x, np.eye(len(x)), p, r).shape == j.shape  # variational equations: many directions in one call
+    h = 1e-6
+    ahead, behind = (w @ code.jac(t, x + s * h * v, p, r) for s in (1, -1))
+    assert code.hvp(t, x, v, w, p, r) == pytest.approx((ahead - behind) / (2 * h), rel=1e-6, abs=1e-6 * np.abs(j).max())
+    assert code.jac_parameters(t, x, p, r).shape == (len(x), len(p))
+    assert code.jac_inputs(t, x, p, r).shape == (len(x), len(r))
+    assert code.jac_time(t, x, p, r).shape == (len(x), 1)
+
+
+def test_the_pendulum_in_text():
+    eom = derived("pendulum")
+    j = eom.jacobian()
+    assert [str(s) for s in (*j.rows, *j.columns)] == ["theta'", "u_theta'", "theta", "u_theta"]
+    assert j.pattern.tolist() == [[False, True], [True, True]]
+    assert {f"{r}/{c}": str(e) for (r, c), e in j.entries.items()} == {
+        "theta'/u_theta": "1",
+        "u_theta'/theta": "-m*g*l*cos(theta)/(m*l^2 + I)",
+        "u_theta'/u_theta": "-c/(m*l^2 + I)",
+    }
+    assert repr(j).startswith("Jacobian(2 × 2, 3 entries not zero, ")
+    assert eom.jacobian(["theta"]).columns == eom.coordinates
+    assert eom.jacobian("u_theta").columns == eom.speeds
+
+
+def test_what_is_none_of_the_columns_is_named():
+    with pytest.raises(kn.ValueMissingError, match="wind"):
+        derived("pendulum").jacobian(["wind"])
+    with pytest.raises(kn.ArgumentError, match="by= one of 'state', 'inputs', 'parameters', 'time', or a list"):
+        derived("pendulum").jacobian(3)
+
+
+def test_it_is_nan_where_the_values_are():
+    """At a dead centre the dependent speeds do not follow: neither u' nor its derivatives are numbers."""
+    eom = derived("slider_crank")
+    code = eom.compile(not_finite="ignore")
+    t, x, p, r = given_as(eom, numbers(eom, np.random.default_rng(0)))
+    regular = code.jac(t, x, p, r)
+    assert np.isfinite(code.rhs(t, x, p, r)).all()
+    assert np.isfinite(regular).all()
+    assert [str(pivot.value) for pivot in eom.pivots] == ["r*cos(q1)"]
+    x[[q.name for q in eom.coordinates].index("q1")] = np.pi / 2
+    lost = ~np.isfinite(code.rhs(t, x, p, r))
+    assert lost.any()
+    bad = ~np.isfinite(code.jac(t, x, p, r))
+    assert bad[lost].any(axis=1).all()
+    assert not bad[~lost].any()
+
+
+def test_a_size_of_a_velocity_at_rest_has_the_mean_slope_of_all_sides():
+    N = kn.Frame("N")
+    x, v, m, k = kn.coordinate("x"), kn.speed("v"), kn.parameter("m", 2.0), kn.parameter("k", 3.0)
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    drag = kn.Force(P, -k * kn.sqrt(v * v) * v * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("P", P, m)], speeds={v: x.dt}, loads=[drag]))
+    code = eom.compile()
+    assert code.jac(0.0, np.zeros(2)).tolist() == [[0, 1], [0, 0]]
+    assert code.vjp(0.0, np.zeros(2), np.ones(2)).tolist() == [0, 1]
+    assert code.jac(0.0, np.array([0, 2.0]))[1, 1] == pytest.approx(-3 / 2 * 2 * 2)
+
+
+def test_a_tree_of_ten_bodies(rng):
+    check(kn.derive(random_tree((-1, -1, 1, 0, -1, -1, 4, -1, 1, 0), 1)), rng, ("state",))
