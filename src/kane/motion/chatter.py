@@ -39,7 +39,7 @@ class Pace:
         self.states: deque[tuple[float, Array]] = deque(maxlen=RECENT + 1)
         self.before: list[tuple[float, Array]] = []
         self.noted = 0
-        self.mark = span[0]
+        self.mark, self.marked = span[0], 0
 
     def note(self, t: float, y: Array) -> None:
         """A state that was gone on from."""
@@ -50,8 +50,9 @@ class Pace:
 
     def halts(self, now: Routines, steps: int) -> str:
         """Why the motion is not gone on with, in words; "" where it is."""
-        if self.max_seconds < math.inf and time.monotonic() - self.begun > self.max_seconds:
-            return f"max_seconds={self.max_seconds:g} have passed; at t = {self.states[-1][0]:.6g}"
+        late = self.late(self.states[-1][0])
+        if late:
+            return late
         if steps % RECENT or len(self.states) <= RECENT:
             return ""
         t = self.states[-1][0]
@@ -59,9 +60,19 @@ class Pace:
             told = chattering(now, self)
             if told:
                 return f"the motion does not get on beyond t = {t:.6g}, {RECENT} steps led on by {t - self.states[0][0]:.1e} s: {told}"
-        if self.bounded or steps % _MANY:
+        return self.crawls(t, steps)
+
+    def late(self, t: float) -> str:
+        """That the time by the clock is over, in words; "" where it is not."""
+        if self.max_seconds < math.inf and time.monotonic() - self.begun > self.max_seconds:
+            return f"max_seconds={self.max_seconds:g} have passed; at t = {t:.6g}"
+        return ""
+
+    def crawls(self, t: float, steps: int) -> str:
+        """That many steps led on by next to nothing, in words; "" where they did not, or their number was asked for."""
+        if self.bounded or steps - self.marked < _MANY:
             return ""
-        gained, self.mark = t - self.mark, t
+        gained, self.mark, self.marked = t - self.mark, t, steps
         if gained >= _LEAST * self.length:
             return ""
         return (

@@ -195,6 +195,11 @@ def _constant(value: float, t: Any) -> float:
     return value
 
 
+def constant(f: Function) -> float | None:
+    """The value of an input that was given as a number; None of a function of time."""
+    return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
+
+
 def check_smooth(what: str, f: Function, slope: Function, span: tuple[float, float]) -> None:
     """`slope` must be the derivative of `f` over the span: no jump, no other function's derivative."""
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`simulate`: integrate the compiled equations of motion with SciPy's solvers."""
+"""`simulate`: integrate the compiled equations of motion, in machine code or by SciPy's solvers."""
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.node import Expr
 from kane.motion.drives import Function, check_prescribed, input_functions
+from kane.motion.methods import check_method, chosen
+from kane.motion.native import NativeCourse
 from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
 from kane.motion.start import (
@@ -29,7 +32,8 @@ from kane.motion.start import (
     massless,
     sample_times,
 )
-from kane.motion.stepping import SOLVERS, Course, End, Method
+from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.stepping import Course, End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
@@ -75,7 +79,9 @@ def simulate(
     parameters : values by symbol or name; those left out take their defaults
     inputs : a number or a function of time for each input
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
-    method : one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"
+    method : "auto", one that runs in machine code ("dop853"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA".
+        "auto" takes machine code where there are no constraints, events, switches and inputs that are functions of time;
+        `sol.method` says which ran
     rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
@@ -98,10 +104,8 @@ def simulate(
             f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
             "take start values that hold at its beginning."
         )
-    if method not in SOLVERS:
-        raise SimulationError(f"Expected method to be one of {', '.join(SOLVERS)}, got {method!r}.")
     solver = Method(
-        method,
+        check_method(method),
         check_tolerance("rtol", rtol),
         check_tolerance("atol", atol),
         _MOST_STEPS if max_steps is None else check_steps(max_steps),
@@ -123,7 +127,9 @@ def simulate(
         for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
-        course = Course(stepper, solver, span, start, sample_times(samples, span))
+        solver = replace(solver, name=chosen(method, stepper, stepper.now.drives))
+        kind = NativeCourse if solver.name in INTEGRATORS else Course
+        course = kind(stepper, solver, span, start, sample_times(samples, span))
         end = _to_its_end(course)
     solution = _solution(course, end, constants, drives)
     if solution.status != "stopped" and not solution.keeps_energy:
@@ -131,7 +137,7 @@ def simulate(
     return solution
 
 
-def _to_its_end(course: Course) -> End:
+def _to_its_end(course: Course | NativeCourse) -> End:
     while (end := course.advance()) is None:
         far(course.far)
     return end
@@ -175,7 +181,9 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     return start
 
 
-def _solution(course: Course, end: End, constants: Mapping[Expr, float], drives: Mapping[Expr, Function]) -> Solution:
+def _solution(
+    course: Course | NativeCourse, end: End, constants: Mapping[Expr, float], drives: Mapping[Expr, Function]
+) -> Solution:
     stepper, method = course.stepper, course.method
     states = np.array([y for y, _ in course.rows])
     return Solution(
@@ -195,4 +203,5 @@ def _solution(course: Course, end: End, constants: Mapping[Expr, float], drives:
         tuple(eom for _, eom in course.rows) if stepper.segments else (),
         rtol=method.rtol,
         atol=method.atol,
+        method=method.name,
     )

@@ -65,7 +65,7 @@ class Solution:
     name, a list of these. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
     `events` all that were met and their times. `segments` are the equations it was stepped with, `samples` for each time those whose
     dependent speeds are determined there: accelerations and reactions are read off these. Where the constraints lose rank, reactions
-    have no value (NaN).
+    have no value (NaN). `method` is the one that ran: where it was "auto", the one that was chosen.
     """
 
     equations: Equations
@@ -84,6 +84,7 @@ class Solution:
     samples: tuple[Equations, ...] = ()
     rtol: float = 1.0
     atol: float = 0.0
+    method: str = ""
 
     def __reduce__(self) -> tuple[Callable[..., "Solution"], tuple[Any, ...]]:
         """Equations are derived again where a pickle is read; of the inputs their values at the samples stay."""

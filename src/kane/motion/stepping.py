@@ -23,7 +23,6 @@ from kane.motion.steps import Stepper, share_of_rank
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 
-SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 _IMPLICIT = ("Radau", "BDF", "LSODA")
 """Those that take derivatives of the rates."""
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")

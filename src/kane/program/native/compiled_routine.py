@@ -98,6 +98,15 @@ class CompiledRoutine:
         return self._defaults[port].data if port in self._defaults else None if count else np.zeros(0).data
 
     @property
+    def library(self) -> Library:
+        """The code."""
+        return self._library
+
+    def run(self, own: Block) -> bool:
+        """One evaluation in a block, whose values are there; whether one of them or a result is not finite."""
+        return bool(self._call(own[0]))
+
+    @property
     def name(self) -> str:
         """The routine's name."""
         return self.routine.name

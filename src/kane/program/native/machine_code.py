@@ -154,9 +154,9 @@ class Library:
         return function
 
 
-def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = True) -> Library:
-    """The library of an LLVM module, from the cache where it is there."""
-    options = [f"{name}={value}" for name, value in _OPTIONS.items()]
+def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
+    """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
+    options = [*(f"{name}={value}" for name, value in _OPTIONS.items()), *(["loops"] if loops else [])]
     key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
     image = store.read(key) if cached else None
     if image is not None:
@@ -164,14 +164,14 @@ def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = T
             return Library(image, symbols)
         except ProgramError as error:
             warn(f"{error} It is the cache entry {key}. Compiling anew.")
-    image = object_code(text, on)
+    image = object_code(text, on, loops)
     library = Library(image, symbols)
     if cached:
         store.write(key, image)
     return library
 
 
-def object_code(text: str, on: Target) -> bytes:
+def object_code(text: str, on: Target, loops: bool = False) -> bytes:
     """The object file of an LLVM module.
 
     Raises
@@ -186,7 +186,7 @@ def object_code(text: str, on: Target) -> bytes:
                 machine = llvm.Target.from_triple(on.triple).create_target_machine(
                     cpu=on.cpu, features=on.features, **_OPTIONS
                 )
-                _inline(llvm, machine, module)
+                (_improve if loops else _inline)(llvm, machine, module)
                 return bytes(machine.emit_object(module))
         except RuntimeError as error:
             raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
@@ -198,6 +198,12 @@ def _inline(llvm: Any, machine: Any, module: Any) -> None:
     passes = llvm.create_new_module_pass_manager()
     passes.add_always_inliner_pass()
     passes.run(module, builder)
+
+
+def _improve(llvm: Any, machine: Any, module: Any) -> None:
+    """Loops and what is kept in cells: LLVM's usual passes, which change no rounding; higher levels gain nothing."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+    builder.getModulePassManager().run(module, builder)
 
 
 @cache

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which method runs a motion: in machine code where nothing has to be asked of Python between two steps.
+
+What a motion asks for, and no kernel gives yet, is a row of a table: such motions are stepped by SciPy's solvers.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from kane.errors import SimulationError
+from kane.motion.drives import constant
+from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.steps import Stepper
+from kane.motion.switches import switches
+
+SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
+"""SciPy's."""
+AUTO = "auto"
+METHODS = (AUTO, *INTEGRATORS, *SOLVERS)
+_NATIVE, _STEPPED = "dop853", "DOP853"
+"""What "auto" is, in machine code and otherwise."""
+
+_IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any]], bool], str], ...] = (
+    (lambda stepper, drives: stepper.manifold is not None, "constraints are kept"),
+    (lambda stepper, drives: bool(stepper.eom.events), "events are watched"),
+    (lambda stepper, drives: bool(switches(stepper.eom)), "loads switch"),
+    (lambda stepper, drives: any(constant(f) is None for f in drives), "inputs are functions of time"),
+)
+"""What is looked after between two steps, in words, and whether there is something of it."""
+
+
+def chosen(method: str, stepper: Stepper, drives: Sequence[Any]) -> str:
+    """The method that runs.
+
+    Raises
+    ------
+    SimulationError
+        if it runs in machine code, and the motion asks for what only Python gives
+    """
+    reasons = [text for holds, text in _IN_PYTHON if holds(stepper, drives)]
+    if method == AUTO:
+        return _STEPPED if reasons else _NATIVE
+    if method in INTEGRATORS and reasons:
+        raise SimulationError(
+            f'Expected a motion that runs in machine code for method="{method}", got one in which {" and ".join(reasons)}. Take '
+            f'method="{AUTO}", which steps such motions by SciPy\'s DOP853.'
+        )
+    return method
+
+
+def check_method(method: Any) -> str:
+    """A method by its name."""
+    if method not in METHODS:
+        raise SimulationError(f"Expected method to be one of {', '.join(METHODS)}, got {method!r}.")
+    return str(method)

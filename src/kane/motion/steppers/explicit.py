@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The kernel of an explicit embedded method, from its tableau."""
+
+from collections.abc import Sequence
+
+from kane.motion.steppers.outline import RATE, At, Outline, add_exactly
+from kane.motion.steppers.tableau import Row, Tableau
+from kane.program.kernel.language import INT, Kernel
+from kane.program.kernel.write import Term, Variable, Writer
+
+_SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0
+"""The next step is so much shorter than the error allows; it changes by these factors at most."""
+_TINY, _HUGE = 2.0**-1000, 1e300
+
+
+def explicit_kernel(tableau: Tableau) -> Kernel:
+    """The kernel that goes on by adaptive steps: each component's error is held to rtol |y| + atol by itself.
+
+    `work` holds `rows(tableau)` rows of n: the k, the state of a stage, y' and what rounding leaves of it, dense output.
+    """
+    return _Explicit(tableau).kernel()
+
+
+def rows(tableau: Tableau) -> int:
+    """How many rows of n doubles `work` has."""
+    return tableau.stages + 1 + len(tableau.later) + 3 + len(tableau.dense)
+
+
+class _Explicit:
+    """A kernel while it is written."""
+
+    def __init__(self, tableau: Tableau) -> None:
+        self.tableau, self.outline = tableau, Outline(tableau.name)
+        self.writer = self.outline.writer
+        self.rhs = self.writer.callee("rhs", *RATE)
+        last = tableau.stages + 1 + len(tableau.later)
+        self.state, self.after, self.after_lag = (self.outline.row(last + k) for k in range(3))
+        self.weights = last + 3
+
+    def kernel(self) -> Kernel:
+        """Step after step until there is a reason to come back."""
+        w, o = self.writer, self.outline
+        held = w.variable("held", INT)
+        with w.when(o.get(At.FRESH) > 0.0):
+            o.rate(self.rhs, o.get(At.TIME), o.y, 0, 0)
+            o.put(At.FRESH, 0.0)
+        with w.repeat(lambda: o.back.get() < 1):
+            h, last = o.length()
+            self.stages(h)
+            error = self.error(h)
+            self.decide(h, last, error, held)
+        return w.finished(o.back)
+
+    def stages(self, h: Term) -> None:
+        """k_1, …, y' and k_S."""
+        o = self.outline
+        for s, (c, row) in enumerate(zip(self.tableau.c[1:], self.tableau.a, strict=True), 1):
+            self.stage(h, s, c, row)
+        with self.writer.count(o.n) as i:
+            new, lag = add_exactly(o.y, o.lag, i, h * self.combined(self.tableau.b, i))
+            o.work[self.after + i] = new
+            o.work[self.after_lag + i] = lag
+        o.rate(self.rhs, o.get(At.TIME) + h, o.work, self.after, o.row(self.tableau.stages))
+
+    def stage(self, h: Term, s: int, c: float, row: Row) -> None:
+        """k_s."""
+        o = self.outline
+        with self.writer.count(o.n) as i:
+            o.work[self.state + i] = o.y[i] + h * self.combined(row, i)
+        o.rate(self.rhs, o.get(At.TIME) + h * c, o.work, self.state, o.row(s))
+
+    def combined(self, weights: Row, i: Term) -> Term:
+        """Σ w_j k_j of component i."""
+        o = self.outline
+        return self.writer.sum([o.work[o.row(j) + i] * x for j, x in enumerate(weights) if x])
+
+    def error(self, h: Term) -> Term:
+        """The largest error of a component, in tolerances; where it is, is noted."""
+        w, o = self.writer, self.outline
+        largest = w.variable("error")
+        largest.put(0.0)
+        rtol, atol = o.get(At.RTOL), o.get(At.ATOL)
+        with w.count(o.n) as i:
+            size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", o.work[self.after + i]))
+            allowed = atol + rtol * size
+            errors = [w.compute("abs", h * self.combined(row, i)) / allowed for row in self.tableau.errors]
+            error = _joined(w, errors)
+            before = largest.get()
+            with w.when(~(error <= before)):
+                largest.put(w.compute("max", before, error))
+                o.put(At.WORST, w.compute("float", i))
+        return largest.get()
+
+    def decide(self, h: Term, last: Term, error: Term, held: Variable) -> None:
+        """The step is gone on from, or taken again."""
+        w, o = self.writer, self.outline
+        finite = error < _HUGE
+        power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), self.tableau.exponent)
+        factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
+        with w.when(error <= 1.0):
+            o.sample(h, lambda: self.prepare(h), self.dense)
+            o.advance(h, last)
+            with w.count(o.n) as i:
+                o.y[i] = o.work[self.after + i]
+                o.lag[i] = o.work[self.after_lag + i]
+                o.work[i] = o.work[o.row(self.tableau.stages) + i]
+            most = w.select(held.get() > 0, 1.0, _MOST)
+            longer = h * w.compute("min", factor, most)
+            # what is left before the end says nothing of the step that would do
+            with w.when(~last):
+                o.put(At.STEP, longer)
+            held.put(0)
+        with w.otherwise():
+            held.put(1)
+            o.shorten(h * w.compute("min", factor, 1.0), finite)
+
+    def prepare(self, h: Term) -> None:
+        """The stages of dense output, and its weights."""
+        w, o, first = self.writer, self.outline, self.tableau.stages + 1
+        for s, (c, row) in enumerate(self.tableau.later, first):
+            self.stage(h, s, c, row)
+        with w.count(o.n) as i:
+            for k, row in enumerate(self.tableau.dense):
+                o.work[o.row(self.weights + k) + i] = h * self.combined(row, i)
+
+    def dense(self, i: Term, theta: Term) -> Term:
+        """y_i at a share of the step."""
+        o = self.outline
+        rest = 1.0 - theta
+        terms = [o.work[o.row(self.weights + k) + i] for k in range(len(self.tableau.dense))]
+        value = terms[-1]
+        for k in reversed(range(len(terms) - 1)):
+            value = terms[k] + (theta if k % 2 else rest) * value
+        return o.y[i] + (theta * value + o.lag[i])
+
+
+def _joined(w: Writer, errors: Sequence[Term]) -> Term:
+    """One estimate is the error; of two, as Hairer, Nørsett & Wanner, sec. II.10, a/√(a² + b²/100) times a."""
+    if len(errors) == 1:
+        return errors[0]
+    a, b = errors
+    square = a * a
+    both = square + 0.01 * (b * b)
+    return w.select(both > 0.0, square / w.compute("sqrt", both), both)
+
+
+def dyadic_power(w: Writer, x: Term, exponent: float) -> Term:
+    """x to a power between 0 and 1 that is a sum of halves, quarters, …: square roots alone are the same in every language."""
+    factors, root, part = [], x, 1.0
+    while exponent > 0:
+        root, part = w.compute("sqrt", root), part / 2
+        if exponent >= part:
+            factors.append(root)
+            exponent -= part
+    result = factors[0]
+    for f in factors[1:]:
+        result = result * f
+    return result

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the kernels of all steppers share: their arguments, the numbers that pass between calls, the samples that a step holds.
+
+A kernel goes on from t by at most `limit` steps and returns why it came back (`Back`). Time is the sum of two numbers, t and what
+rounding left of it, and so is every component of y.
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import Literal
+
+from kane.program.kernel.language import INT
+from kane.program.kernel.write import Array, Term, Writer
+
+
+class Back(IntEnum):
+    """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite."""
+
+    ON = 0
+    END = 1
+    LIMIT = 2
+    UNDERFLOW = 3
+    NOT_FINITE = 4
+
+
+class At(IntEnum):
+    """Places in the array `s`: what the kernel is told, and what it leaves for the next call and for Python."""
+
+    TIME = 0
+    TIME_LAG = 1
+    STEP = 2
+    END = 3
+    LONGEST = 4
+    RTOL = 5
+    ATOL = 6
+    SHORTEST = 7
+    FRESH = 8
+    STEPS = 9
+    RATES = 10
+    SAMPLE = 11
+    WORST = 12
+    REJECTED = 13
+    LAST_STEP = 14
+
+
+SIZE = len(At)
+RATE: tuple[Literal["float", "array"], ...] = ("float", "array", "array", "array", "array", "array")
+"""What the routine of (q̇, u̇, P) takes: t, (q, u), p, r, h, and what it writes to."""
+
+
+class Outline:
+    """The arguments of a stepper's kernel, and its cell `back`."""
+
+    def __init__(self, name: str) -> None:
+        self.writer = w = Writer(name)
+        self.n, self.limit, self.samples = w.number("n"), w.number("limit"), w.number("samples")
+        self.s, self.y, self.lag, self.work = w.array("s"), w.array("y"), w.array("lag"), w.array("work")
+        self.p, self.r, self.h = w.array("p"), w.array("r"), w.array("h")
+        self.times, self.rows = w.array("times"), w.array("rows")
+        self.back = w.variable("back", INT)
+        self.taken = w.variable("taken", INT)
+
+    def get(self, at: At) -> Term:
+        """One of the numbers in s."""
+        return self.s[int(at)]
+
+    def put(self, at: At, value: Term | float) -> None:
+        """One of the numbers in s becomes `value`."""
+        self.s[int(at)] = value
+
+    def more(self, at: At, by: float) -> None:
+        """One of the numbers in s grows."""
+        self.put(at, self.get(at) + by)
+
+    def row(self, k: int) -> Term:
+        """Where row k of n doubles begins in `work`."""
+        return self.n * k
+
+    def rate(self, rhs: Callable[..., None], t: Term, x: Array, at: Term | int, row: Term | int) -> None:
+        """A row of `work` becomes f(t, x) with the state at a place."""
+        rhs(t, x.at(at), self.p.at(0), self.r.at(0), self.h.at(0), self.work.at(row))
+        self.more(At.RATES, 1.0)
+
+    def length(self) -> tuple[Term, Term]:
+        """The length of the next step, and whether it reaches the end."""
+        w = self.writer
+        left = (self.get(At.END) - self.get(At.TIME)) - self.get(At.TIME_LAG)
+        wished = w.compute("min", self.get(At.STEP), self.get(At.LONGEST))
+        last = wished >= left
+        return w.select(last, left, wished), last
+
+    def sample(self, h: Term, prepare: Callable[[], None], value: Callable[[Term, Term], Term]) -> None:
+        """The samples within a step are written: `value(i, θ)` is component i, after `prepare` where there are some."""
+        w = self.writer
+        before, lag = self.get(At.TIME), self.get(At.TIME_LAG)
+        cursor = w.variable("cursor", INT)
+        cursor.put(w.compute("int", self.get(At.SAMPLE)))
+        prepared = w.variable("prepared", INT)
+        prepared.put(0)
+
+        def share() -> Term:
+            return ((self.times[cursor.get()] - before) - lag) / h
+
+        def within() -> Term:
+            # one more time stands behind the last one: after the end
+            return (cursor.get() < self.samples) & (share() <= 1.0)
+
+        with w.repeat(within):
+            with w.when(prepared.get() < 1):
+                prepare()
+                prepared.put(1)
+            theta, row = share(), cursor.get() * self.n
+            with w.count(self.n) as i:
+                self.rows[row + i] = value(i, theta)
+            cursor.put(cursor.get() + 1)
+        self.put(At.SAMPLE, w.compute("float", cursor.get()))
+
+    def advance(self, h: Term, last: Term) -> None:
+        """t + h, or the end itself; the step is counted, and the kernel comes back where it is time."""
+        w = self.writer
+        t, more = self.get(At.TIME), h + self.get(At.TIME_LAG)
+        sum_ = t + more
+        self.put(At.TIME_LAG, w.select(last, 0.0, more - (sum_ - t)))
+        self.put(At.TIME, w.select(last, self.get(At.END), sum_))
+        self.put(At.LAST_STEP, h)
+        self.more(At.STEPS, 1.0)
+        self.taken.put(self.taken.get() + 1)
+        with w.when(self.taken.get() >= self.limit):
+            self.back.put(int(Back.LIMIT))
+        with w.when(last):
+            self.back.put(int(Back.END))
+
+    def shorten(self, wished: Term, finite: Term) -> None:
+        """A step is taken again, shorter, unless that is shorter than rounding."""
+        w = self.writer
+        self.put(At.STEP, wished)
+        self.more(At.REJECTED, 1.0)
+        with w.when(wished < self.get(At.SHORTEST) + _TEN_ROUNDINGS * w.compute("abs", self.get(At.TIME))):
+            self.back.put(w.select(finite, w.integer(Back.UNDERFLOW), w.integer(Back.NOT_FINITE)))
+
+
+_TEN_ROUNDINGS = 10 * 2.0**-52
+
+
+def add_exactly(y: Array, lag: Array, i: Term, change: Term) -> tuple[Term, Term]:
+    """y_i + change, and what rounding leaves of it, with what it left before."""
+    old = y[i]
+    more = change + lag[i]
+    new = old + more
+    return new, more - (new - old)

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The integrators that run in machine code: a new one is a file and a row here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+from kane.motion.steppers.dop853 import DOP853
+from kane.motion.steppers.explicit import explicit_kernel, rows
+from kane.motion.steppers.tableau import Tableau
+from kane.program.kernel.language import Kernel
+from kane.program.native.compiled_kernel import CompiledKernel
+from kane.program.native.machine import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class Integrator:
+    """An integrator of an `order`: its kernel, and how many rows as long as y it works in."""
+
+    name: str
+    order: int
+    kernel: Callable[[], Kernel]
+    rows: int
+
+
+def _explicit(tableau: Tableau) -> Integrator:
+    return Integrator(tableau.name, tableau.order, lambda: explicit_kernel(tableau), rows(tableau))
+
+
+INTEGRATORS = {i.name: i for i in (_explicit(DOP853),)}
+"""By the name that `simulate` takes as method."""
+
+
+@cache
+def compiled(name: str, settings: Settings) -> CompiledKernel:
+    """An integrator in machine code: one for all models."""
+    return CompiledKernel(INTEGRATORS[name].kernel(), settings)

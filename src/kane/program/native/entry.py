@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Routines as kernels call them: where their code begins, and what was hoisted for them."""
+
+import ctypes
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.program.emit.llvm_entries import block
+from kane.program.native.compiled_routine import CompiledRoutine, new_block
+from kane.program.native.machine_code import Library
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entry:
+    """A function of a library, which it keeps alive."""
+
+    library: Library
+    symbol: str
+
+
+def entry(routine: CompiledRoutine) -> Entry:
+    """The function of one evaluation, which takes its ports, h and what the results are written to."""
+    return Entry(routine.library, routine.name)
+
+
+def hoisted(routine: CompiledRoutine, *values: Any) -> Array:
+    """h for values of all ports, arrays and numbers of the right sizes: of those that are no parameters it does not depend."""
+    own = new_block(routine.program, routine.routine)
+    for view, value in zip(own[1:-1], values, strict=True):
+        if isinstance(view, ctypes.c_double):
+            view.value = value
+        elif len(value):
+            view[:] = np.asarray(value, dtype=float)
+    routine.run(own)
+    at = block(routine.program, routine.routine)
+    memory = np.ctypeslib.as_array(ctypes.cast(own[0], ctypes.POINTER(ctypes.c_double)), (at.size,))
+    return np.array(memory[at.h : at.h + max(1, len(routine.program.kept))])

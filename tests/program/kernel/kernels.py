@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kernels run by the interpreter, as machine code and as C, on copies of the same arrays."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import numpy as np
+
+from kane.program.emit.kernel_c import emit_kernel_c
+from kane.program.kernel.interpret import interpret
+from kane.program.kernel.language import ArrayOf, Kernel, Number
+from kane.program.native.compiled_kernel import CompiledKernel
+from kane.program.native.machine import Settings
+from tests.program.emitted import library
+
+HEAD = "#include <math.h>\n#include <stdint.h>\n"
+C = ("-std=c99", "-O2", "-march=native", "-ffp-contract=off")
+EXACT = Settings(contract=False, cache=False)
+
+
+def copied(given):
+    """The arguments with arrays of their own."""
+    return {name: v.copy() if isinstance(v, np.ndarray) else v for name, v in given.items()}
+
+
+def in_c(kernel: Kernel, source: Path, *options: str):
+    """A function of the arguments by name, of which routines are addresses."""
+    loaded = library(HEAD + emit_kernel_c(kernel), source, *(options or C))
+    function = getattr(loaded, kernel.name)
+    function.restype = ctypes.c_int64
+    function.argtypes = [ctypes.c_int64 if isinstance(a, Number) else ctypes.c_void_p for a in kernel.arguments]
+
+    def call(given):
+        passed = [given[a.name] for a in kernel.arguments]
+        return function(*(a.ctypes.data if isinstance(a, np.ndarray) else a for a in passed))
+
+    return call
+
+
+def agree(kernel: Kernel, given, source: Path):
+    """What the kernel returns, which interpreter, machine code and C agree on; so do the arrays, bit by bit.
+
+    A routine is given as a dict of what each of the three takes.
+    """
+    runs = {
+        "interpret": lambda g: interpret(kernel, g),
+        "llvm": CompiledKernel(kernel, EXACT),
+        "c": in_c(kernel, source),
+    }
+    results = []
+    for language, run in runs.items():
+        own = {name: v[language] if isinstance(v, dict) else v for name, v in copied(given).items()}
+        back = run(own)
+        results.append((back, {a.name: own[a.name].view(np.int64) for a in kernel.arguments if isinstance(a, ArrayOf)}))
+    for back, arrays in results[1:]:
+        assert back == results[0][0]
+        for name, bits in arrays.items():
+            assert np.array_equal(bits, results[0][1][name]), name
+    return results[0][0]

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is no kernel is refused, with what is wrong."""
+
+from dataclasses import replace
+
+import pytest
+
+from kane.errors import ProgramError
+from kane.program.kernel.language import FLOAT, INT, ArrayOf, Compute, Constant, If, Put, Store, Value
+from kane.program.kernel.verify import verified
+from kane.program.kernel.write import Writer
+
+
+def writer():
+    w = Writer("k")
+    return w, w.array("x"), w.variable("back", INT)
+
+
+def kernel():
+    w, x, back = writer()
+    with w.when(x[0] < x[1]):
+        x[0] = x[0] + 1.0
+    return w.finished(back)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda k: replace(k, result=replace(k.result, type=FLOAT)), "one of its cells, an integer, as result"),
+        (lambda k: replace(k, arguments=(*k.arguments, *k.arguments)), "names that differ .* got x more than once"),
+        (lambda k: replace(k, arguments=(ArrayOf("z"),)), "arrays of its own .* got x"),
+        (lambda k: replace(k, cells=(replace(k.result, name="c"),)), "one of its cells"),
+        (lambda k: replace(k, body=(*k.body, *k.body)), "values that are defined once"),
+        (lambda k: replace(k, body=(*k.body, Store(k.body[0].place, Value(5, FLOAT)))), "defined where they are used"),
+        (lambda k: replace(k, body=(*k.body, Store(k.body[0].place, Value(99, FLOAT)))), "defined where they are used"),
+        (lambda k: replace(k, body=(Put(k.result, Constant(FLOAT, 1.0)),)), "Expected int .* got float in Put"),
+        (lambda k: replace(k, body=(If(Constant(INT, 1), (), ()),)), "Expected bool .* got int in If"),
+        (
+            lambda k: replace(k, body=(Compute(Value(9, FLOAT), "cosh", (Constant(FLOAT, 1.0),)),)),
+            "one of the operations",
+        ),
+        (
+            lambda k: replace(k, body=(Compute(Value(9, INT), "neg", (Constant(FLOAT, 1.0),)),)),
+            "Expected float .* got int",
+        ),
+    ],
+)
+def test_what_is_wrong_is_named(change, told):
+    """A value of an inner block is not known behind it, nor one of a number that nothing defines."""
+    with pytest.raises(ProgramError, match=told):
+        verified(change(kernel()))
+
+
+def test_operands_must_fit():
+    _, x, _ = writer()
+    with pytest.raises(ProgramError, match=r"Expected 2 operands that 'add' takes, got float, float×4: convert them"):
+        x[0] + x.lanes(0, 4)
+
+
+def test_a_routine_takes_what_it_says():
+    w, x, back = writer()
+    call = w.callee("f", "float", "array")
+    call(1.0, x.at(0))
+    verified(w.finished(back))
+    call(x.at(0), x.at(0))
+    with pytest.raises(ProgramError, match=r"a routine of its own, f\(float, array\) .* got array, array"):
+        w.finished(back)
