@@ -12,8 +12,8 @@ import kane as kn
 from kane.gallery import load
 from kane.motion import implicit
 from kane.motion.implicit import exact
+from kane.motion.methods import SOLVERS
 from kane.motion.routines import routines
-from kane.motion.stepping import SOLVERS
 from tests.oracles.duals import values_and_slopes
 
 
