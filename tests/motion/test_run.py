@@ -333,7 +333,7 @@ class TestSingularities:
         ({"atol": -1e-9}, kn.SimulationError, "atol > 0"),
         ({"atol": float("nan")}, kn.SimulationError, "finite tolerance for atol"),
         ({"rtol": "fine"}, kn.SimulationError, "number as the tolerance for rtol"),
-        ({"method": "Euler"}, kn.SimulationError, "one of RK23, RK45, .*got 'Euler'"),
+        ({"method": "Euler"}, kn.SimulationError, "one of auto, .*RK23, RK45, .*got 'Euler'"),
         ({"q": {}}, kn.ValueMissingError, "start value for all coordinates, got none for x"),
         ({"u": {}}, kn.ValueMissingError, "start value for all speeds, got none for v"),
         ({"q": {"y": 1}}, kn.ValueMissingError, r"coordinates of the system \(x\), got one for 'y'"),
