@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 import kane as kn
-from kane.program.native import machine_code as llvm
 
 Array = npt.NDArray[np.float64]
 
@@ -62,12 +61,14 @@ def kane_kernel(eom: kn.Equations, x: Array, parameters: Mapping[str, float]) ->
     p = compiled.parameters(parameters)
     hoist = library.address("hoist")
     ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(hoist)(p.ctypes.data, h.ctypes.data)
-    return KaneKernel(library.address("rhs"), hoist, x.copy(), p, np.empty(0), h, out, rhs)
+    return KaneKernel(library.address("rhs"), hoist, x.copy(), p, np.zeros(len(eom.inputs)), h, out, rhs)
 
 
 def kane_compile(eom: kn.Equations) -> float:
     """Seconds to compile the right-hand side, nothing read from a cache or left in one; LLVM itself is loaded before."""
-    llvm.host()
+    from kane.program.native import machine_code
+
+    machine_code.host()
     start = time.perf_counter()
     eom.compile(cache=False)
     return time.perf_counter() - start
