@@ -163,6 +163,8 @@ def mirrored(rows: Cosines) -> Cosines:
 
 def summed(a: Triple, b: Triple) -> Triple:
     """a + b."""
+    if a is NOTHING or b is NOTHING:
+        return b if a is NOTHING else a
     return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
 
 
@@ -308,6 +310,8 @@ class Inertia(NamedTuple):
 
     def at(self, alpha: Triple, a: Triple) -> "Inertia":
         """The same with what known parts of the acceleration add to n and f."""
+        if alpha is NOTHING and a is NOTHING:
+            return self
         n = summed(summed(self.n, product(self.j, alpha)), product(self.h, a))
         f = summed(summed(self.f, product(transposed(self.h), alpha)), product(self.m, a))
         return self._replace(n=n, f=f)
