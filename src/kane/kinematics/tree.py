@@ -6,7 +6,7 @@ the origin in the parent, `offset`, and the rotation of the basis in the parent'
 rotations stand in these (`aligned`); neither speaks of coordinates alone, which several joints may share (absolute angles).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -79,8 +79,8 @@ class _Place(NamedTuple):
 class _Links:
     """The links as they are met, the ground first."""
 
-    def __init__(self, inertial: Basis, aligned: Aligned) -> None:
-        self.aligned = aligned
+    def __init__(self, inertial: Basis, aligned: Aligned, split: Collection[Point]) -> None:
+        self.aligned, self.split = aligned, split
         self.begun: list[tuple[Basis, int | None, Vector]] = [(inertial, None, Vector())]
         self.numbers: dict[tuple[Basis, Point, int], int] = {}
         self.places: dict[Point, _Place] = {}
@@ -113,8 +113,13 @@ class _Links:
                 place = _Place(
                     place.link, place.arm + Vector(((basis, r),)), place.moving or not is_constant_in_time(r)
                 )
-            self.places[p] = place
+            self.places[p] = self._begun(place) if p in self.split else place
         return self.places[point]
+
+    def _begun(self, place: _Place) -> _Place:
+        """A link that begins there."""
+        self.begun.append((self.begun[place.link][0], place.link, place.arm))
+        return _Place(len(self.begun) - 1, Vector())
 
 
 def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]:
@@ -122,9 +127,11 @@ def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]
     return tree_of(system, aligned_bases(system.frames) if aligned is None else aligned).links
 
 
-def tree_of(system: System, aligned: Aligned, points: Iterable[Point] = ()) -> Tree:
-    """The links of a system, with the places of `points`."""
-    links = _Links(system.inertial, aligned)
+def tree_of(
+    system: System, aligned: Aligned, points: Iterable[Point] = (), split: Collection[Point] = frozenset()
+) -> Tree:
+    """The links of a system, with the places of `points`; where some are `split` another link begins, whether it moves or not."""
+    links = _Links(system.inertial, aligned, split)
     carried: dict[int, list[Carried]] = {}
     for part in parts_of(system.bodies):
         place = links.place(part.mass_center)

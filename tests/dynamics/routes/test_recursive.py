@@ -16,7 +16,7 @@ from benchmarks.systems import COUNTED
 from kane.dynamics.derived import Derived, derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying
-from kane.gallery import four_bar, pendulums, rolling_disk
+from kane.gallery import four_bar, pendulums
 from kane.kinematics.freedoms import Unsuited
 from tests.examples import examples
 from tests.oracles import kane_tree
@@ -177,7 +177,6 @@ def test_a_route_can_be_asked_for_and_is_kept():
     ("make", "why"),
     [
         (four_bar.system, "constraints"),
-        (rolling_disk.system, "reactions"),
     ],
 )
 def test_what_no_recursion_expresses_is_said(make, why, route):

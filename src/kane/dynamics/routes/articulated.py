@@ -9,7 +9,7 @@ is what the segment before feels (Kane's equation of w, solved for ẇ; Feathers
 gravity is an acceleration of the ground, and no velocities but angular ones are needed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from kane.errors import SingularError
@@ -20,7 +20,7 @@ from kane.kinematics.freedoms import Freedom
 from kane.kinematics.segments import Segment
 from kane.kinematics.travel import Rates, Travel, travel
 from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
-from kane.space.spatial import Inertia, Rigid, as_rows, negative, of_rigid, summed, times, triple
+from kane.space.spatial import NO_INERTIA, Inertia, Rigid, as_rows, negative, of_rigid, summed, times, triple
 
 Wrenches = Mapping[int, tuple[Triple, Triple]]
 
@@ -37,28 +37,37 @@ class Pivot(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """The rows of the joint speeds with their ẇ, and the pivots."""
+    """The rows of the joint speeds with their ẇ, the pivots, and what is transmitted to segments, where that is asked for."""
 
     rows: list[tuple[Mapping[Expr, Expr], Expr]]
     pivots: list[Expr]
+    transmitted: Mapping[int, tuple[Triple, Triple]]
 
 
-def accelerations(steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple) -> Passed:
-    """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state."""
+def accelerations(
+    steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple, asked: Iterable[int] = ()
+) -> Passed:
+    """ẇ of all freedoms, and what is transmitted to segments that are asked for, their moment about their origin, along A.
+
+    A SingularError where a pivot is zero whatever the state.
+    """
     on = travel(steps)
-    return _outward(on, _inward(on, bodies, loads), ground)
+    pivots, felt = _inward(on, bodies, loads)
+    return _outward(on, pivots, ground, {i: felt[i] for i in asked})
 
 
-def _inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> list[list[Pivot]]:
-    """From the tips to the base."""
+def _inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> tuple[list[list[Pivot]], dict[int, Inertia]]:
+    """From the tips to the base, with what is felt of each segment before it is moved to the origin of the one before."""
     steps, base, rates, placed, known = on
     hung: list[Inertia | None] = [None] * len(steps)  # along B
     beside: list[Inertia | None] = [None] * len(steps)  # along the basis of work, where that is A
     pivots: list[list[Pivot]] = [[] for _ in steps]
+    across: dict[int, Inertia] = {}
     for i in reversed(range(1, len(steps))):
         step, (arm, slide) = steps[i], placed[i]
         felt = _own(step, bodies[i], loads.get(i), base[i], rates[i], hung[i], beside[i])
         if felt is None:
+            across[i] = NO_INERTIA
             continue
         for freedom in reversed(step.spin.freedoms):
             felt = _eliminated(felt, freedom, True, pivots[i])
@@ -72,6 +81,7 @@ def _inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> list[list[P
         if not step.late:
             for freedom in reversed(slide.freedoms):
                 felt = _eliminated(felt, freedom, False, pivots[i])
+        across[i] = felt
         felt = felt.at(NOTHING, known[i].shift).moved(arm)
         if step.joins:
             beside[step.parent] = _joined(beside[step.parent], felt)
@@ -79,7 +89,7 @@ def _inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> list[list[P
             for turn in reversed(step.lead):
                 felt = felt.before(turn)
             hung[step.parent] = _joined(hung[step.parent], felt)
-    return pivots
+    return pivots, across
 
 
 def _joined(a: Inertia | None, b: Inertia) -> Inertia:
@@ -172,9 +182,10 @@ def _zero(v: Triple, k: int) -> Triple:
     return triple(ZERO if i == k else x for i, x in enumerate(v))
 
 
-def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple) -> Passed:
+def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple, asked: Mapping[int, Inertia]) -> Passed:
     """From the base to the tips."""
     steps, base, _, placed, known = on
+    transmitted: dict[int, tuple[Triple, Triple]] = {}
     rows: list[tuple[Mapping[Expr, Expr], Expr]] = []
     own: list[tuple[Triple, Triple]] = [(NOTHING, ground)]  # along B
     work: list[tuple[Triple, Triple]] = [(NOTHING, ground)]
@@ -185,6 +196,9 @@ def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple) -> Passe
         for turn in step.lead:
             alpha, a = turn.down(alpha), turn.down(a)
         a = summed(a, summed(cross3(alpha, placed[i][0]), known[i].shift))
+        if i in asked:
+            at = asked[i].at(alpha, a)
+            transmitted[i] = at.n, at.f
         left = list(reversed(pivots[i]))
         if not step.late:
             while left and not left[0].turning:
@@ -199,7 +213,7 @@ def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple) -> Passe
         if base[i] and step.turn is not None:
             at_b = step.turn.down(alpha), step.turn.down(a)
         own.append(at_b)
-    return Passed(rows, [p.d for of in pivots for p in reversed(of)])
+    return Passed(rows, [p.d for of in pivots for p in reversed(of)], transmitted)
 
 
 def _taken(

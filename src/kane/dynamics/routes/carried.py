@@ -10,7 +10,7 @@ Of links that turn about parallel axes each may have a mass at the end of its ar
 at two additions, and m r* of the link vanishes where it is along the arm.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from kane.dynamics.bodies import ConstantInertia
 from kane.dynamics.derived import Derived
@@ -76,16 +76,21 @@ def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
     return rows
 
 
-def regrouped(bodies: Sequence[Rigid], steps: Sequence[Segment], balanced: bool) -> list[Rigid]:
-    """The same with what each segment need not carry moved to its parent; `balanced` with masses in the next of parallel axes."""
+def regrouped(
+    bodies: Sequence[Rigid], steps: Sequence[Segment], balanced: bool, crossed: Collection[int] = ()
+) -> list[Rigid]:
+    """The same with what each segment need not carry moved to its parent; `balanced` with masses in the next of parallel axes.
+
+    Nothing is moved across the joints of the segments that are `crossed`: what they transmit is asked for.
+    """
     own = list(bodies)
-    tips = _tips(steps) if balanced else {}
+    tips = {i: tip for i, tip in _tips(steps).items() if tip not in crossed} if balanced else {}
     for i in reversed(range(1, len(steps))):
         step, body = steps[i], own[i]
         if i in tips:
             body, mass = _balanced(step, body, steps[tips[i]].arm)
             own[tips[i]] = own[tips[i]].plus(Rigid(mass, NOTHING, NO_ROWS))
-        kept, moved = _shared(step, body)
+        kept, moved = (body, NO_MASS) if i in crossed else _shared(step, body)
         own[i] = kept
         if moved.is_nothing or step.parent == 0:  # the ground does not mind
             continue

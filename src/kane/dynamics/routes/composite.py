@@ -7,7 +7,7 @@ Kane's equations, M (ẇ − ẇ°) = −b(ẇ°), holds at any trial ẇ°: tha
 freedoms that are unit vectors. Shorter than articulated inertias along short branches.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -100,8 +100,10 @@ class _Way:
         return body if own is None or not self.on.base[step.parent] else body.before(own)
 
 
-def accelerations(steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple) -> Passed:
-    """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state."""
+def accelerations(
+    steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple, asked: Iterable[int] = ()
+) -> Passed:
+    """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state. What is transmitted is not found on this way."""
     on = travel(steps)
     way = _way(on)
     places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
@@ -113,7 +115,7 @@ def accelerations(steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wren
     solved = finish(factors, forward(factors.lower, [right[i] for i in order]))
     value = dict(zip(order, solved, strict=True))
     rows = [(p.freedom.row, add(trial[k], value[k])) for k, p in enumerate(places)]
-    return Passed(rows, list(factors.pivots))
+    return Passed(rows, list(factors.pivots), {})
 
 
 def _way(on: Travel) -> _Way:

@@ -6,7 +6,8 @@ differences of rates, measure numbers of ω and v of a body in the one before; e
 definitions of the speeds. M and f are assembled when they are read.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,16 +15,20 @@ import numpy as np
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes import articulated, composite
 from kane.dynamics.routes.articulated import Passed, Wrenches
+from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.carried import falling, load_wrenches, regrouped, rigid_bodies
+from kane.dynamics.routes.crossings import Crossing, crossings, parted
 from kane.dynamics.routes.embedded import evident, holds_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
+from kane.expr.affine import affine_forms
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.node import Expr
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.expr.visit import substitute
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
 from kane.kinematics.segments import Segment, segments
-from kane.kinematics.tree import tree_of
 from kane.numeric.sample import draws, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
@@ -36,7 +41,7 @@ _TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
 """Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
 
 
-WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Triple], Passed]] = {
+WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Triple, Iterable[int]], Passed]] = {
     "recursive": articulated.accelerations,
     "composite": composite.accelerations,
 }
@@ -47,7 +52,10 @@ def recursions(derived: Derived) -> Iterator[Solved]:
     """The solutions without the reactions, as far as the system is one of those."""
     try:
         carried = carrying(derived)
-        routes = WAYS if depth(carried.steps) <= _BRANCH else ("recursive",)
+        crossed = (
+            derived.reactions and carried.crossings is not None
+        )  # the other way does not tell what joints transmit
+        routes = WAYS if depth(carried.steps) <= _BRANCH and not crossed else ("recursive",)
         yield from (by_recursion(derived, carried, route) for route in routes)
     except Unsuited:
         return
@@ -70,40 +78,58 @@ class Carrying(NamedTuple):
     steps: Sequence[Segment]
     bodies: Sequence[Rigid]
     loads: Wrenches
+    crossings: Sequence[Crossing] | None
+    """Where the reactions cross, where that is told by segments."""
 
 
 def carrying(derived: Derived) -> Carrying:
     """The segments of a tree; Unsuited, with what is in the way, where it is none of those."""
     _check_suited(derived)
     points = [p for load in derived.declared_loads for p, _ in load.forces]
-    tree = tree_of(derived.system, derived.kinematics.aligned, points)
+    tree, roots = parted(derived, points)
     found = segments(tree, derived.kinematics)
     bodies = rigid_bodies(derived, found, tree.links)
-    return Carrying(found.steps, bodies, load_wrenches(derived, found))
+    across = None if roots is None else crossings(derived, roots, found)
+    return Carrying(found.steps, bodies, load_wrenches(derived, found), across)
 
 
 def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
-    """u̇ without the reactions."""
+    """u̇, with the reactions where these are transmitted by joints of the tree and the way tells what is."""
+    steps, loads, own = carried.steps, carried.loads, route == "recursive"
+    across = carried.crossings if own and derived.reactions else None
+    asked = {c.segment for c in across or ()}
+    if across is None and holds_reactions(derived):
+        raise Unsuited("loads that hold reactions")
     try:
-        steps, bodies, loads = carried
-        passed = WAYS[route](steps, regrouped(bodies, steps, balanced=route == "recursive"), loads, falling(derived))
+        passed = WAYS[route](steps, regrouped(carried.bodies, steps, own, asked), loads, falling(derived), asked)
     except SingularError:
         raise Unsuited(_NO_MASS) from None
     if not _regular(passed.pivots):
         raise Unsuited(_NO_MASS)
-    matrix = evident(derived)
     if len(passed.rows) < len(derived.speeds):
         raise Unsuited(_NO_MASS)
     values = resolved(passed.rows, derived.kinematics)
-    u_dot = tuple(values[u] for u in derived.speeds)
-    return Solved(route, derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
+    u_dot, matrix = tuple(values[u] for u in derived.speeds), evident(derived)
+    found = Solved(route, derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
+    return found if across is None else _with_reactions(found, [c.measured(passed.transmitted) for c in across])
+
+
+def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
+    """The solution with R of G_a R = `transmitted`, which is affine in R where loads hold reactions, as u̇ is then."""
+    reactions = found.derived.reactions
+    forms = affine_forms(transmitted, reactions)
+    held = Matrix([[c.get(r, ZERO) for r in reactions] for c, _ in forms])
+    matrix = found.bare_reaction_matrix - held
+    solution = tuple(solved_reactions(matrix, [rest for _, rest in forms]))
+    values: dict[Expr, Expr] = dict(zip(reactions, solution, strict=True))
+    memo: dict[Expr, Expr] = {}
+    u_dot = tuple(substitute(x, values, memo) for x in found.accelerations)
+    return replace(found, accelerations=u_dot, reactions=solution, reaction_matrix=matrix)
 
 
 def _check_suited(derived: Derived) -> None:
     if derived.constraints.constraints:
         raise Unsuited("constraints")
-    if holds_reactions(derived):
-        raise Unsuited("loads that hold reactions")
 
 
 def _regular(pivots: Sequence[Expr]) -> bool:

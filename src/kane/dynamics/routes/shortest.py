@@ -41,7 +41,7 @@ _LONG = 400
 
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
     """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
-    found = [] if partition is not None or holds_reactions(derived) else trees(derived)
+    found = [] if partition is not None else trees(derived)
     if found and is_grown(derived):
         return compared(found)
     usual = with_short_quotients(_by_speeds(derived, partition)).guarded()

@@ -48,6 +48,8 @@ def is_grown(derived: Derived) -> bool:
 
 def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
     """A solution of a tree with the reactions."""
+    if len(s.reactions) == len(derived.reactions):
+        return s
     motions = all_speeds(derived) if derived.reactions else None
     return with_reactions(Found(s, motions), s.accelerations, derived, None)
 

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where reactions by name cross a tree: the link whose joint alone transmits what the auxiliary speed of each does work on.
+
+A cut at a point parts the tree where what is reached through the point is a link with all that hangs on it, a cut of a frame where
+what turns with it is: the auxiliary speed moves that as one, by v = n or by ω = n about the link's origin. Other cuts, of frames that
+others do not follow, are found by partial velocities as on the classical route.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from kane.dynamics.derived import Derived
+from kane.expr.build import sub
+from kane.expr.matrix import dot
+from kane.expr.node import Expr
+from kane.kinematics.aligned import Aligned
+from kane.kinematics.segments import Segments
+from kane.kinematics.tree import Link, Tree, tree_of
+from kane.model.reactions import Cut, cut_of
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.rotation import Basis, Triple, cross3
+from kane.space.vector import Vector
+
+Places = Mapping[Point, tuple[int, Vector]]
+Transmitted = Mapping[int, tuple[Triple, Triple]]
+"""Moment about a segment's origin and force, along A, that the segment before exerts on it, by number."""
+
+
+class Crossing(NamedTuple):
+    """A reaction's direction along A of the segment that feels it, as a moment about the link's origin at `arm` or as a force."""
+
+    segment: int
+    along: Triple
+    turning: bool
+    arm: Triple
+
+    def measured(self, transmitted: Transmitted) -> Expr:
+        """What is transmitted along it."""
+        n, f = transmitted[self.segment]
+        if not self.turning:
+            return dot(self.along, f)
+        lever = cross3(self.arm, f)
+        return dot(self.along, (sub(n[0], lever[0]), sub(n[1], lever[1]), sub(n[2], lever[2])))
+
+
+def parted(derived: Derived, points: Iterable[Point]) -> tuple[Tree, list[int] | None]:
+    """The tree, with the places of `points`, and the links that reactions part from the rest, None where some do not.
+
+    What is rigid beyond a cut is a link of its own.
+    """
+    aligned, wanted = derived.kinematics.aligned, tuple(points)
+    tree = tree_of(derived.system, aligned, wanted)
+    found = _parted(derived, tree)
+    if found[1] is not None:
+        return found
+    at = {cut.at for a in derived.auxiliary_speeds if (cut := cut_of(a)) is not None}
+    split = _parted(derived, tree_of(derived.system, aligned, wanted, {p for p in at if isinstance(p, Point)}))
+    return found if split[1] is None else split
+
+
+def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int] | None]:
+    """The same, with loads on the far side where they are: a point that coincides with the origin there may be of the link before."""
+    places, found = tree.places, list[int]()
+    for a in derived.auxiliary_speeds:
+        cut = cut_of(a)
+        if cut is None:
+            return tree, None
+        for root in _roots(cut, tree.links, derived.kinematics.aligned):
+            moved = places if isinstance(cut.at, Frame) else _moved(cut.at, root, tree.links, places)
+            if moved is not None:
+                places = moved
+                found.append(root)
+                break
+        else:
+            return tree, None
+    return tree._replace(places=places), found
+
+
+def _moved(at: Point, root: int, links: Sequence[Link], places: Places) -> Places | None:
+    """The places with points beyond a cut on the far side; None where some are elsewhere."""
+    inside, found = _subtree(root, links), dict(places)
+    for point, (link, arm) in places.items():
+        beyond = at in point.ancestry()
+        if beyond == inside[link]:
+            continue
+        if not (beyond and _is_origin(links, root, link, arm)):
+            return None
+        found[point] = root, Vector()
+    return found
+
+
+def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool:
+    """Whether an arm in the link before, or in another that slides in it as this one does, leads to the origin of a link."""
+    before = links[root].parent
+    if link != before and links[link].parent == before and not links[link].parts:
+        link, arm = before or 0, links[link].offset + arm
+    return link == before and (arm - links[root].offset).gathered().is_zero
+
+
+def crossings(derived: Derived, roots: Sequence[int], segments: Segments) -> list[Crossing]:
+    """The crossings of the auxiliary speeds, in their order."""
+    return list(_crossings(derived, roots, segments))
+
+
+def _crossings(derived: Derived, roots: Sequence[int], segments: Segments) -> Iterator[Crossing]:
+    for a, root in zip(derived.auxiliary_speeds, roots, strict=True):
+        cut, number = cut_of(a), segments.ends[root]
+        assert cut is not None
+        step = segments.steps[number]
+        along = derived.kinematics.aligned.vector(cut.along).components(segments.basis[step.parent])
+        before = segments.steps[step.parent].turn
+        if step.joins and before is not None:
+            along = before.up(along)
+        for turn in step.lead:
+            along = turn.down(along)
+        yield Crossing(number, along, isinstance(cut.at, Frame), step.shift)
+
+
+def _far(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int] | None:
+    """How many bodies of each link are on the far side; None where that is not told by links."""
+    at = cut.at
+    if isinstance(at, Point):
+        return [sum(at in part.mass_center.ancestry() for part, _ in link.parts) for link in links]
+    if at.parent is None or aligned.rates(at)[0] is aligned.rates(at.parent)[0]:
+        return None
+    return [
+        sum(_turns_with(part.frame or aligned.owners.get(link.basis, link.basis), at) for part, _ in link.parts)
+        for link in links
+    ]
+
+
+def _turns_with(frame: Basis, at: Frame) -> bool:
+    f: Basis | None = frame
+    while f is not None and f is not at:
+        f = f.parent
+    return f is at
+
+
+def _roots(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int]:
+    """The links that have, with all that hangs on each, the bodies of the far side and no others."""
+    far = _far(cut, links, aligned)
+    beyond, every = list(far or ()), [len(link.parts) for link in links]
+    if not any(beyond):
+        return []
+    total = sum(beyond)
+    for k in reversed(range(1, len(links))):
+        parent = links[k].parent or 0
+        beyond[parent] += beyond[k]
+        every[parent] += every[k]
+    whole = [k for k, count in enumerate(beyond) if k and count == every[k] == total]
+    if not whole or isinstance(cut.at, Point):
+        return whole
+    root = links[whole[-1]]
+    above = links[root.parent or 0].basis  # where that turns, too, it is about an origin elsewhere
+    elsewhere = not root.offset.is_zero and _turns_with(aligned.owners.get(above, above), cut.at)
+    return [] if elsewhere else whole[-1:]
+
+
+def _subtree(root: int, links: Sequence[Link]) -> list[bool]:
+    inside: list[bool] = []
+    for k, link in enumerate(links):
+        inside.append(k == root or (link.parent is not None and inside[link.parent]))
+    return inside
