@@ -12,7 +12,7 @@ from kane.errors import SimulationError
 from kane.gallery import pendulums
 from tests.motion.steppers.runs import spring
 
-NATIVE = ["dop853"]
+NATIVE = ["gauss16", "dop853"]
 
 
 @pytest.fixture(scope="module")

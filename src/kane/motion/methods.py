@@ -12,13 +12,18 @@ from kane.motion.drives import constant
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
+from kane.program.emit.llvm_forms import LIBRARY
+from kane.program.native.machine_code import target
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 """SciPy's."""
 AUTO = "auto"
 METHODS = (AUTO, *INTEGRATORS, *SOLVERS)
-_NATIVE, _STEPPED = "dop853", "DOP853"
-"""What "auto" is, in machine code and otherwise."""
+_STEPPED = "DOP853"
+"""What "auto" is where a motion does not run in machine code."""
+_WIDE, _NARROW = "gauss16", "dop853"
+"""What it is in machine code: by rates on lanes, and where the machine has few of them or rates call the library, lane by lane."""
+_LANES = 4
 
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any]], bool], str], ...] = (
     (lambda stepper, drives: stepper.manifold is not None, "constraints are kept"),
@@ -39,13 +44,19 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any]) -> str:
     """
     reasons = [text for holds, text in _IN_PYTHON if holds(stepper, drives)]
     if method == AUTO:
-        return _STEPPED if reasons else _NATIVE
+        return _STEPPED if reasons else _native(stepper)
     if method in INTEGRATORS and reasons:
         raise SimulationError(
             f'Expected a motion that runs in machine code for method="{method}", got one in which {" and ".join(reasons)}. Take '
             f'method="{AUTO}", which steps such motions by SciPy\'s DOP853.'
         )
     return method
+
+
+def _native(stepper: Stepper) -> str:
+    rates, settings = stepper.now.rates, stepper.now.rates.settings
+    called = any(rates.program.op(i) in LIBRARY for i in rates.routine.body)
+    return _NARROW if called or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
 
 
 def check_method(method: Any) -> str:

@@ -3,6 +3,9 @@
 
 import numpy as np
 
+from kane.dynamics.readings.values import without_unknowns
+from kane.equations.equations import Equations
+from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.chatter import Pace
 from kane.motion.singular_rates import nearly_singular
@@ -11,7 +14,7 @@ from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.stepping import End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.program.native.entry import Entry, entry, hoisted
+from kane.program.native.entry import Entry, aligned, entry, hoisted, wide_entry
 from kane.program.native.machine import Settings
 
 _AT_ONCE = 1000
@@ -31,25 +34,21 @@ class NativeCourse:
         self.s = np.zeros(SIZE)
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
         self.kernel = compiled(method.name, stepper.now.settings or Settings())
-        self.given = self._given(np.zeros(INTEGRATORS[method.name].rows * len(start)))
+        self.given = self._given()
         self._begin(span[0])
 
-    def _given(self, work: Array) -> dict[str, Array | int | Entry]:
+    def _given(self) -> dict[str, Array | int | Entry]:
         """What the kernel is called with."""
-        now, y = self.stepper.now, self.y
-        r = now.inputs(self.span[0])
+        now, y, integrator = self.stepper.now, self.y, INTEGRATORS[self.method.name]
+        r, work = now.inputs(self.span[0]), aligned(integrator.work(len(self.y)))
         h = hoisted(now.rates, self.span[0], y[: now.width], now.p, r)
-        arrays = {
-            "s": self.s,
-            "y": y,
-            "lag": np.zeros_like(y),
-            "work": work,
-            "p": now.p.copy(),
-            "r": np.append(r, 0.0),
-            "h": h,
-        }
+        arrays = {"s": self.s, "y": y, "lag": np.zeros_like(y), "work": work, "p": now.p.copy(), "h": h}
         samples: dict[str, Array | int | Entry] = {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        return {"n": len(y), "rhs": entry(now.rates), **arrays, **samples}
+        given: dict[str, Array | int | Entry] = {"n": len(y), **arrays, **samples}
+        if integrator.width == 1:
+            return {**given, "rhs": entry(now.rates), "r": np.append(r, 0.0)}
+        wide = {"rhs": wide_entry(now.rates, integrator.width), "r": np.repeat(np.append(r, 0.0), integrator.width)}
+        return {**given, **wide, **by_kind(self.stepper.eom)}
 
     def _begin(self, t: float) -> None:
         """From t on, up to the next breakpoint: to the last number before it, as rates may jump there."""
@@ -146,3 +145,15 @@ class NativeCourse:
             if told:
                 return told
         return "a stage of the step is not finite"
+
+
+def by_kind(eom: Equations) -> dict[str, Array | int]:
+    """`pairs`: the (i, j) of coordinates i whose rate is the speed at place j of the state; `free`: the places of the others."""
+    place: dict[Expr, int] = {u: len(eom.coordinates) + k for k, u in enumerate(eom.speeds)}
+    roots = without_unknowns(eom.solved, eom.right_hand_side)
+    pairs = [(i, place[root]) for i, root in enumerate(roots[: len(eom.coordinates)]) if root in place]
+    paired = {i for i, _ in pairs}
+    free = [i for i in range(len(roots)) if i not in paired]
+    # one more, so that no array is empty
+    arrays = {"pairs": np.array([*pairs, (0, 0)], dtype=float).reshape(-1), "free": np.array([*free, 0], dtype=float)}
+    return {**arrays, "pair_count": len(pairs), "free_count": len(free)}

@@ -4,10 +4,11 @@
 import numpy as np
 
 import kane as kn
+from kane.motion.native import by_kind
 from kane.motion.routines import rates
 from kane.motion.steppers.outline import SIZE, At
 from kane.motion.steppers.table import INTEGRATORS
-from kane.program.native.entry import hoisted
+from kane.program.native.entry import aligned, entry, hoisted, wide_entry
 
 
 def spring():
@@ -20,8 +21,8 @@ def spring():
 
 
 def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
-    """What a kernel is given, but for its routine, and the compiled rates; no step is longer than `step`."""
-    routine = eom.numeric(settings).routine(rates).flat
+    """What a kernel is given, and the compiled rates of one state; no step is longer than `step`."""
+    integrator, routine = INTEGRATORS[name], eom.numeric(settings).routine(rates).flat
     y = np.append(y, 0.0)
     p = np.array([s.default for s in eom.parameters], dtype=float)
     told = {At.STEP: step, At.END: end, At.LONGEST: step, At.RTOL: tolerance, At.ATOL: tolerance, At.FRESH: 1.0}
@@ -29,13 +30,26 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
     for place, value in told.items():
         s[place] = value
     n, count = len(y), len(samples)
-    arrays = {
-        "s": s,
-        "y": y,
-        "lag": np.zeros(n),
-        "work": np.zeros(INTEGRATORS[name].rows * n),
-        "p": p,
-        "r": np.zeros(1),
-    }
-    arrays |= {"h": hoisted(routine, 0.0, y[:-1], p, np.zeros(0)), "times": np.append(samples, np.inf)}
-    return {"n": n, "limit": 10**6, "samples": count, **arrays, "rows": np.zeros((max(count, 1), n))}, routine
+    arrays = {"s": s, "y": y, "lag": np.zeros(n), "work": aligned(integrator.work(n)), "p": p}
+    arrays |= {"r": np.zeros(integrator.width), "h": hoisted(routine, 0.0, y[:-1], p, np.zeros(0))}
+    arrays |= {"times": np.append(samples, np.inf), "rows": np.zeros((max(count, 1), n))}
+    numbers = {"n": n, "limit": 10**6, "samples": count}
+    rhs = entry(routine) if integrator.width == 1 else wide_entry(routine, integrator.width)
+    return {**numbers, **arrays, **by_kind(eom), "rhs": rhs}, routine
+
+
+def languages(given, routine):
+    """The arguments with the routine as interpreter, machine code and C take it."""
+    code, n, lanes = given["rhs"], given["n"], len(given["r"])
+
+    def rate(t, x, p, r, h, out):
+        out[:n] = routine(float(t), x[: n - 1], p, None)
+
+    def wide(t, x, p, r, h, out):
+        states = x[: (n - 1) * lanes].reshape(-1, lanes).T.copy()
+        out[: n * lanes] = np.array([routine(float(s), y, p, None) for s, y in zip(t, states, strict=False)]).T.reshape(
+            -1
+        )
+
+    own = rate if lanes == 1 else wide
+    return given | {"rhs": {"interpret": own, "llvm": code, "c": code.library.address(code.symbol)}}

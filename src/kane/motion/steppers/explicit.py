@@ -123,15 +123,16 @@ class _Explicit:
             for k, row in enumerate(self.tableau.dense):
                 o.work[o.row(self.weights + k) + i] = h * self.combined(row, i)
 
-    def dense(self, i: Term, theta: Term) -> Term:
-        """y_i at a share of the step."""
+    def dense(self, row: Term, theta: Term) -> None:
+        """y at a share of the step."""
         o = self.outline
         rest = 1.0 - theta
-        terms = [o.work[o.row(self.weights + k) + i] for k in range(len(self.tableau.dense))]
-        value = terms[-1]
-        for k in reversed(range(len(terms) - 1)):
-            value = terms[k] + (theta if k % 2 else rest) * value
-        return o.y[i] + (theta * value + o.lag[i])
+        with self.writer.count(o.n) as i:
+            terms = [o.work[o.row(self.weights + k) + i] for k in range(len(self.tableau.dense))]
+            value = terms[-1]
+            for k in reversed(range(len(terms) - 1)):
+                value = terms[k] + (theta if k % 2 else rest) * value
+            o.rows[row + i] = o.y[i] + (theta * value + o.lag[i])
 
 
 def _joined(w: Writer, errors: Sequence[Term]) -> Term:

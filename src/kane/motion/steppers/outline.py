@@ -46,6 +46,8 @@ class At(IntEnum):
 SIZE = len(At)
 RATE: tuple[Literal["float", "array"], ...] = ("float", "array", "array", "array", "array", "array")
 """What the routine of (q̇, u̇, P) takes: t, (q, u), p, r, h, and what it writes to."""
+WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
+"""What it takes on lanes."""
 
 
 class Outline:
@@ -85,12 +87,16 @@ class Outline:
         """The length of the next step, and whether it reaches the end."""
         w = self.writer
         left = (self.get(At.END) - self.get(At.TIME)) - self.get(At.TIME_LAG)
-        wished = w.compute("min", self.get(At.STEP), self.get(At.LONGEST))
+        wished = w.compute("min", w.compute("max", self.get(At.STEP), self.shortest()), self.get(At.LONGEST))
         last = wished >= left
         return w.select(last, left, wished), last
 
-    def sample(self, h: Term, prepare: Callable[[], None], value: Callable[[Term, Term], Term]) -> None:
-        """The samples within a step are written: `value(i, θ)` is component i, after `prepare` where there are some."""
+    def shortest(self) -> Term:
+        """A step that rounding of the time leaves."""
+        return self.get(At.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(At.TIME))
+
+    def sample(self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None]) -> None:
+        """Of each sample within a step `write(row, θ)` writes the row that begins there, after `prepare` where there are some."""
         w = self.writer
         before, lag = self.get(At.TIME), self.get(At.TIME_LAG)
         cursor = w.variable("cursor", INT)
@@ -109,9 +115,7 @@ class Outline:
             with w.when(prepared.get() < 1):
                 prepare()
                 prepared.put(1)
-            theta, row = share(), cursor.get() * self.n
-            with w.count(self.n) as i:
-                self.rows[row + i] = value(i, theta)
+            write(cursor.get() * self.n, share())
             cursor.put(cursor.get() + 1)
         self.put(At.SAMPLE, w.compute("float", cursor.get()))
 
@@ -135,7 +139,7 @@ class Outline:
         w = self.writer
         self.put(At.STEP, wished)
         self.more(At.REJECTED, 1.0)
-        with w.when(wished < self.get(At.SHORTEST) + _TEN_ROUNDINGS * w.compute("abs", self.get(At.TIME))):
+        with w.when(wished < self.shortest()):
             self.back.put(w.select(finite, w.integer(Back.UNDERFLOW), w.integer(Back.NOT_FINITE)))
 
 

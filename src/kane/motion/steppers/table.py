@@ -7,6 +7,7 @@ from functools import cache
 
 from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.explicit import explicit_kernel, rows
+from kane.motion.steppers.gauss import STAGES, gauss_kernel
 from kane.motion.steppers.tableau import Tableau
 from kane.program.kernel.language import Kernel
 from kane.program.native.compiled_kernel import CompiledKernel
@@ -15,19 +16,24 @@ from kane.program.native.machine import Settings
 
 @dataclass(frozen=True, slots=True)
 class Integrator:
-    """An integrator of an `order`: its kernel, and how many rows as long as y it works in."""
+    """An integrator: the order of its error estimate, its kernel, how many doubles it works in for n components.
+
+    It calls for rates at so many states at once as `width` says.
+    """
 
     name: str
     order: int
     kernel: Callable[[], Kernel]
-    rows: int
+    work: Callable[[int], int]
+    width: int = 1
 
 
 def _explicit(tableau: Tableau) -> Integrator:
-    return Integrator(tableau.name, tableau.order, lambda: explicit_kernel(tableau), rows(tableau))
+    return Integrator(tableau.name, tableau.order, lambda: explicit_kernel(tableau), lambda n: rows(tableau) * n)
 
 
-INTEGRATORS = {i.name: i for i in (_explicit(DOP853),)}
+GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES, STAGES)
+INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853))}
 """By the name that `simulate` takes as method."""
 
 

@@ -11,46 +11,17 @@ Vectors are passed as pointers to doubles. Sines and cosines of angles that are 
 in the lanes of a vector.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from kane.expr import ops
-from kane.expr.ops import COS, OPS, SIN, Op
+from kane.expr.ops import COS, SIN, Op
 from kane.program.emit import walk
 from kane.program.emit.llvm_entries import batch_entry, call_entry, pointer, shared
+from kane.program.emit.llvm_forms import INTRINSICS, LIBRARY, lines
 from kane.program.emit.llvm_lanes import Lanes, bits
 from kane.program.emit.llvm_sincos import llvm_sincos
 from kane.program.passes.split import Chunk
 from kane.program.program import Program
-
-_BINARY = {ops.ADD: "fadd", ops.SUB: "fsub", ops.MUL: "fmul", ops.DIV: "fdiv"}
-_CALLS = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
-_CALLS |= {ops.SQRT: "llvm.sqrt.f64", OPS["abs"]: "llvm.fabs.f64"}
-_ORDERED = (
-    "{r}.a = fcmp %s double {0}, {1}\n{r}.b = fcmp uno double {0}, {0}\n"
-    "{r}.c = or i1 {r}.a, {r}.b\n{r} = select i1 {r}.c, double {0}, double {1}"
-)
-"""The argument that compares so with the other; a NaN is passed on, as NumPy does."""
-_FORMS = {
-    **{op: f"{{r}} = {name} {{f}}double {{0}}, {{1}}" for op, name in _BINARY.items()},
-    ops.NEG: "{r} = fneg {f}double {0}",
-    OPS["min"]: _ORDERED % "olt",
-    OPS["max"]: _ORDERED % "ogt",
-    OPS["sign"]: (
-        "{r}.a = fcmp ogt double {0}, 0.0\n{r}.b = select i1 {r}.a, double 1.0, double {0}\n"
-        "{r}.c = fcmp olt double {0}, 0.0\n{r}.d = select i1 {r}.c, double -1.0, double {r}.b\n"
-        "{r} = fadd double {r}.d, 0.0"
-    ),
-    ops.LESS: "{r}.c = fcmp olt double {0}, {1}\n{r} = uitofp i1 {r}.c to double",
-    ops.WHERE: "{r}.c = fcmp une double {0}, 0.0\n{r} = select i1 {r}.c, double {1}, double {2}",
-    ops.REGULAR: (
-        f"{{r}}.a = fmul double {{1}}, {bits(ops.GONE)}\n{{r}}.b = fneg double {{0}}\n"
-        "{r}.c = fcmp ogt double {0}, {r}.a\n{r}.d = fcmp ogt double {r}.b, {r}.a\n{r}.e = or i1 {r}.c, {r}.d\n"
-        f"{{r}} = select i1 {{r}}.e, double {{0}}, double {bits(math.nan)}"
-    ),
-}
-"""The lines for the value {r} of {0}, {1}, …, with {f} for flags of contraction."""
 
 
 def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4) -> str:
@@ -142,12 +113,12 @@ class _Writer:
                 self._compute(name, s.op, [self.names[a] for a in s.arguments])
 
     def _compute(self, name: str, op: Op, operands: Sequence[str]) -> None:
-        if op in _CALLS:
-            self.module.called[_CALLS[op]] = op.arity
-            self.lines.append(f"  {name} = call double @{_CALLS[op]}({', '.join(f'double {o}' for o in operands)})")
+        called = LIBRARY.get(op) or (f"{INTRINSICS[op]}.f64" if op in INTRINSICS else "")
+        if called:
+            self.module.called[called] = op.arity
+            self.lines.append(f"  {name} = call double @{called}({', '.join(f'double {o}' for o in operands)})")
         else:
-            text = _FORMS[op].format(*operands, r=name, f=self.flags)
-            self.lines += [f"  {line}" for line in text.split("\n")]
+            self.lines += [f"  {line}" for line in lines(op, name, operands, Lanes(1), self.flags)]
 
     def _address(self, name: str, s: walk.Read | walk.Write) -> str:
         """`name`, after the line that makes it the address of what is read or written."""

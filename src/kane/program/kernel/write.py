@@ -114,6 +114,10 @@ class Array:
         self.writer.add(Load(value, self.at(index)))
         return Term(self.writer, value)
 
+    def store(self, index: Given, value: Term) -> None:
+        """The doubles from an index on become those of a value."""
+        self.writer.add(Store(self.at(index), value.operand))
+
     def at(self, index: Given) -> Place:
         """A place, for calls."""
         return Place(self.argument, self.writer.operand(index, INT))
@@ -204,6 +208,14 @@ class Writer:
     def integer(self, value: int) -> Term:
         """A constant."""
         return Term(self, Constant(INT, value))
+
+    def constant(self, value: float) -> Term:
+        """A constant."""
+        return Term(self, Constant(FLOAT, value))
+
+    def lanes(self, *values: float) -> Term:
+        """A constant of several lanes."""
+        return Term(self, Constant(Type("float", len(values)), values))
 
     def compute(self, op: str, *given: Given, lane: int = 0) -> Term:
         """The result of an operation; numbers take the type of the first term."""

@@ -64,6 +64,7 @@ class CompiledRoutine:
         "_free",
         "_library",
         "_standard",
+        "more",
         "not_finite",
         "program",
         "routine",
@@ -86,6 +87,8 @@ class CompiledRoutine:
         own = {port.name: arguments.defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
         self._defaults = {name: np.array(values) for name, values in own.items()}
         self._free: list[Block] = []
+        self.more: dict[str, Library] = {}
+        """Code of other kinds of it, by the names of its functions."""
         self._standard = tuple(self._without_values(port.name, len(port.symbols)) for port in program.ports)
         library = self._library = library or build_library([program], settings)
         pointer, count = ctypes.c_void_p, ctypes.c_int64

@@ -9,8 +9,11 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.program.emit.llvm_entries import block
+from kane.program.emit.llvm_wide import emit_wide, wide_name
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
-from kane.program.native.machine_code import Library
+from kane.program.native.machine_code import Library, compile_text, target
+
+_ALIGNMENT = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,6 +27,24 @@ class Entry:
 def entry(routine: CompiledRoutine) -> Entry:
     """The function of one evaluation, which takes its ports, h and what the results are written to."""
     return Entry(routine.library, routine.name)
+
+
+def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
+    """The function of `width` evaluations at once, compiled when it is first asked for; see `emit_wide`."""
+    symbol = wide_name(routine.name, width)
+    if symbol not in routine.more:
+        settings = routine.settings
+        text = emit_wide(routine.program, routine.routine, width, settings.contract)
+        on = target(settings.cpu, settings.features)
+        routine.more[symbol] = compile_text(text, on, [symbol], settings.cache)
+    return Entry(routine.more[symbol], symbol)
+
+
+def aligned(count: int) -> Array:
+    """Zeros that begin where a vector of any width may."""
+    raw = np.zeros(count + _ALIGNMENT // 8)
+    skip = -raw.ctypes.data % _ALIGNMENT // 8
+    return raw[skip : skip + count]
 
 
 def hoisted(routine: CompiledRoutine, *values: Any) -> Array:

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Gauss's nodes on (0, 1) and what follows from them, computed in 50 digits.
+
+L_j is Lagrange's polynomial that is 1 at node j and 0 at the others. By Legendre polynomials P_k and the weights b it is
+L_j(θ) = b_j Σ_k (2k+1) P_k(2c_j − 1) P_k(2θ − 1), whose integrals are sums of neighbours: Hairer & Wanner, *Solving Ordinary
+Differential Equations II*, 2nd ed. 1996, sec. IV.5.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from functools import cache
+from math import cos, pi
+
+_DIGITS = 50
+_NEWTON = 8
+Vector = tuple[float, ...]
+D = Decimal
+
+
+@dataclass(frozen=True, slots=True)
+class Nodes:
+    """`c`, `b`: nodes and weights; rows j of the other fields belong to node j.
+
+    `a` holds ∫ L_j from 0 to each node, `a2` is its square as a matrix, `b2` the double integral to 1; `top` is the leading
+    coefficient of L_j and its barycentric weight. Row k of `legendre` holds P_k(2c − 1).
+    """
+
+    c: Vector
+    b: Vector
+    a: tuple[Vector, ...]
+    a2: tuple[Vector, ...]
+    b2: Vector
+    top: Vector
+    legendre: tuple[Vector, ...]
+
+
+@cache
+def gauss(stages: int) -> Nodes:
+    """Gauss's nodes, in ascending order."""
+    with localcontext() as context:
+        context.prec = _DIGITS
+        x = [_root(stages, cos(pi * (stages - k - 0.25) / (stages + 0.5))) for k in range(stages)]
+        c = [(v + 1) / 2 for v in x]
+        p = [_legendre(stages + 2, v) for v in x]
+        b = [(1 - v * v) / (stages * row[stages - 1]) ** 2 for v, row in zip(x, p, strict=True)]
+        once = [_integrals(row, (v + 1) / 2) for row, v in zip(p, x, strict=True)]
+        r = range(stages)
+        a = [[b[j] * sum((D(2 * k + 1) * p[j][k] * once[i][k] for k in r), D(0)) for i in r] for j in r]
+        a2 = [[sum((a[k][i] * a[j][k] for k in r), D(0)) for i in r] for j in r]
+        top = []
+        for j in r:
+            product = D(1)
+            for k in r:
+                product *= c[j] - c[k] if k != j else 1
+            top.append(1 / product)
+        legendre = [[p[j][k] for j in r] for k in range(stages + 2)]
+        return Nodes(
+            _floats(c),
+            _floats(b),
+            _all(a),
+            _all(a2),
+            _floats([w * (1 - v) for w, v in zip(b, c, strict=True)]),
+            _floats(top),
+            _all(legendre),
+        )
+
+
+def _floats(row: Sequence[D]) -> Vector:
+    return tuple(map(float, row))
+
+
+def _all(rows: Sequence[Sequence[D]]) -> tuple[Vector, ...]:
+    return tuple(map(_floats, rows))
+
+
+def _legendre(count: int, x: D) -> list[D]:
+    """P_0 … P_count−1 at x."""
+    p = [D(1), x]
+    for k in range(1, count - 1):
+        p.append(((2 * k + 1) * x * p[k] - k * p[k - 1]) / (k + 1))
+    return p
+
+
+def _root(n: int, guess: float) -> D:
+    """The root of P_n near a guess, by Newton's method."""
+    x = D(guess)
+    for _ in range(_NEWTON):
+        p = _legendre(n + 1, x)
+        x -= p[n] * (x * x - 1) / (n * (x * p[n] - p[n - 1]))
+    return x
+
+
+def _integrals(p: Sequence[D], theta: D) -> list[D]:
+    """∫ P_k(2s − 1) ds from 0 to θ, for all k but the last."""
+    return [theta] + [(p[k + 1] - p[k - 1]) / (2 * (2 * k + 1)) for k in range(1, len(p) - 1)]

@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Collocation at Gauss's eight nodes, order 16: all stages in one call of the right-hand side, on eight lanes.
+
+Within a step the rates are polynomials k(θ) of degree 7 through their values K at the nodes, and y + h ∫ k is the state. They are
+found by fixed point from the last step's polynomials, extrapolated. Where q' = u_j, q is y_q + h c u_j + h² A² K_j and no unknown.
+What is sampled costs no evaluation.
+
+The error of component i is judged by r = h |top coefficient of k_i| / (|y_i| + atol/rtol). That of the end is about r², as the order
+is twice that of the stages, and that within the step 1e-6 r: r is held to √rtol, and steps are accepted up to thirty times that, as
+the end is better by far. Iterations end where the rest is a tenth of rtol. Source of the method: Hairer, Lubich & Wanner, *Geometric
+Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
+"""
+
+from contextlib import AbstractContextManager
+
+from kane.motion.steppers.collocation import gauss
+from kane.motion.steppers.explicit import dyadic_power
+from kane.motion.steppers.outline import WIDE, At, Outline
+from kane.program.kernel.language import INT, Kernel, Type
+from kane.program.kernel.write import Array, Term
+
+STAGES = 8
+_N = gauss(STAGES)
+_V = Type("float", STAGES)
+_SAFETY, _LEAST, _MOST = 0.95, 0.3, 2.0
+_ACCEPTED = 30.0
+_ITERATIONS = 12
+_REST, _FLOOR = 0.1, 2.0**-50
+_SLOW, _STALLED = 0.9, 1e-8
+_TINY, _HUGE = 2.0**-1000, 1e300
+_GOING, _FOUND, _TOO_LONG, _DIVERGED = range(4)
+
+
+def gauss_kernel(accepted: float = _ACCEPTED, rounds: int = _ITERATIONS) -> Kernel:
+    """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
+
+    The last component is an integral that no rate holds. `work` holds 32 n + 8 doubles: K, its extrapolation, the states and rates of
+    the stages, their times. Steps are taken whose error is `accepted` times the one that is wanted, after `rounds` iterations at most.
+    """
+    return _Gauss(accepted, rounds).kernel()
+
+
+class _Gauss:
+    """The kernel while it is written; places in `work` are terms."""
+
+    def __init__(self, accepted: float, rounds: int) -> None:
+        self.accepted, self.rounds = accepted, rounds
+        self.outline = o = Outline("gauss16")
+        self.writer = w = o.writer
+        self.rhs = w.callee("rhs", *WIDE)
+        self.pairs, self.free = w.array("pairs"), w.array("free")
+        self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
+        n8 = o.n * STAGES
+        self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
+        self.clock = n8 * 4
+        self.status, self.round = w.variable("status", INT), w.variable("round", INT)
+        self.error, self.before = w.variable("error"), w.variable("before_last")
+        self.change = w.variable("change", _V)
+        self.matrix = [w.variable(f"a{j}", _V) for j in range(STAGES)]
+        self.square = [w.variable(f"aa{j}", _V) for j in range(STAGES)]
+
+    # ----------------------------------------------------------------------------------------------------- helpers
+
+    def splat(self, x: Term) -> Term:
+        """A number in each lane."""
+        return self.writer.compute("splat8", x)
+
+    def lanes(self, place: Term, i: Term, array: Array | None = None) -> Term:
+        """The eight doubles of component i."""
+        return (array or self.outline.work).lanes(place + i * STAGES, STAGES)
+
+    def keep(self, place: Term, i: Term, value: Term) -> None:
+        """The eight doubles of component i become `value`."""
+        self.outline.work.store(place + i * STAGES, value)
+
+    def index(self, array: Array, at: Term) -> Term:
+        """An index that is kept as a double."""
+        return self.writer.compute("int", array[at])
+
+    def each_free(self) -> AbstractContextManager[Term]:
+        """A loop over the places in `free`."""
+        return self.writer.count(self.free_count)
+
+    def combined(self, place: Term, i: Term, columns: list[Term]) -> list[Term]:
+        """Σ_j column_j times the rate of component i at node j, as products to be added."""
+        work = self.outline.work
+        return [column * self.splat(work[place + i * STAGES + j]) for j, column in enumerate(columns)]
+
+    def scale(self, i: Term) -> Term:
+        """|y_i| + atol/rtol."""
+        o = self.outline
+        return self.writer.compute("abs", o.y[i]) + o.get(At.ATOL) / o.get(At.RTOL)
+
+    # ------------------------------------------------------------------------------------------------------ kernel
+
+    def kernel(self) -> Kernel:
+        """Step after step until there is a reason to come back."""
+        w, o = self.writer, self.outline
+        with w.repeat(lambda: o.back.get() < 1):
+            h, last = o.length()
+            self.guess(h)
+            self.iterate(h)
+            self.decide(h, last)
+        return w.finished(o.back)
+
+    def guess(self, h: Term) -> None:
+        """K of this step from that of the last one, or from the rates at its beginning."""
+        w, o = self.writer, self.outline
+        with w.when(o.get(At.FRESH) > 0.0):
+            with w.count(o.n) as i:
+                self.keep(self.states, i, self.splat(o.y[i]))
+            o.work.store(self.clock, self.splat(o.get(At.TIME)))
+            self.evaluate()
+            with w.count(o.n) as i:
+                self.keep(self.next, i, self.lanes(self.rates, i))
+        with w.otherwise():
+            share = self.splat(h / o.get(At.LAST_STEP)) * _N.c + 1.0
+            differences = [share - c for c in _N.c]
+            below = [w.lanes(*[1.0] * STAGES)]
+            for d in differences[:-1]:
+                below.append(below[-1] * d)
+            above = [w.lanes(*[1.0] * STAGES)]
+            for d in reversed(differences[1:]):
+                above.append(above[-1] * d)
+            columns = [a * b * x for a, b, x in zip(below, reversed(above), _N.top, strict=True)]
+            with self.each_free() as at:
+                i = self.index(self.free, at)
+                self.keep(self.next, i, w.sum(self.combined(self.k, i, columns)))
+
+    def evaluate(self) -> None:
+        """The rates at the stages' states."""
+        o = self.outline
+        self.rhs(
+            *(o.work.at(x) for x in (self.clock, self.states)), o.p.at(0), o.r.at(0), o.h.at(0), o.work.at(self.rates)
+        )
+        o.more(At.RATES, 1.0)
+
+    def iterate(self, h: Term) -> None:
+        """The fixed point."""
+        w, o = self.writer, self.outline
+        for j in range(STAGES):
+            self.matrix[j].put(self.splat(h) * _N.a[j])
+            self.square[j].put(self.splat(h * h) * _N.a2[j])
+        o.work.store(self.clock, self.splat(o.get(At.TIME)) + self.splat(h) * _N.c)
+        self.status.put(_GOING)
+        self.round.put(0)
+        self.before.put(_HUGE)
+        with w.repeat(lambda: self.status.get() < 1):
+            self.stages(h)
+            self.evaluate()
+            self.change.put(w.lanes(*[0.0] * STAGES))
+            with self.each_free() as at:
+                i = self.index(self.free, at)
+                rates = self.lanes(self.rates, i)
+                moved = w.compute("abs", rates - self.lanes(self.next, i)) * self.splat(h / self.scale(i))
+                self.change.put(w.compute("max", self.change.get(), moved))
+                self.keep(self.next, i, rates)
+            self.judge(h, w.compute("largest", self.change.get()))
+
+    def stages(self, h: Term) -> None:
+        """The states at the nodes."""
+        w, o = self.writer, self.outline
+        with self.each_free() as at:
+            i = self.index(self.free, at)
+            terms = self.combined(self.next, i, [m.get() for m in self.matrix])
+            self.keep(self.states, i, w.sum(terms) + self.splat(o.y[i]))
+        with w.count(self.pair_count) as at:
+            i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
+            terms = self.combined(self.next, j, [m.get() for m in self.square])
+            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * _N.c
+            self.keep(self.states, i, w.sum(terms) + straight)
+
+    def judge(self, h: Term, change: Term) -> None:
+        """Whether the rates are found, or no longer sought."""
+        w, o = self.writer, self.outline
+        before, rounds = self.before.get(), self.round.get()
+        later = rounds > 0
+        rate = w.select(later, w.compute("min", change / before, 1.0), 1.0)
+        wanted = w.compute("max", o.get(At.RTOL) * _REST, _FLOOR)
+        stalled = (rounds > 2) & (change >= before) & (change < _STALLED)
+        with w.when((change * rate <= wanted) | stalled):
+            self.status.put(_FOUND)
+        with w.otherwise():
+            bad = (rounds >= self.rounds // 6) & (rate > _SLOW) & (change > _STALLED)
+            with w.when(~(change < _HUGE) | bad | (rounds >= self.rounds)):
+                self.status.put(_DIVERGED)
+            with w.when((rounds < 2) & later):
+                self.measure(h)
+                with w.when((self.error.get() > self.accepted) & (change < 0.1 * self.error.get() * self.target())):
+                    self.status.put(_TOO_LONG)
+        self.before.put(change)
+        self.round.put(rounds + 1)
+
+    def target(self) -> Term:
+        """√rtol."""
+        return self.writer.compute("sqrt", self.outline.get(At.RTOL))
+
+    def measure(self, h: Term) -> None:
+        """The largest top coefficient of a component, over what it should be."""
+        w, o = self.writer, self.outline
+        self.error.put(0.0)
+        with w.count(o.n) as i:
+            top = w.compute("abs", w.compute("sum", self.lanes(self.rates, i) * _N.top))
+            error = top * h / (self.scale(i) * self.target())
+            before = self.error.get()
+            with w.when(~(error <= before)):
+                self.error.put(w.compute("max", before, error))
+                o.put(At.WORST, w.compute("float", i))
+
+    def decide(self, h: Term, last: Term) -> None:
+        """The step is gone on from, or taken again."""
+        w, o = self.writer, self.outline
+        with w.when((self.status.get() < _TOO_LONG) | (self.status.get() > _TOO_LONG)):
+            self.measure(h)
+        error = self.error.get()
+        finite = error < _HUGE
+        power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)
+        factor = _SAFETY / power
+        found = (self.status.get() < _TOO_LONG) & (error <= self.accepted)
+        with w.when(found):
+            o.sample(h, lambda: None, lambda row, theta: self.dense(h, row, theta))
+            self.advance(h)
+            o.advance(h, last)
+            o.put(At.FRESH, 0.0)
+            with w.when(~last):
+                o.put(At.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
+        with w.otherwise():
+            half = (self.status.get() > _TOO_LONG) | ~finite
+            o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
+
+    def advance(self, h: Term) -> None:
+        """y at the end of the step; K of the step is kept for the next one."""
+        w, o = self.writer, self.outline
+        with w.count(self.pair_count) as at:
+            i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
+            bent = w.compute("sum", self.lanes(self.rates, j) * _N.b2)
+            self.add(i, h * o.y[j] + h * (h * bent + o.lag[j]))
+        with self.each_free() as at:
+            self.straight(h, self.index(self.free, at))
+        self.straight(h, o.n - 1)
+        with w.count(o.n) as i:
+            self.keep(self.k, i, self.lanes(self.rates, i))
+
+    def straight(self, h: Term, i: Term) -> None:
+        """y_i + h Σ b_j K_ij."""
+        self.add(i, h * self.writer.compute("sum", self.lanes(self.rates, i) * _N.b))
+
+    def add(self, i: Term, change: Term) -> None:
+        """y_i + change, what rounding leaves of it being kept."""
+        o = self.outline
+        old = o.y[i]
+        more = change + o.lag[i]
+        new = old + more
+        o.lag[i] = more - (new - old)
+        o.y[i] = new
+
+    # ----------------------------------------------------------------------------------------------------- samples
+
+    def dense(self, h: Term, row: Term, theta: Term) -> None:
+        """y at a share of the step."""
+        w, o = self.writer, self.outline
+        once, twice = self.weights(theta)
+
+        def straight(i: Term) -> None:
+            o.rows[row + i] = o.y[i] + (h * w.compute("sum", self.lanes(self.rates, i) * once) + o.lag[i])
+
+        with w.count(self.pair_count) as at:
+            i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
+            bent = w.compute("sum", self.lanes(self.rates, j) * twice)
+            o.rows[row + i] = o.y[i] + (h * (theta * o.y[j] + h * bent) + o.lag[i])
+        with self.each_free() as at:
+            straight(self.index(self.free, at))
+        straight(o.n - 1)
+
+    def weights(self, theta: Term) -> tuple[Term, Term]:
+        """What the rates of the nodes count in ∫ k and in ∫∫ k up to θ, lane by lane."""
+        w = self.writer
+        x = theta * 2.0 - 1.0
+        p = [w.constant(1.0), x]
+        for k in range(1, STAGES + 1):
+            p.append((x * p[k] * float(2 * k + 1) - p[k - 1] * float(k)) * (1 / (k + 1)))
+        once = [theta] + [(p[k + 1] - p[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, STAGES + 1)]
+        twice = [theta * theta * 0.5] + [(once[k + 1] - once[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, STAGES)]
+        rows = [tuple((2 * k + 1) * b * v for b, v in zip(_N.b, _N.legendre[k], strict=True)) for k in range(STAGES)]
+        first, second = ([self.splat(v) * r for v, r in zip(i, rows, strict=False)] for i in (once, twice))
+        return w.sum(first), w.sum(second)

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A routine on lanes gives, lane by lane, what it gives of one state."""
+
+import ctypes
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.expr.ops import OPS
+from kane.program.build import Task, build_program
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.entry import hoisted, wide_entry
+from kane.program.native.machine import Settings
+from tests.program.programs import SPECIAL, ports
+
+X, PARAMETERS, INPUTS = kn.coordinates("a b c"), kn.parameters("k l", 1.5), (kn.input("F"),)
+
+
+def wide(routine, width, t, x, p, r):
+    """Results (n × width) at times (width), states (n × width), inputs (n × width)."""
+    code = wide_entry(routine, width)
+    call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 6)(code.library.address(code.symbol))
+    h, out = hoisted(routine, 0.0, x[:, 0], p, r[:, 0]), np.full((len(routine.labels), width), np.nan)
+    arrays = [np.ascontiguousarray(v) for v in (t, x, p, r)]
+    call(*(v.ctypes.data for v in (*arrays, h, out)))
+    return out
+
+
+def compiled(roots, contract):
+    task = Task("all", roots, (len(roots),), [f"y{k}" for k in range(len(roots))])
+    program = build_program("wide", ports(X, PARAMETERS, INPUTS), [task])
+    return CompiledRoutine(program, "all", Settings(contract=contract, cache=False), not_finite="ignore")
+
+
+def roots():
+    """Every operation of the table, of states, parameters, time and inputs."""
+    (a, b, c), (k, l) = X, PARAMETERS
+    given = [a * l + b, b * k - c, c + kn.time]
+    found = [kn.expr.node.intern_node(op, *given[: op.arity]) for op in OPS.values() if op.arity]
+    return [*found, *given, k, k * l, kn.time, INPUTS[0] * a, a]
+
+
+@pytest.mark.parametrize("width", [4, 8])
+def test_lanes_are_independent(width, rng):
+    """At special numbers and others, among them angles beyond the short reduction: the same bits, NaN where there is none."""
+    routine = compiled(roots(), contract=False)
+    p = np.array([0.3, -1.7])
+    for _ in range(5):
+        x, t = rng.choice([*SPECIAL, 3e5, 0.7, 2.1], (3, width)), rng.normal(size=width)
+        r = rng.normal(size=(1, width))
+        got = wide(routine, width, t, x, p, r)
+        for j in range(width):
+            expected = routine(t[j], x[:, j], p, r[:, j])
+            assert np.array_equal(got[:, j], expected, equal_nan=True)
+
+
+def test_long_routines_are_cut(rng):
+    """One of several pieces, which pass values on."""
+    total, values = X[0], []
+    for k in range(400):
+        total = kn.sin(total + X[k % 3] * PARAMETERS[k % 2]) * X[(k + 1) % 3] + k
+        values.append(total)
+    routine = compiled([values[150], total], contract=True)
+    x = rng.normal(size=(3, 8))
+    got = wide(routine, 8, np.zeros(8), x, np.array([0.3, -1.7]), np.zeros((1, 8)))
+    expected = np.array([routine(0.0, x[:, j], np.array([0.3, -1.7]), np.zeros(1)) for j in range(8)]).T
+    assert got == pytest.approx(expected, rel=1e-9)
