@@ -42,7 +42,14 @@ class NativeCourse:
         now, y, integrator = self.stepper.now, self.y, INTEGRATORS[self.method.name]
         r, work = now.inputs(self.span[0]), aligned(integrator.work(len(self.y)))
         h = hoisted(now.rates, self.span[0], y[: now.width], now.p, r)
-        arrays = {"s": self.s, "y": y, "lag": np.zeros_like(y), "work": work, "p": now.p.copy(), "h": h}
+        arrays: dict[str, Array | int | Entry] = {
+            "s": self.s,
+            "y": y,
+            "lag": np.zeros_like(y),
+            "work": work,
+            "p": now.p.copy(),
+            "h": h,
+        }
         samples: dict[str, Array | int | Entry] = {"times": self.times, "rows": self.out, "samples": len(self.out)}
         given: dict[str, Array | int | Entry] = {"n": len(y), **arrays, **samples}
         if integrator.width == 1:
