@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
 
+from typing import TypeAlias
+
 import numpy as np
 
 from kane.dynamics.readings.values import without_unknowns
@@ -17,6 +19,8 @@ from kane.numeric.arrays import Array
 from kane.program.native.entry import Entry, aligned, entry, hoisted, wide_entry
 from kane.program.native.machine import Settings
 
+Given: TypeAlias = dict[str, Array | int | Entry]
+"""What a kernel is called with."""
 _AT_ONCE = 1000
 """Steps between two looks at the clock."""
 _DOUBLINGS = 80
@@ -37,12 +41,12 @@ class NativeCourse:
         self.given = self._given()
         self._begin(span[0])
 
-    def _given(self) -> dict[str, Array | int | Entry]:
+    def _given(self) -> Given:
         """What the kernel is called with."""
         now, y, integrator = self.stepper.now, self.y, INTEGRATORS[self.method.name]
         r, work = now.inputs(self.span[0]), aligned(integrator.work(len(self.y)))
         h = hoisted(now.rates, self.span[0], y[: now.width], now.p, r)
-        arrays: dict[str, Array | int | Entry] = {
+        arrays: Given = {
             "s": self.s,
             "y": y,
             "lag": np.zeros_like(y),
@@ -50,11 +54,14 @@ class NativeCourse:
             "p": now.p.copy(),
             "h": h,
         }
-        samples: dict[str, Array | int | Entry] = {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        given: dict[str, Array | int | Entry] = {"n": len(y), **arrays, **samples}
+        samples: Given = {"times": self.times, "rows": self.out, "samples": len(self.out)}
+        given: Given = {"n": len(y), **arrays, **samples}
         if integrator.width == 1:
             return {**given, "rhs": entry(now.rates), "r": np.append(r, 0.0)}
-        wide = {"rhs": wide_entry(now.rates, integrator.width), "r": np.repeat(np.append(r, 0.0), integrator.width)}
+        wide: Given = {
+            "rhs": wide_entry(now.rates, integrator.width),
+            "r": np.repeat(np.append(r, 0.0), integrator.width),
+        }
         return {**given, **wide, **by_kind(self.stepper.eom)}
 
     def _begin(self, t: float) -> None:
