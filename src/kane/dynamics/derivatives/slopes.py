@@ -7,18 +7,47 @@ divided by is what the values are divided by, with its guards, so that derivativ
 
 from collections.abc import Sequence
 
+from kane.dynamics.derivatives.tree import acceleration_slopes
 from kane.dynamics.readings.left_out import nan_where_more
+from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
+from kane.errors import SingularError
+from kane.expr.count import Prices
 from kane.expr.diff import tangent, weighted
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Symbol
+from kane.kinematics.freedoms import Unsuited
+
+_SHORT = 30_000
+"""Operations times columns up to which trees are differentiated as they stand, too, and the shorter form is taken."""
 
 
 def slopes(solved: Solved, symbols: Sequence[Symbol]) -> Matrix:
-    """J = ∂(q̇, u̇)/∂symbols, a row for each of q̇ and u̇."""
+    """J = ∂(q̇, u̇)/∂symbols, a row for each of q̇ and u̇; of trees by inverse dynamics, where that is shorter.
+
+    Along the length of a set of Euler parameters, which is 1, no derivative means anything, and none is promised.
+    """
+    shape = len(solved.right_hand_side), len(symbols)
+    by_tree = _of_tree(solved, symbols)
+    if by_tree is not None and solved.operations.total * len(symbols) > _SHORT:
+        return Matrix(by_tree, shape)
     columns = [forward(solved, [s], [ONE]) for s in symbols]
-    return Matrix(zip(*columns, strict=True), (len(solved.right_hand_side), len(symbols)))
+    ways = [list(zip(*columns, strict=True)), *([by_tree] if by_tree is not None else [])]
+    price = Prices((*solved.right_hand_side,))
+    return Matrix(min(ways, key=lambda rows: price(x for row in rows for x in row)), shape)
+
+
+def _of_tree(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Expr]] | None:
+    if solved.embedding is not None or not symbols:
+        return None
+    route = solved.route if solved.route in WAYS else next(iter(WAYS))
+    try:
+        columns = acceleration_slopes(solved.derived, solved.accelerations, symbols, route)
+    except (Unsuited, SingularError):
+        return None
+    rates = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.rates]
+    return [*rates, *zip(*columns, strict=True)]
 
 
 def forward(solved: Solved, symbols: Sequence[Symbol], v: Sequence[Expr]) -> Sequence[Expr]:

@@ -49,7 +49,7 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
+class Way:
     """The freedoms of each segment along the basis it works in, and those along A before its turn."""
 
     on: Travel
@@ -105,11 +105,11 @@ def accelerations(
 ) -> Passed:
     """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state. What is transmitted is not found on this way."""
     on = travel(steps)
-    way = _way(on)
+    way = way_along(on)
     places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
-    bodies = [_working(on, i, body) for i, body in enumerate(bodies)]
+    bodies = [working(on, i, body) for i, body in enumerate(bodies)]
     trial, right = _left(way, bodies, loads, ground, len(places))
-    mass = _mass(way, bodies, len(places))
+    mass = freedom_mass(way, bodies, len(places))
     order = sparse_order(mass)
     factors = ldl([[mass[i][j] for j in order] for i in order])
     solved = finish(factors, forward(factors.lower, [right[i] for i in order]))
@@ -118,7 +118,7 @@ def accelerations(
     return Passed(rows, list(factors.pivots), {})
 
 
-def _way(on: Travel) -> _Way:
+def way_along(on: Travel) -> Way:
     inner: list[list[Place]] = []
     outer: list[list[Place]] = []
     number = 0
@@ -130,16 +130,16 @@ def _way(on: Travel) -> _Way:
             for freedom in freedoms:
                 where[-1].append(Place(freedom, number, turning))
                 number += 1
-    return _Way(on, inner, outer)
+    return Way(on, inner, outer)
 
 
-def _working(on: Travel, i: int, body: Rigid) -> Rigid:
+def working(on: Travel, i: int, body: Rigid) -> Rigid:
     """A body along the basis that its segment works in."""
     turn = on.steps[i].turn
     return body.before(turn) if turn is not None and on.base[i] else body
 
 
-def _mass(way: _Way, bodies: Sequence[Rigid], count: int) -> list[list[Expr]]:
+def freedom_mass(way: Way, bodies: Sequence[Rigid], count: int) -> list[list[Expr]]:
     """M of the freedoms."""
     rows = [[ZERO] * count for _ in range(count)]
     whole = list(bodies)
@@ -172,7 +172,7 @@ def _moved(body: Rigid, place: Place) -> Wrench:
 
 
 def _left(
-    way: _Way, bodies: Sequence[Rigid], loads: Wrenches, ground: Triple, count: int
+    way: Way, bodies: Sequence[Rigid], loads: Wrenches, ground: Triple, count: int
 ) -> tuple[list[Expr], list[Expr]]:
     """Trial accelerations of the freedoms, and −b there."""
     on = way.on
@@ -191,7 +191,7 @@ def _left(
     return trial, right
 
 
-def _tried(way: _Way, ground: Triple, trial: list[Expr]) -> list[tuple[Triple, Triple]]:
+def _tried(way: Way, ground: Triple, trial: list[Expr]) -> list[tuple[Triple, Triple]]:
     """α and a of each segment at the trial accelerations, along the basis it works in."""
     on = way.on
     own = [(NOTHING, ground)]  # along B
@@ -227,7 +227,7 @@ def _without(places: Sequence[Place], alpha: Triple, a: Triple, trial: list[Expr
 
 
 def _wrenches(
-    way: _Way, bodies: Sequence[Rigid], loads: Wrenches, moving: Sequence[tuple[Triple, Triple]]
+    way: Way, bodies: Sequence[Rigid], loads: Wrenches, moving: Sequence[tuple[Triple, Triple]]
 ) -> Iterator[Wrench]:
     """What each segment alone presses on its origin with."""
     on = way.on
