@@ -91,7 +91,7 @@ def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
     places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
     if len(places) != len(derived.speeds):
         raise Unsuited("speeds that are not those of the joints")
-    value = dict(zip(derived.speeds, u_dot, strict=True))
+    value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
     if all(u in value for p in places for u in p.freedom.row):
         lambdas = [dot(list(p.freedom.row.values()), [value[u] for u in p.freedom.row]) for p in places]
     else:
@@ -191,4 +191,5 @@ def pressing(line: Line, i: int, motion: Motion) -> tuple[Vectors, Stage]:
         f = summed(f, summed(cross3(alpha, body.h), times(body.m, a)))
         return summed(n, negative(on_it[0])), summed(f, negative(on_it[1]))
 
-    return own(*motion.work, line.way.on.rates[i].square), Stage(own, motion.work)
+    w, alpha, a = motion.work
+    return own(w, alpha, a, line.way.on.rates[i].square), Stage(own, motion.work)

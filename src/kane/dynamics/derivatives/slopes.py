@@ -33,7 +33,9 @@ def slopes(solved: Solved, symbols: Sequence[Symbol]) -> Matrix:
     if by_tree is not None and solved.operations.total * len(symbols) > _SHORT:
         return Matrix(by_tree, shape)
     columns = [forward(solved, [s], [ONE]) for s in symbols]
-    ways = [list(zip(*columns, strict=True)), *([by_tree] if by_tree is not None else [])]
+    ways: list[list[Sequence[Expr]]] = [list(zip(*columns, strict=True))]
+    if by_tree is not None:
+        ways.append(by_tree)
     price = Prices((*solved.right_hand_side,))
     return Matrix(min(ways, key=lambda rows: price(x for row in rows for x in row)), shape)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """∂u̇/∂x of trees: inverse dynamics differentiated with u̇ held, ∂u̇/∂x = −M⁻¹ ∂g/∂x, g = M ẇ + … what each joint speed leaves.
 
-A symbol x changes the motion of some segments relative to the one before. At such a segment and above, the moment and force of all that
-hangs on it change (`wholes`), and go to the ground as those of the motion do; below it, the row of each freedom comes up to the
-segment and is multiplied by the change. M is composite, factored along the branches without fill.
+A symbol x changes the motion of some segments relative to the one before. At such a segment and above, the moment and force of all
+that hangs on it change (`wholes`), and go to the ground as those of the motion do; below it, the row of each freedom comes up to
+the segment and is multiplied by the change. M is composite, factored along the branches without fill.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What hangs on a segment of a tree, as one: how its moment and force about the segment's origin O change with the segment's motion.
 
-With ω, α of the segment and a of O changed, and all that moves in the segment moving in it as before, particles at ρ with velocities v from O
-change their accelerations by δα′ × ρ + 2 δω × v + δa, where δα′ = δα − δω × ω. So
+With ω, α of the segment and a of O changed, and all that moves in the segment moving in it as before, particles at ρ with velocities v
+from O change their accelerations by δα′ × ρ + 2 δω × v + δa, where δα′ = δα − δω × ω. So
 
     δn = J δα′ + J° δω + δω × L + h × δa,      δf = δα′ × h + 2 δω × h° + m δa,
 

@@ -119,6 +119,7 @@ def accelerations(
 
 
 def way_along(on: Travel) -> Way:
+    """The freedoms of segments, numbered from the ground."""
     inner: list[list[Place]] = []
     outer: list[list[Place]] = []
     number = 0
