@@ -10,6 +10,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import Wrenches, parts
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.composite import Place, Way, way_along
+from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.recursive import WAYS, carrying
 from kane.expr.diff import tangent
 from kane.expr.matrix import dot
@@ -84,7 +85,9 @@ def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
 
     λ of rows in speeds follow from u̇, those of rows in rates are found by the `route`.
     """
-    steps, bodies, loads = carrying(derived)
+    if holds_reactions(derived):
+        raise Unsuited("loads that hold reactions")
+    steps, bodies, loads, _ = carrying(derived)
     own, ground = regrouped(bodies, steps, balanced=route == "recursive"), falling(derived)
     on = travel(steps)
     way = way_along(on)
@@ -95,7 +98,7 @@ def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
     if all(u in value for p in places for u in p.freedom.row):
         lambdas = [dot(list(p.freedom.row.values()), [value[u] for u in p.freedom.row]) for p in places]
     else:
-        found = {id(row): x for row, x in WAYS[route](steps, own, loads, ground).rows}
+        found = {id(row): x for row, x in WAYS[route](steps, own, loads, ground, ()).rows}
         lambdas = [found[id(p.freedom.row)] for p in places]
     return Line(way, own, loads, ground, places, lambdas)
 
