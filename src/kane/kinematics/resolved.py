@@ -7,9 +7,9 @@ follow from their definitions, u̇ = Y q̈ + Ẏ q̇ + ż, which divide by nothi
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from kane.expr.build import add, div, mul, sub
+from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.evaluate import is_constant_in_time
-from kane.expr.node import ONE, Expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.freedoms import Freedom, Unsuited
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Row, Speeds
@@ -51,6 +51,37 @@ def resolved(rows: Iterable[tuple[Row, Expr]], kinematics: Kinematics) -> dict[E
         u: found[u] if u in found else _defined(speeds.rows[i], speeds.z[i], found, kinematics)
         for i, u in enumerate(speeds.speeds)
     }
+
+
+def transposed(row: Row, rows: Sequence[Row], speeds: Speeds) -> dict[int, Expr]:
+    """Σ a u̇ of a row in λ: what of each λ it has, by the number of its row; the generalized forces of λ that those of u̇ are."""
+    order = _order(rows)
+    given, taken = {s for _, s in order}, dict[Expr, Expr]()
+
+    def take(s: Expr, c: Expr) -> None:
+        taken[s] = add(taken.get(s, ZERO), c)
+
+    places: dict[Expr, int] = {u: i for i, u in enumerate(speeds.speeds)}
+    for u, c in row.items():
+        if u in given:
+            take(u, c)
+            continue
+        for b, y in speeds.rows[places[u]].items():
+            if b in given:
+                take(b, mul(c, y))
+            else:
+                for v, w in speeds.form({b: ONE}).coefficients.items():
+                    take(v, mul(mul(c, y), w))
+    found: dict[int, Expr] = {}
+    for number, s in reversed(order):
+        whole = taken.get(s, ZERO)
+        if whole is ZERO:
+            continue
+        found[number] = div(whole, rows[number][s])
+        for other, c in rows[number].items():
+            if other is not s:
+                take(other, neg(mul(found[number], c)))
+    return found
 
 
 def _defined(row: Row, z: Expr, found: Mapping[Expr, Expr], kinematics: Kinematics) -> Expr:

@@ -85,9 +85,12 @@ def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
 
     λ of rows in speeds follow from u̇, those of rows in rates are found by the `route`.
     """
+    if derived.constraints.constraints:
+        raise Unsuited("constraints")
     if holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
-    steps, bodies, loads, _ = carrying(derived)
+    carried = carrying(derived)
+    steps, bodies, loads = carried.segments.steps, carried.bodies, carried.loads
     own, ground = regrouped(bodies, steps, balanced=route == "recursive"), falling(derived)
     on = travel(steps)
     way = way_along(on)

@@ -36,12 +36,21 @@ class Pivot(NamedTuple):
     d: Expr
 
 
+class Inward(NamedTuple):
+    """What is left of a tree on the way to the base: the pivots of each segment, and what is felt of it at its origin."""
+
+    on: Travel
+    pivots: Sequence[Sequence[Pivot]]
+    felt: Mapping[int, Inertia]
+
+
 class Passed(NamedTuple):
-    """The rows of the joint speeds with their ẇ, the pivots, and what is transmitted to segments, where that is asked for."""
+    """The rows of the joint speeds with their ẇ, the pivots, what is transmitted to segments that are asked for; α and a along B."""
 
     rows: list[tuple[Mapping[Expr, Expr], Expr]]
     pivots: list[Expr]
     transmitted: Mapping[int, tuple[Triple, Triple]]
+    moving: Sequence[tuple[Triple, Triple]] = ()
 
 
 def accelerations(
@@ -51,13 +60,11 @@ def accelerations(
 
     A SingularError where a pivot is zero whatever the state.
     """
-    on = travel(steps)
-    pivots, felt = _inward(on, bodies, loads)
-    return _outward(on, pivots, ground, {i: felt[i] for i in asked})
+    return outward(inward(travel(steps), bodies, loads), ground, asked)
 
 
-def _inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> tuple[list[list[Pivot]], dict[int, Inertia]]:
-    """From the tips to the base, with what is felt of each segment before it is moved to the origin of the one before."""
+def inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> Inward:
+    """From the tips to the base."""
     steps, base, rates, placed, known = on
     hung: list[Inertia | None] = [None] * len(steps)  # along B
     beside: list[Inertia | None] = [None] * len(steps)  # along the basis of work, where that is A
@@ -89,7 +96,7 @@ def _inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> tuple[list[
             for turn in reversed(step.lead):
                 felt = felt.before(turn)
             hung[step.parent] = _joined(hung[step.parent], felt)
-    return pivots, across
+    return Inward(on, pivots, across)
 
 
 def _joined(a: Inertia | None, b: Inertia) -> Inertia:
@@ -123,6 +130,90 @@ def _own(
     if beside is not None:
         own = beside if own is None else own.plus(beside)
     return own
+
+
+class Pressed(NamedTuple):
+    """What a force on freedoms alone presses with: its share e of each pivot, and the moment and force felt of each segment."""
+
+    shares: Sequence[Sequence[Expr]]
+    felt: Mapping[int, tuple[Triple, Triple]]
+
+
+def pressed(found: Inward, forces: Mapping[tuple[int, int], Expr], loads: Wrenches) -> Pressed:
+    """The way to the base of `loads`, and of generalized forces τ by segment and place in its pivots, at rest: e = τ − s·p, p + U e/D.
+
+    τᵀ M⁻¹ τ is the sum of e²/D, as L D Lᵀ has it.
+    """
+    steps, base, _, placed, _ = found.on
+    hung: dict[int, tuple[Triple, Triple]] = {}
+    beside: dict[int, tuple[Triple, Triple]] = {}
+    shares: list[list[Expr]] = [[ZERO] * len(of) for of in found.pivots]
+    felt: dict[int, tuple[Triple, Triple]] = {}
+    reached = {i for i, _ in forces} | loads.keys()
+    for i in reversed(range(1, len(steps))):
+        step, own = steps[i], found.pivots[i]
+        if i not in reached and i not in hung and i not in beside:
+            continue
+        p = hung.get(i, (NOTHING, NOTHING))
+        if i in loads:
+            n, f = (negative(x) for x in loads[i])
+            p = summed(p[0], n), summed(p[1], f)
+        if step.turn is not None and base[i]:
+            p = step.turn.up(p[0]), step.turn.up(p[1])
+        if i in beside:
+            p = summed(p[0], beside[i][0]), summed(p[1], beside[i][1])
+        turned = step.turn is None or base[i]
+        for k, pivot in enumerate(own):
+            if not turned and not pivot.turning and not step.late:
+                assert step.turn is not None
+                p, turned = (step.turn.up(p[0]), step.turn.up(p[1])), True
+            p, shares[i][k] = _taking(p, pivot, forces.get((i, k), ZERO))
+        if not turned:
+            assert step.turn is not None
+            p = step.turn.up(p[0]), step.turn.up(p[1])
+        felt[i] = p
+        p = summed(p[0], cross3(placed[i][0], p[1])), p[1]
+        onto = beside if step.joins else hung
+        if not step.joins:
+            for turn in reversed(step.lead):
+                p = turn.up(p[0]), turn.up(p[1])
+        if step.parent:
+            before = onto.get(step.parent)
+            onto[step.parent] = p if before is None else (summed(before[0], p[0]), summed(before[1], p[1]))
+    return Pressed(shares, felt)
+
+
+def _taking(p: tuple[Triple, Triple], pivot: Pivot, force: Expr) -> tuple[tuple[Triple, Triple], Expr]:
+    """What is pressed with before a freedom that a force acts on, and e."""
+    s, slide = parts(pivot.freedom, pivot.turning)
+    n, f = p
+    e = sub(force, add(dot(s, n), dot(slide, f)))
+    n, f = summed(n, times(e, pivot.t_n)), summed(f, times(e, pivot.t_f))
+    k = unit(pivot.freedom.axis)
+    if k is not None and pivot.freedom.slide is NOTHING:  # the whole component is the force
+        whole = triple(force if i == k else x for i, x in enumerate(n if pivot.turning else f))
+        n, f = (whole, f) if pivot.turning else (n, whole)
+    return (n, f), e
+
+
+def loaded(found: Inward, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> Inward:
+    """What is left with such forces besides, in these amounts."""
+    pivots: list[list[Pivot]] = []
+    for i, own in enumerate(found.pivots):
+        pivots.append([])
+        for k, pivot in enumerate(own):
+            more = ZERO
+            for each, x in zip(forces, amounts, strict=True):
+                more = add(more, mul(each.shares[i][k], x))
+            pivots[-1].append(pivot._replace(rest=add(pivot.rest, div(more, pivot.d))))
+    felt = {}
+    for i, inertia in found.felt.items():
+        for each, x in zip(forces, amounts, strict=True):
+            if i in each.felt:
+                n, f = each.felt[i]
+                inertia = inertia._replace(n=summed(inertia.n, times(x, n)), f=summed(inertia.f, times(x, f)))
+        felt[i] = inertia
+    return Inward(found.on, pivots, felt)
 
 
 def unit(axis: Triple) -> int | None:
@@ -182,8 +273,10 @@ def _zero(v: Triple, k: int) -> Triple:
     return triple(ZERO if i == k else x for i, x in enumerate(v))
 
 
-def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple, asked: Mapping[int, Inertia]) -> Passed:
+def outward(found: Inward, ground: Triple, asked: Iterable[int] = ()) -> Passed:
     """From the base to the tips."""
+    on, pivots, felt = found
+    wanted = set(asked)
     steps, base, _, placed, known = on
     transmitted: dict[int, tuple[Triple, Triple]] = {}
     rows: list[tuple[Mapping[Expr, Expr], Expr]] = []
@@ -196,8 +289,8 @@ def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple, asked: M
         for turn in step.lead:
             alpha, a = turn.down(alpha), turn.down(a)
         a = summed(a, summed(cross3(alpha, placed[i][0]), known[i].shift))
-        if i in asked:
-            at = asked[i].at(alpha, a)
+        if i in wanted:
+            at = felt[i].at(alpha, a)
             transmitted[i] = at.n, at.f
         left = list(reversed(pivots[i]))
         if not step.late:
@@ -213,7 +306,7 @@ def _outward(on: Travel, pivots: Sequence[list[Pivot]], ground: Triple, asked: M
         if base[i] and step.turn is not None:
             at_b = step.turn.down(alpha), step.turn.down(a)
         own.append(at_b)
-    return Passed(rows, [p.d for of in pivots for p in reversed(of)], transmitted)
+    return Passed(rows, [p.d for of in pivots for p in reversed(of)], transmitted, own)
 
 
 def _taken(

@@ -16,7 +16,7 @@ from kane.expr.node import Expr
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.segments import Segments
 from kane.kinematics.tree import Link, Tree, tree_of
-from kane.model.reactions import Cut, cut_of
+from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis, Triple, cross3
@@ -44,10 +44,10 @@ class Crossing(NamedTuple):
         return dot(self.along, (sub(n[0], lever[0]), sub(n[1], lever[1]), sub(n[2], lever[2])))
 
 
-def parted(derived: Derived, points: Iterable[Point]) -> tuple[Tree, list[int] | None]:
+def parted(derived: Derived, points: Iterable[Point]) -> tuple[Tree, list[int | None] | None]:
     """The tree, with the places of `points`, and the links that reactions part from the rest, None where some do not.
 
-    What is rigid beyond a cut is a link of its own.
+    What is rigid beyond a cut is a link of its own. Reactions of constraints part nothing.
     """
     aligned, wanted = derived.kinematics.aligned, tuple(points)
     tree = tree_of(derived.system, aligned, wanted)
@@ -59,11 +59,14 @@ def parted(derived: Derived, points: Iterable[Point]) -> tuple[Tree, list[int] |
     return found if split[1] is None else split
 
 
-def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int] | None]:
+def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int | None] | None]:
     """The same, with loads on the far side where they are: a point that coincides with the origin there may be of the link before."""
-    places, found = tree.places, list[int]()
+    places, found = tree.places, list[int | None]()
     for a in derived.auxiliary_speeds:
         cut = cut_of(a)
+        if cut is None and constraint_of(a) is not None:
+            found.append(None)
+            continue
         if cut is None:
             return tree, None
         for root in _roots(cut, tree.links, derived.kinematics.aligned):
@@ -98,15 +101,18 @@ def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool
     return link == before and (arm - links[root].offset).gathered().is_zero
 
 
-def crossings(derived: Derived, roots: Sequence[int], segments: Segments) -> list[Crossing]:
+def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> list[Crossing | None]:
     """The crossings of the auxiliary speeds, in their order."""
     return list(_crossings(derived, roots, segments))
 
 
-def _crossings(derived: Derived, roots: Sequence[int], segments: Segments) -> Iterator[Crossing]:
+def _crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> Iterator[Crossing | None]:
     for a, root in zip(derived.auxiliary_speeds, roots, strict=True):
-        cut, number = cut_of(a), segments.ends[root]
-        assert cut is not None
+        cut = cut_of(a)
+        if cut is None or root is None:
+            yield None
+            continue
+        number = segments.ends[root]
         step = segments.steps[number]
         along = derived.kinematics.aligned.vector(cut.along).components(segments.basis[step.parent])
         before = segments.steps[step.parent].turn

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
+from kane.dynamics.routes.closed import closed
 from kane.dynamics.routes.recursive import by_recursion, carrying
 from kane.dynamics.routes.trees import compared, tree_with_reactions
 from kane.dynamics.solved import Solved
@@ -12,15 +13,23 @@ from kane.errors import ModelError
 from kane.kinematics.freedoms import Unsuited
 
 
+def _closed(derived: Derived, partition: Partition, route: str) -> Solved:
+    if route != "recursive":
+        raise Unsuited("constraints")
+    return tree_with_reactions(derived, closed(derived, partition)).guarded()
+
+
 def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
     """u̇ by one of the recursions, and the reactions; a ModelError where the system is no tree of joint speeds."""
 
     def solve(derived: Derived, partition: Partition | None) -> Solved:
         try:
+            if partition is not None:
+                return compared([_closed(derived, partition, route)])
             return compared([tree_with_reactions(derived, by_recursion(derived, carrying(derived), route))])
         except Unsuited as why:
             raise ModelError(
-                f"Expected a tree of joint speeds without constraints for route={route!r}, got {why}. Leave out route=, or take "
+                f"Expected a tree of joint speeds for route={route!r}, got {why}. Leave out route=, or take "
                 "route='classical'."
             ) from None
 

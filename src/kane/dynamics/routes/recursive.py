@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The recursive routes: u̇ of trees by articulated inertias, or by composite ones.
 
-They take systems without constraints. Joint speeds are combinations of the generalized speeds, one after the other: rates, sums and
-differences of rates, measure numbers of ω and v of a body in the one before; else rates of coordinates, of which u̇ follows by the
-definitions of the speeds. M and f are assembled when they are read.
+They take systems without constraints; `closed` is for those that have some. Joint speeds are combinations of the generalized
+speeds, one after the other: rates, sums and differences of rates, measure numbers of ω and v of a body in the one before; else rates
+of coordinates, of which u̇ follows by the definitions of the speeds. M and f are assembled when they are read.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.visit import substitute
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
-from kane.kinematics.segments import Segment, segments
+from kane.kinematics.segments import Segment, Segments, segments
 from kane.numeric.sample import draws, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
@@ -36,7 +36,7 @@ from kane.space.spatial import Rigid
 _SEEDS = (20042, 20043, 20044)
 _BRANCH = 5
 """Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones."""
-_NO_MASS = "a speed that moves no mass"
+NO_MASS = "a speed that moves no mass"
 _TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
 """Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
 
@@ -55,7 +55,7 @@ def recursions(derived: Derived) -> Iterator[Solved]:
         crossed = (
             derived.reactions and carried.crossings is not None
         )  # the other way does not tell what joints transmit
-        routes = WAYS if depth(carried.steps) <= _BRANCH and not crossed else ("recursive",)
+        routes = WAYS if depth(carried.segments.steps) <= _BRANCH and not crossed else ("recursive",)
         yield from (by_recursion(derived, carried, route) for route in routes)
     except Unsuited:
         return
@@ -75,46 +75,48 @@ def depth(steps: Sequence[Segment]) -> float:
 class Carrying(NamedTuple):
     """The segments with what they carry."""
 
-    steps: Sequence[Segment]
+    segments: Segments
     bodies: Sequence[Rigid]
     loads: Wrenches
-    crossings: Sequence[Crossing] | None
-    """Where the reactions cross, where that is told by segments."""
+    crossings: Sequence[Crossing | None] | None
+    """Where the reactions cross, where that is told by segments; those of constraints do nowhere."""
 
 
 def carrying(derived: Derived) -> Carrying:
     """The segments of a tree; Unsuited, with what is in the way, where it is none of those."""
-    _check_suited(derived)
-    points = [p for load in derived.declared_loads for p, _ in load.forces]
-    tree, roots = parted(derived, points)
+    forces = [x for load in derived.declared_loads for x in load.forces]
+    forces += [x for c in derived.constraints.constraints for x in c.forces]
+    tree, roots = parted(derived, [p for p, _ in forces])
     found = segments(tree, derived.kinematics)
     bodies = rigid_bodies(derived, found, tree.links)
     across = None if roots is None else crossings(derived, roots, found)
-    return Carrying(found.steps, bodies, load_wrenches(derived, found), across)
+    return Carrying(found, bodies, load_wrenches(derived, found), across)
 
 
 def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
     """u̇, with the reactions where these are transmitted by joints of the tree and the way tells what is."""
-    steps, loads, own = carried.steps, carried.loads, route == "recursive"
+    steps, loads, own = carried.segments.steps, carried.loads, route == "recursive"
     across = carried.crossings if own and derived.reactions else None
-    asked = {c.segment for c in across or ()}
+    asked = {c.segment for c in across or () if c is not None}
     if across is None and holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
     try:
         passed = WAYS[route](steps, regrouped(carried.bodies, steps, own, asked), loads, falling(derived), asked)
     except SingularError:
-        raise Unsuited(_NO_MASS) from None
-    if not _regular(passed.pivots):
-        raise Unsuited(_NO_MASS)
+        raise Unsuited(NO_MASS) from None
+    if not is_regular(passed.pivots):
+        raise Unsuited(NO_MASS)
     if len(passed.rows) < len(derived.speeds):
-        raise Unsuited(_NO_MASS)
+        raise Unsuited(NO_MASS)
     values = resolved(passed.rows, derived.kinematics)
     u_dot, matrix = tuple(values[u] for u in derived.speeds), evident(derived)
     found = Solved(route, derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
-    return found if across is None else _with_reactions(found, [c.measured(passed.transmitted) for c in across])
+    if across is None:
+        return found
+    return with_reactions(found, [ZERO if c is None else c.measured(passed.transmitted) for c in across])
 
 
-def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
+def with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
     """The solution with R of G_a R = `transmitted`, which is affine in R where loads hold reactions, as u̇ is then."""
     reactions = found.derived.reactions
     forms = affine_forms(transmitted, reactions)
@@ -127,12 +129,7 @@ def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
     return replace(found, accelerations=u_dot, reactions=solution, reaction_matrix=matrix)
 
 
-def _check_suited(derived: Derived) -> None:
-    if derived.constraints.constraints:
-        raise Unsuited("constraints")
-
-
-def _regular(pivots: Sequence[Expr]) -> bool:
+def is_regular(pivots: Sequence[Expr]) -> bool:
     """Whether no pivot is zero but for rounding, at one of several samples.
 
     What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.

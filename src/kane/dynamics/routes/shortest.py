@@ -18,7 +18,7 @@ from kane.dynamics.routes.divisors import Poles
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.quotients import with_short_quotients
 from kane.dynamics.routes.reactions import LARGE
-from kane.dynamics.routes.trees import compared, is_grown, trees
+from kane.dynamics.routes.trees import compared, is_grown, loops, trees
 from kane.dynamics.routes.ways import (
     Exprs,
     Found,
@@ -41,8 +41,8 @@ _LONG = 400
 
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
     """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
-    found = [] if partition is not None else trees(derived)
-    if found and is_grown(derived):
+    found = trees(derived) if partition is None else loops(derived, partition)
+    if found and is_grown(derived, partition):
         return compared(found)
     usual = with_short_quotients(_by_speeds(derived, partition)).guarded()
     return compared([usual, *found]) if found else usual

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Recursions among the routes: tried of trees from a few bodies on, and from one more on alone.
 
-There they are shorter and sooner found, and M and f are assembled when they are read.
+There they are shorter and sooner found, and M and f are assembled when they are read. Of trees that constraints close they are tried
+from a few bodies more on, and alone where there are many freedoms for each constraint.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
+from kane.dynamics.routes.closed import closed
 from kane.dynamics.routes.divisors import divisors
 from kane.dynamics.routes.recursive import recursions
 from kane.dynamics.routes.ways import Found, all_speeds, with_reactions
@@ -16,23 +19,38 @@ from kane.expr.count import price
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import Expr
 from kane.expr.regular import factors
+from kane.kinematics.freedoms import Unsuited
 
 _TREE, _GROWN = 5, 6
 """Bodies from which on recursions are tried, and from which on nothing else is."""
+_LOOP, _WIDE, _FEW = 6, 12, 3
+"""The same under constraints, the latter with so many speeds for each row."""
 
 
 def trees(derived: Derived) -> list[Solved]:
     """The solutions by recursion, of trees large enough, that divide by nothing of W by which velocities do not."""
     if len(derived.inertias) < _TREE:
         return []
+    return [tree_with_reactions(derived, s) for s in recursions(derived) if _has_no_poles(derived, s)]
+
+
+def loops(derived: Derived, partition: Partition) -> list[Solved]:
+    """The same of trees that constraints close."""
+    if len(derived.inertias) < _LOOP:
+        return []
+    try:
+        found = closed(derived, partition)
+    except Unsuited:
+        return []
+    return [tree_with_reactions(derived, found).guarded()] if _has_no_poles(derived, found) else []
+
+
+def _has_no_poles(derived: Derived, s: Solved) -> bool:
+    """Whether it divides by nothing of W by which velocities do not."""
     pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
     moving = {f for f in pivots if not is_constant_in_time([f])}
-    found = []
-    for s in recursions(derived):
-        more = moving and moving & divisors(s.accelerations)
-        if not more or more <= _of_velocities(derived):
-            found.append(tree_with_reactions(derived, s))
-    return found
+    more = moving and moving & divisors(s.accelerations)
+    return not more or more <= _of_velocities(derived)
 
 
 def _of_velocities(derived: Derived) -> set[Expr]:
@@ -41,9 +59,11 @@ def _of_velocities(derived: Derived) -> set[Expr]:
     return divisors([x for m in motions for v in m.partials.values() for x in v.scalars()])
 
 
-def is_grown(derived: Derived) -> bool:
+def is_grown(derived: Derived, partition: Partition | None) -> bool:
     """Whether a tree has so many bodies that recursion is shorter than any M of theirs."""
-    return len(derived.inertias) >= _GROWN
+    if partition is None:
+        return len(derived.inertias) >= _GROWN
+    return len(derived.inertias) >= _WIDE and len(derived.speeds) >= _FEW * len(partition.rows)
 
 
 def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
@@ -51,7 +71,7 @@ def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
     if len(s.reactions) == len(derived.reactions):
         return s
     motions = all_speeds(derived) if derived.reactions else None
-    return with_reactions(Found(s, motions), s.accelerations, derived, None)
+    return with_reactions(Found(s, motions), s.accelerations, derived, s.embedding)
 
 
 def compared(found: Sequence[Solved]) -> Solved:

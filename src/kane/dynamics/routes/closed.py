@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""u̇ under constraints by recursion: one more way to the base for each of them, and a block as large as they are many.
+
+With u̇° of the tree without constraints, A u̇ + Ȧ u + ḃ = 0 and M (u̇ − u̇°) = Aᵀ λ,
+
+    A M⁻¹ Aᵀ λ = −(A u̇° + Ȧ u + ḃ),      (A M⁻¹ Aᵀ)_rs = Σ_k e_rk e_sk / D_k,
+
+with the shares e that a row of A, pressing on the freedoms, has of their pivots D on the way to the base. Neither M nor A_n is needed,
+and what is divided by vanishes where rows of A depend on each other alone.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from kane.dynamics.constraints.embed import Embedding, embedding
+from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.articulated import Inward, Passed, Pressed, inward, loaded, outward
+from kane.dynamics.routes.carried import falling, regrouped
+from kane.dynamics.routes.embedded import evident, holds_reactions
+from kane.dynamics.routes.holding import Holding
+from kane.dynamics.routes.recursive import NO_MASS, Carrying, carrying, is_regular, with_reactions
+from kane.dynamics.solved import Solved
+from kane.errors import SingularError
+from kane.expr.build import add, div, mul, neg
+from kane.expr.node import ZERO, Expr
+from kane.expr.regular import guards
+from kane.expr.solve import finish, forward, ldl
+from kane.kinematics.freedoms import Unsuited
+from kane.kinematics.resolved import resolved
+from kane.kinematics.segments import Segments
+from kane.kinematics.travel import travel
+from kane.model.reactions import constraint_of
+from kane.space.rotation import Triple
+
+
+def closed(derived: Derived, partition: Partition) -> Solved:
+    """u̇ of a tree that constraints close, with the reactions where joints of it transmit these; Unsuited where it is none."""
+    carried = carrying(derived)
+    if carried.crossings is None and holds_reactions(derived):
+        raise Unsuited("loads that hold reactions which no joint transmits")
+    asked = {c.segment for c in carried.crossings or () if c is not None}
+    try:
+        steps = carried.segments.steps
+        found = inward(travel(steps), regrouped(carried.bodies, steps, True, asked), carried.loads)
+        whole = _held(derived, partition, carried.segments, found, falling(derived), asked)
+    except SingularError:
+        raise Unsuited(NO_MASS) from None
+    return _solved(derived, partition, carried, whole)
+
+
+class _Held(NamedTuple):
+    passed: Passed
+    multipliers: Mapping[int, Expr]
+    pivots: Sequence[Expr]
+    sizes: Sequence[Expr]
+    placed: Collection[int]
+    """Rows whose forces are among what is transmitted."""
+
+
+def _held(
+    derived: Derived, partition: Partition, segments: Segments, found: Inward, ground: Triple, asked: Iterable[int]
+) -> _Held:
+    """What passes with the multipliers λ of the rows."""
+    free = outward(found, ground)
+    if len(free.rows) < len(derived.speeds):
+        raise Unsuited(NO_MASS)
+    holding = Holding(derived, segments, found, free, ground)
+    forces, right = zip(*map(holding.row, partition.rows), strict=True)
+    matrix = _products(found, forces)
+    factors = ldl(matrix)
+    solution = finish(factors, forward(factors.lower, list(map(neg, right))))
+    passed = outward(loaded(found, forces, solution), ground, asked)
+    sizes = [row[k] for k, row in enumerate(matrix)]
+    return _Held(
+        passed, dict(zip(partition.rows, solution, strict=True)), factors.pivots, sizes, holding.placed(partition.rows)
+    )
+
+
+def _products(found: Inward, forces: Sequence[Pressed]) -> list[list[Expr]]:
+    """A M⁻¹ Aᵀ."""
+    d = [pivot.d for own in found.pivots for pivot in own]
+    e = [[x for own in each.shares for x in own] for each in forces]
+    over = [[x if x is ZERO else div(x, p) for x, p in zip(row, d, strict=True)] for row in e]
+    return [[_product(x, y) for y in over] for x in e]
+
+
+def _product(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
+    total = ZERO
+    for x, y in zip(a, b, strict=True):
+        if x is not ZERO and y is not ZERO:
+            total = add(total, mul(x, y))
+    return total
+
+
+def _solved(derived: Derived, partition: Partition, carried: Carrying, whole: _Held) -> Solved:
+    if not is_regular(whole.passed.pivots):
+        raise Unsuited(NO_MASS)
+    values, matrix = resolved(whole.passed.rows, derived.kinematics), evident(derived)
+    u_dot = tuple(values[u] for u in derived.speeds)
+    own = guards(zip(whole.pivots, whole.sizes, strict=True), (), u_dot)
+    e = embedding(derived.constraints, partition).watching(own)
+    found = Solved("recursive", derived, e, u_dot, (), tuple(whole.passed.pivots), matrix, matrix)
+    if not derived.reactions or carried.crossings is None:
+        return found
+    return with_reactions(found, _felt(derived, e, carried, whole))
+
+
+def _felt(derived: Derived, e: Embedding, carried: Carrying, whole: _Held) -> list[Expr]:
+    """What G_a R are: what is transmitted, less what the constraints exert on the far side."""
+    found = []
+    for a, crossing in enumerate(carried.crossings or ()):
+        total = ZERO if crossing is None else crossing.measured(whole.passed.transmitted)
+        for r, multiplier in whole.multipliers.items():
+            if r not in whole.placed or constraint_of(derived.auxiliary_speeds[a]) is not None:
+                total = add(total, neg(mul(e.rows.a_auxiliary[r, a], multiplier)))
+        found.append(total)
+    return found

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Constraints by recursion: u̇ and reactions are those of the classical route, in operations that grow as the tree."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kane as kn
+from kane.dynamics.routes.closed import closed
+from kane.dynamics.routes.trees import tree_with_reactions
+from kane.kinematics.freedoms import Unsuited
+from tests.examples import examples
+from tests.laws.test_random_loops import State, multiplier_form
+from tests.oracles.compare import tolerance
+from tests.oracles.mechanism_draw import mechanisms, questions
+from tests.systems import rings
+from tests.systems.closed_states import states
+
+GALLERY = (
+    "andrews_squeezer", "bricard", "chaplygin_sleigh", "four_bar", "knife_edge", "n_four_bar", "pure_rolling_disk", "slider_crank",
+    "snakeboard",
+)  # fmt: skip
+
+
+def off(system, seed=1, count=2):
+    """The largest difference of u̇ and R by recursion from those of the classical route, over the largest of them."""
+    own, usual = kn.derive(system, route="recursive"), kn.derive(system, route="classical")
+    worst, inputs = 0.0, dict.fromkeys(system.inputs, 0.3)
+    for q, u in states(usual, np.random.default_rng(seed), count):
+        found, wanted = (
+            np.array(e.evaluate([*e.accelerations, *e.reactions], q=q, u=u, inputs=inputs)) for e in (own, usual)
+        )
+        worst = max(worst, np.abs(found - wanted).max() / np.abs(wanted).max())
+    return worst
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_the_gallery(name):
+    assert off(importlib.import_module(f"kane.gallery.{name}").system()) < 1e-10
+
+
+@pytest.mark.parametrize("spatial", [False, True])
+def test_rings_with_reactions(spatial):
+    assert off(rings.ring(6, spatial, reactions=4)) < 1e-10
+
+
+@pytest.mark.parametrize("planar", [True, False])
+def test_random_loops(planar):
+    @examples(0.1, 2)
+    @given(st.data(), mechanisms(planar, 1, max_parts=4), st.integers(0, 2**16))
+    def check(data, m, seed):
+        state = State(m, data.draw(questions(len(m.parts))), seed)
+        try:
+            own = tree_with_reactions(state.eom.derived, closed(state.eom.derived, state.eom.embedding.partition))
+        except Unsuited:
+            return
+        roots = ([*e.accelerations, *e.reactions] for e in (own, state.eom))
+        found, wanted = map(state.values, roots)
+        _, _, condition = multiplier_form(state)
+        assert np.abs(found - wanted).max() <= tolerance(1e-9, condition**2) * np.abs(wanted).max()
+
+    check()
+
+
+def test_operations_grow_as_the_ring():
+    counts = [kn.derive(rings.ring(n, True), route="recursive").operations.total for n in (6, 12)]
+    assert counts[1] / counts[0] < 2.6
+    assert counts[1] < 4500
+
+
+def test_a_ring_of_many_links_is_solved_by_recursion_and_another_by_what_is_shorter():
+    many, few = kn.derive(rings.ring(14)), kn.derive(rings.ring(4))
+    assert many.route == "recursive"
+    assert few.route != "recursive"
+    six = kn.derive(rings.ring(6))
+    assert six.routes[six.route] == min(six.routes.values()) == six.operations.total
+
+
+def test_a_singular_configuration_is_said():
+    """A stretched ring of two links: A has lost its rank there."""
+    eom = kn.derive(rings.ring(2), route="recursive")
+    held = {"parameters": {"a": 0.0, "b": 1.0}}
+    with pytest.raises(kn.SingularError, match=r"got u1, u2, which they give divided by .* singular configuration"):
+        eom.evaluate(eom.accelerations, q=[0.0, 0.0], u=[0.0, 0.0], **held)
+    beside = eom.evaluate(
+        eom.accelerations, q=[0.1, -0.2], u=[0.0, 0.0], parameters={"a": 0.0, "b": float(np.cos(0.1))}
+    )
+    assert np.isfinite(np.array(beside)).all()
