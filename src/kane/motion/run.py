@@ -54,7 +54,7 @@ def simulate(
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     t: float | None = None,
-    method: str = "DOP853",
+    method: str = "auto",
     rtol: float = 1e-9,
     atol: float = 1e-9,
     samples: int | Sequence[float] = 501,

@@ -34,8 +34,8 @@ _GOING, _FOUND, _TOO_LONG, _DIVERGED = range(4)
 def gauss_kernel(accepted: float = _ACCEPTED, rounds: int = _ITERATIONS) -> Kernel:
     """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
 
-    The last component is an integral that no rate holds. `work` holds 32 n + 8 doubles: K, its extrapolation, the states and rates of
-    the stages, their times. Steps are taken whose error is `accepted` times the one that is wanted, after `rounds` iterations at most.
+    The last component is an integral that no rate holds. `work` holds 33 n + 8 doubles: K, its extrapolation, the states and rates of
+    the stages, their times, h over the components' sizes. Steps are taken whose error is `accepted` times the one that is wanted, after `rounds` iterations at most.
     """
     return _Gauss(accepted, rounds).kernel()
 
@@ -52,7 +52,7 @@ class _Gauss:
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
-        self.clock = n8 * 4
+        self.clock, self.weight = n8 * 4, n8 * 4 + STAGES
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
         self.error, self.before = w.variable("error"), w.variable("before_last")
         self.change = w.variable("change", _V)
@@ -142,6 +142,8 @@ class _Gauss:
             self.matrix[j].put(self.splat(h) * _N.a[j])
             self.square[j].put(self.splat(h * h) * _N.a2[j])
         o.work.store(self.clock, self.splat(o.get(At.TIME)) + self.splat(h) * _N.c)
+        with w.count(o.n) as i:
+            o.work[self.weight + i] = h / self.scale(i)
         self.status.put(_GOING)
         self.round.put(0)
         self.before.put(_HUGE)
@@ -152,10 +154,10 @@ class _Gauss:
             with self.each_free() as at:
                 i = self.index(self.free, at)
                 rates = self.lanes(self.rates, i)
-                moved = w.compute("abs", rates - self.lanes(self.next, i)) * self.splat(h / self.scale(i))
+                moved = w.compute("abs", rates - self.lanes(self.next, i)) * self.splat(o.work[self.weight + i])
                 self.change.put(w.compute("max", self.change.get(), moved))
                 self.keep(self.next, i, rates)
-            self.judge(h, w.compute("largest", self.change.get()))
+            self.judge(w.compute("largest", self.change.get()))
 
     def stages(self, h: Term) -> None:
         """The states at the nodes."""
@@ -170,7 +172,7 @@ class _Gauss:
             straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * _N.c
             self.keep(self.states, i, w.sum(terms) + straight)
 
-    def judge(self, h: Term, change: Term) -> None:
+    def judge(self, change: Term) -> None:
         """Whether the rates are found, or no longer sought."""
         w, o = self.writer, self.outline
         before, rounds = self.before.get(), self.round.get()
@@ -185,7 +187,7 @@ class _Gauss:
             with w.when(~(change < _HUGE) | bad | (rounds >= self.rounds)):
                 self.status.put(_DIVERGED)
             with w.when((rounds < 2) & later):
-                self.measure(h)
+                self.measure()
                 with w.when((self.error.get() > self.accepted) & (change < 0.1 * self.error.get() * self.target())):
                     self.status.put(_TOO_LONG)
         self.before.put(change)
@@ -195,13 +197,13 @@ class _Gauss:
         """√rtol."""
         return self.writer.compute("sqrt", self.outline.get(At.RTOL))
 
-    def measure(self, h: Term) -> None:
+    def measure(self) -> None:
         """The largest top coefficient of a component, over what it should be."""
         w, o = self.writer, self.outline
         self.error.put(0.0)
         with w.count(o.n) as i:
             top = w.compute("abs", w.compute("sum", self.lanes(self.rates, i) * _N.top))
-            error = top * h / (self.scale(i) * self.target())
+            error = top * o.work[self.weight + i] / self.target()
             before = self.error.get()
             with w.when(~(error <= before)):
                 self.error.put(w.compute("max", before, error))
@@ -211,7 +213,7 @@ class _Gauss:
         """The step is gone on from, or taken again."""
         w, o = self.writer, self.outline
         with w.when((self.status.get() < _TOO_LONG) | (self.status.get() > _TOO_LONG)):
-            self.measure(h)
+            self.measure()
         error = self.error.get()
         finite = error < _HUGE
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)

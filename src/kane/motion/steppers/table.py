@@ -32,7 +32,7 @@ def _explicit(tableau: Tableau) -> Integrator:
     return Integrator(tableau.name, tableau.order, lambda: explicit_kernel(tableau), lambda n: rows(tableau) * n)
 
 
-GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES, STAGES)
+GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + n, STAGES)
 INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853))}
 """By the name that `simulate` takes as method."""
 
