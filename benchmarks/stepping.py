@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Whole motions against heyoka's Taylor integrator: chains of rods for 10 s, from nine starts, at equal drift of the energy.
 
-For each start and tool the loosest tolerance is taken at which, and at all tighter ones, the energy stays within the drift at a hundred
-samples. Both are then timed in turn, pair by pair, without samples. heyoka has masses, lengths and gravity folded, kane reads them.
+For each start and tool the loosest tolerance is taken at which, and at all tighter ones, the energy stays within the drift at a
+hundred samples. Both are then timed in turn, pair by pair, without samples. heyoka has masses, lengths and gravity folded, kane reads them.
 `python -m benchmarks.stepping [rods …]` prints a table.
 """
 
@@ -161,9 +161,10 @@ def main(rods: list[int], method: str = "gauss16") -> None:
                 ours.append(statistics.median(times.a) * 1e3 / REPEATS)
                 theirs.append(statistics.median(times.b) * 1e3 / REPEATS)
             mean = statistics.geometric_mean(ratios)
+            medians = f"{method} {statistics.median(ours):.3f} ms, heyoka {statistics.median(theirs):.3f} ms"
             print(
-                f"  drift {wanted:.0e}: {method} {statistics.median(ours):.3f} ms, heyoka {statistics.median(theirs):.3f} ms, share {mean:.2f} "
-                f"({min(ratios):.2f} … {max(ratios):.2f}; first start {ratios[0]:.2f}) over {len(ratios)} starts"
+                f"  drift {wanted:.0e}: {medians}, share {mean:.2f} ("
+                f"{min(ratios):.2f} … {max(ratios):.2f}; first start {ratios[0]:.2f}) over {len(ratios)} starts"
             )
 
 
