@@ -2,7 +2,8 @@
 """Whole motions against heyoka's Taylor integrator: chains of rods for 10 s, from nine starts, at equal drift of the energy.
 
 For each start and tool the loosest tolerance is taken at which, and at all tighter ones, the energy stays within the drift at a
-hundred samples. Both are then timed in turn, pair by pair, without samples. heyoka has masses, lengths and gravity folded, kane reads them.
+hundred samples. Both are then timed in turn, pair by pair, without samples. heyoka has masses, lengths and gravity folded, kane reads
+them.
 `python -m benchmarks.stepping [rods …]` prints a table.
 """
 
@@ -156,7 +157,7 @@ def main(rods: list[int], method: str = "gauss16") -> None:
                 a, b = loosest(kane, n, q, wanted), loosest(heyoka, n, q, wanted)
                 if a is None or b is None:
                     continue
-                times = paired(*(again(tool.timed(q, tolerance)) for tool, tolerance in ((kane, a), (heyoka, b))))
+                times = paired(again(kane.timed(q, a)), again(heyoka.timed(q, b)))
                 ratios.append(1 / times.ratio)
                 ours.append(statistics.median(times.a) * 1e3 / REPEATS)
                 theirs.append(statistics.median(times.b) * 1e3 / REPEATS)

@@ -34,9 +34,9 @@ _GOING, _FOUND, _TOO_LONG, _DIVERGED = range(4)
 def gauss_kernel(accepted: float = _ACCEPTED, rounds: int = _ITERATIONS) -> Kernel:
     """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
 
-    The last component is an integral that no rate holds. `work` holds 33 n + 8 doubles: K, its extrapolation, the states and rates of
-    the stages, their times, h over the components' sizes. Steps are taken whose error is `accepted` times the one that is wanted, after
-    `rounds` iterations at most.
+    The last component is an integral that no rate holds. `work` holds 33 n + 8 doubles: K, its extrapolation, the states and rates
+    of the stages, their times, h over the components' sizes. Steps are taken whose error is `accepted` times the one that is wanted,
+    after `rounds` iterations at most.
     """
     return _Gauss(accepted, rounds).kernel()
 
