@@ -55,6 +55,7 @@ class _Module:
     lanes: int
     called: dict[str, int] = field(default_factory=dict)
     widths: set[int] = field(default_factory=set)
+    common: dict[Program, dict[int, str]] = field(default_factory=dict)
 
     def function(self, program: Program, function: walk.Function, name: str) -> str:
         """One function, or several with one that calls them in turn."""
@@ -77,22 +78,40 @@ class _Module:
 
     def _piece(self, head: str, program: Program, function: walk.Function, piece: Chunk, style: walk.Style) -> str:
         body = walk.statements(program, function, piece, style)
-        writer = _Writer(program, self, body)
+        if program not in self.common:
+            self.common[program] = _common(program)
+        writer = _Writer(self.common[program], self, body)
         for statement in body:
             writer.write(statement)
         return "\n".join([f"{head} {{", *writer.lines, "  ret void", "}"])
 
 
+class _Names(dict[int, str]):
+    """Names of values in one piece, beside those that all pieces have in `common`."""
+
+    def __init__(self, common: Mapping[int, str]) -> None:
+        super().__init__()
+        self.common = common
+
+    def __missing__(self, value: int) -> str:
+        return self.common[value]
+
+
+def _common(program: Program) -> dict[int, str]:
+    """Constants, and ports that are scalars."""
+    scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
+    first = len(program.inputs)
+    constants = {first + k: bits(value) for k, value in enumerate(program.constants)}
+    return constants | {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
+
+
 class _Writer:
     """The lines of one piece."""
 
-    def __init__(self, program: Program, module: _Module, body: Sequence[walk.Statement]) -> None:
+    def __init__(self, common: Mapping[int, str], module: _Module, body: Sequence[walk.Statement]) -> None:
         self.module, self.flags = module, "contract " if module.contract else ""
         self.lines: list[str] = []
-        first = len(program.inputs)
-        self.names = {first + k: bits(value) for k, value in enumerate(program.constants)}
-        scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
-        self.names |= {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
+        self.names = _Names(common)
         # Else LLVM would load neighbours as one vector, which waits where they have just been stored one by one.
         self.volatile = {a for s in body if isinstance(s, walk.SinCos) for a in s.angles}
 

@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import cache
 
 from kane.expr import ops
 from kane.expr.ops import OPS, Op
@@ -41,6 +42,11 @@ _NUMBERS = {"zero": 0.0, "one": 1.0, "minus": -1.0, "gone": ops.GONE, "nan": mat
 
 def lines(op: Op, result: str, operands: Sequence[str], lanes: Lanes, flags: str) -> list[str]:
     """The lines of an operation that is no call."""
+    return _FORMS[op].format(*operands, r=result, f=flags, **_fields(lanes)).split("\n")
+
+
+@cache
+def _fields(lanes: Lanes) -> dict[str, str]:
+    """The types and the numbers."""
     numbers = {name: lanes.number(value) for name, value in _NUMBERS.items()}
-    fields = {"r": result, "t": lanes.double, "b": lanes.of("i1"), "f": flags, **numbers}
-    return _FORMS[op].format(*operands, **fields).split("\n")
+    return {"t": lanes.double, "b": lanes.of("i1"), **numbers}
