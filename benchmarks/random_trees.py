@@ -2,6 +2,7 @@
 """Trees of pins with general axes, tilts, offsets and inertias in numbers: what a robot's description usually holds."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -16,37 +17,74 @@ LIMBS = tuple(-1 if k % 6 == 0 else k - 1 for k in range(24))
 """Four limbs of six joints each on one base."""
 
 
-def random_tree(parents: Sequence[int], seed: int, *, floating: bool = False) -> kn.System:
-    """A body a pin, on the bodies `parents`; −1 is the ground, or a base that floats. Masses are parameters, all else is numbers."""
+@dataclass(frozen=True)
+class Link:
+    """A body on a pin: the seat of the pin in the body `parent` (−1 the ground, or the base), the unit `axis` along the seat.
+
+    `seat` are direction cosines, columns the seat's axes; at zero angle the body's axes are the seat's.
+    """
+
+    parent: int
+    seat: Array
+    at: Array
+    axis: Array
+    mass: float
+    center: Array
+    inertia: Array
+
+
+def random_links(parents: Sequence[int], seed: int) -> list[Link]:
+    """A body a pin, on the bodies `parents`: four particles about a mass centre beside the joint."""
     rng = np.random.default_rng(seed)
+    joints = []
+    for parent in parents:
+        seat, at, n = _rotation(rng), 0.3 * rng.normal(size=3), rng.normal(size=3)
+        joints.append((parent, seat, at, n / np.linalg.norm(n)))
+    links = []
+    for joint in joints:
+        arms = 0.1 * rng.normal(size=(4, 3))
+        inertia = np.sum(arms**2) * np.eye(3) - arms.T @ arms
+        links.append(Link(*joint, mass=1.0, center=0.2 * rng.normal(size=3), inertia=inertia))
+    return links
+
+
+def planar_links(n: int) -> list[Link]:
+    """n uniform rods of 1 kg and 1 m hanging along −y; each turns about z relative to the one before."""
+    across = 1 / 12
+    inertia, z = np.diag([across, 0.0, across]), np.array([0.0, 0.0, 1.0])
+    return [
+        Link(k - 1, np.eye(3), np.array([0.0, -1.0 if k else 0.0, 0.0]), z, 1.0, np.array([0.0, -0.5, 0.0]), inertia)
+        for k in range(n)
+    ]
+
+
+def random_tree(parents: Sequence[int], seed: int, *, floating: bool = False) -> kn.System:
+    """`random_links` as a system, on the ground or on a base that floats. Masses are parameters, all else is numbers."""
     N, g = kn.Frame("N"), kn.parameter("g", 9.81, "m/s^2")
     base = (kn.Point("O", fixed_in=N), N)
     joints: list[kn.Joint] = []
     if floating:
         joints.append(kn.free("base", *base))
         base = (joints[0].point, joints[0].frame)
-    links: list[tuple[kn.Point, kn.Frame]] = []
-    for k, parent in enumerate(parents, 1):
-        at, frame = base if parent < 0 else links[parent]
-        seat = frame.rotate_matrix(f"A{k}", _rotation(rng))
-        at = at.at(f"P{k}", _vector(frame, 0.3 * rng.normal(size=3)))
-        n = rng.normal(size=3)
-        joints.append(kn.pin(f"joint{k}", at, seat, axis=_vector(seat, n / np.linalg.norm(n))))
-        links.append((joints[-1].point, joints[-1].frame))
-    bodies = [_body(joint, rng) for joint in joints]
+    links = random_links(parents, seed)
+    placed: list[tuple[kn.Point, kn.Frame]] = []
+    for k, link in enumerate(links, 1):
+        at, frame = base if link.parent < 0 else placed[link.parent]
+        seat = frame.rotate_matrix(f"A{k}", link.seat)
+        at = at.at(f"P{k}", _vector(frame, link.at))
+        joints.append(kn.pin(f"joint{k}", at, seat, axis=_vector(seat, link.axis)))
+        placed.append((joints[-1].point, joints[-1].frame))
+    bodies = [_body(joint, link) for joint, link in zip(joints[-len(links) :], links, strict=True)]
     return kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-g * N.z)])
 
 
-def _body(joint: kn.Joint, rng: np.random.Generator) -> kn.RigidBody:
-    """A body of four particles about a mass centre beside the joint."""
-    arms = 0.1 * rng.normal(size=(4, 3))
-    inertia = np.sum(arms**2) * np.eye(3) - arms.T @ arms
-    (xx, xy, zx), (_, yy, yz), (_, _, zz) = inertia.tolist()
+def _body(joint: kn.Joint, link: Link) -> kn.RigidBody:
+    (xx, xy, zx), (_, yy, yz), (_, _, zz) = link.inertia.tolist()
     return kn.RigidBody(
         joint.name,
         frame=joint.frame,
-        mass_center=joint.point.at(f"{joint.name} center", _vector(joint.frame, 0.2 * rng.normal(size=3))),
-        mass=kn.parameter(f"m_{joint.name}", 1.0, "kg"),
+        mass_center=joint.point.at(f"{joint.name} center", _vector(joint.frame, link.center)),
+        mass=kn.parameter(f"m_{joint.name}", link.mass, "kg"),
         inertia=kn.inertia(joint.frame, xx, yy, zz, xy, yz, zx),
     )
 

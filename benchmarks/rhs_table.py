@@ -49,13 +49,15 @@ def targets(runs: Sequence[Run]) -> list[dict[str, Any]]:
     return found
 
 
-def _spread(s: Mapping[str, float] | None, digits: int = 1) -> str:
+def spread(s: Mapping[str, float] | None, digits: int = 1) -> str:
+    """Median and range; a dash where there are none."""
     if s is None:
         return DASH
     return f"{s['median']:.{digits}f} ({s['min']:.{digits}f} … {s['max']:.{digits}f})"
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
@@ -68,11 +70,11 @@ def _contenders(run: Run, part: str, unit: str) -> list[str]:
 def _by_run(runs: Sequence[Run], part: str, unit: str, digits: int) -> str:
     cases = list(runs[0][part])
     rows = [
-        [name if k == 0 else "", str(k + 1), *(_spread(run[part][case][unit].get(name), digits) for case in cases)]
+        [name if k == 0 else "", str(k + 1), *(spread(run[part][case][unit].get(name), digits) for case in cases)]
         for name in _contenders(runs[0], part, unit)
         for k, run in enumerate(runs)
     ]
-    return _table(["", "run", *cases], rows)
+    return table(["", "run", *cases], rows)
 
 
 def _ratios(runs: Sequence[Run]) -> str:
@@ -81,19 +83,19 @@ def _ratios(runs: Sequence[Run]) -> str:
 
 
 def _overheads(runs: Sequence[Run]) -> str:
-    rows = [[case, *(_spread(run["python"][case]["us over native"], 2) for run in runs)] for case in runs[0]["python"]]
+    rows = [[case, *(spread(run["python"][case]["us over native"], 2) for run in runs)] for case in runs[0]["python"]]
     head = ["kane's call over its native time, µs", *(f"run {k + 1}" for k in range(len(runs)))]
-    return "\n\n" + _table(head, rows)
+    return "\n\n" + table(head, rows)
 
 
 def _compiles(runs: Sequence[Run]) -> str:
     rows = [
-        [n, str(entry["operations"]), *(_spread(run["compile"]["rods"][n]["seconds"], 3) for run in runs)]
+        [n, str(entry["operations"]), *(spread(run["compile"]["rods"][n]["seconds"], 3) for run in runs)]
         for n, entry in runs[0]["compile"]["rods"].items()
     ]
     rows.append(["exponent, 20 to 80", "", *(f"{run['compile']['exponent']:.2f}" for run in runs)])
     head = ["rods", "operations", *(f"run {k + 1}" for k in range(len(runs)))]
-    return "kane, cold, a fresh process each, the cache off, s:\n\n" + _table(head, rows) + "\n\n"
+    return "kane, cold, a fresh process each, the cache off, s:\n\n" + table(head, rows) + "\n\n"
 
 
 def _peer_compiles(runs: Sequence[Run]) -> str:
@@ -106,7 +108,7 @@ def _targets(found: Sequence[Mapping[str, Any]]) -> str:
         [t["target"], f"≤ {t['bound']:g}", ", ".join(f"{f:.3g}" for f in t["runs"]), "yes" if t["holds"] else "**no**"]
         for t in found
     ]
-    return "\n## Targets\n\n" + _table(["", "bound", "medians of the runs", "holds in both"], rows) + "\n"
+    return "\n## Targets\n\n" + table(["", "bound", "medians of the runs", "holds in both"], rows) + "\n"
 
 
 def document(record: Mapping[str, Any]) -> str:

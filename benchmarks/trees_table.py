@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The runs of the benchmark of trees as Markdown, and which targets hold in every run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from benchmarks.rhs_table import spread, table
+
+Run = Mapping[str, Any]
+
+_ABSOLUTE, _RELATIVE = "planar chain, absolute angles", "planar chain, relative angles"
+_LIMBS = "four limbs of six joints on a floating base"
+
+
+def _over(case: str, *peers: str) -> Callable[[Run], float]:
+    """The faster peer's time over kane's."""
+    return lambda run: min(float(run["native"][case]["over kane"][peer]["median"]) for peer in peers)
+
+
+def _cold(name: str, n: int) -> Callable[[Run], float]:
+    return lambda run: sum(float(run["growth"][name]["rows"][str(n)][key]) for key in ("derive", "compile"))
+
+
+def _power(name: str, key: str) -> Callable[[Run], float]:
+    return lambda run: float(run["growth"][name]["powers"][key])
+
+
+_PINOCCHIO = ("Pinocchio aba", "Pinocchio aba, local")
+_CHAIN = "spatial chain, 100"
+
+# What is asked, the figure of a run, the bound, and whether that is the least one.
+TARGETS: tuple[tuple[str, Callable[[Run], float], float, bool], ...] = (
+    *(
+        (
+            f"{_ABSOLUTE}, {n}: CasADi's recursion in C / kane",
+            _over(f"{_ABSOLUTE}, {n}", "CasADi C, recursion"),
+            1 / b,
+            True,
+        )
+        for n, b in ((10, 0.6), (40, 0.75), (100, 0.6))
+    ),
+    *(
+        (f"{_RELATIVE}, {n}: Pinocchio / kane", _over(f"{_RELATIVE}, {n}", *_PINOCCHIO), 10.0, True)
+        for n in (10, 40, 100)
+    ),
+    *(
+        (f"{_RELATIVE}, {n}: MuJoCo / kane", _over(f"{_RELATIVE}, {n}", "MuJoCo mj_forward"), 6.0, True)
+        for n in (10, 40, 100)
+    ),
+    ("7R arm: Pinocchio / kane", _over("7R arm, general axes", *_PINOCCHIO), 5.5, True),
+    ("tree of 20 bodies: Pinocchio / kane", _over("tree of 20 bodies", *_PINOCCHIO), 10.0, True),
+    ("floating base with four limbs: Pinocchio / kane", _over(_LIMBS, *_PINOCCHIO), 3.3, True),
+    ("the same, limbs in lanes", _over(_LIMBS, *_PINOCCHIO), 8.0, True),
+    (f"{_CHAIN}: µs", lambda run: float(run["native"][_CHAIN]["ns"]["kane"]["median"]) / 1e3, 10.0, False),
+    *(
+        (f"{_ABSOLUTE}, {n}: derived and compiled, s", _cold(_ABSOLUTE, n), b, False)
+        for n, b in ((10, 0.1), (40, 0.3), (100, 0.8))
+    ),
+    (f"{_CHAIN}: derived and compiled, s", _cold("spatial chain", 100), 3.0, False),
+    *(
+        (f"{_ABSOLUTE}, 50 to 400: power of n of {key}", _power(_ABSOLUTE, key), 1.15, False)
+        for key in ("derive", "compile", "evaluation")
+    ),
+)
+
+
+def targets(runs: Sequence[Run]) -> list[dict[str, Any]]:
+    """Each target's figure in each run; it holds when it does in all."""
+    found = []
+    for what, figure, bound, least in TARGETS:
+        figures = [figure(run) for run in runs]
+        holds = all(f >= bound if least else f <= bound for f in figures)
+        found.append({"target": what, "bound": bound, "least": least, "runs": figures, "holds": holds})
+    return found
+
+
+def _native(runs: Sequence[Run]) -> str:
+    names = list(dict.fromkeys(name for case in runs[0]["native"].values() for name in case["ns"]))
+    rows = []
+    for case, first in runs[0]["native"].items():
+        operations = f"{first['operations']['state']} + {first['operations']['parameter']}"
+        for k, run in enumerate(runs):
+            figures = (spread(run["native"][case]["ns"].get(name), 0) for name in names)
+            rows.append([f"{case} ({operations}, {first['route']})" if k == 0 else "", str(k + 1), *figures])
+    return table(["", "run", *names], rows)
+
+
+def _ratios(runs: Sequence[Run]) -> str:
+    names = list(dict.fromkeys(name for case in runs[0]["native"].values() for name in case["over kane"]))
+    rows = []
+    for case in runs[0]["native"]:
+        for k, run in enumerate(runs):
+            figures = (spread(run["native"][case]["over kane"].get(name), 2) for name in names)
+            rows.append([case if k == 0 else "", str(k + 1), *figures])
+    return table(["peer's time / kane's", "run", *names], rows)
+
+
+def _growth(runs: Sequence[Run]) -> str:
+    parts = []
+    for name, first in runs[0]["growth"].items():
+        rows = []
+        for n, row in first["rows"].items():
+            cells = [n, f"{row['operations']:.0f}"]
+            for run in runs:
+                own = run["growth"][name]["rows"][n]
+                cells += [f"{own['derive']:.3f}", f"{own['compile']:.3f}", f"{own['evaluation'] * 1e6:.2f}"]
+            rows.append(cells)
+        cells = ["power of n", f"{first['powers']['operations']:.2f}"]
+        for run in runs:
+            cells += [f"{run['growth'][name]['powers'][key]:.2f}" for key in ("derive", "compile", "evaluation")]
+        rows.append(cells)
+        head = ["n", "operations"]
+        for k in range(len(runs)):
+            head += [f"derive, s ({k + 1})", f"compile, s ({k + 1})", f"evaluation, µs ({k + 1})"]
+        parts.append(f"### {name}\n\n{table(head, rows)}")
+    return "\n\n".join(parts)
+
+
+def _targets(found: Sequence[Mapping[str, Any]]) -> str:
+    rows = [
+        [
+            t["target"],
+            f"{'≥' if t['least'] else '≤'} {t['bound']:.3g}",
+            ", ".join(f"{f:.3g}" for f in t["runs"]),
+            "yes" if t["holds"] else "**no**",
+        ]
+        for t in found
+    ]
+    return table(["", "bound", "medians of the runs", "holds in both"], rows)
+
+
+def document(record: Mapping[str, Any]) -> str:
+    """The whole page."""
+    runs = record["runs"]
+    named = ", ".join(f"{name} {number}" for name, number in record["versions"].items())
+    return (
+        "# Trees\n\n"
+        f"{record['processor']}; {record['compiler']}; {named}. Median (least … greatest) of {record['rounds']} rounds "
+        "in which all contenders of a case take turns in one process; each run is a process of its own. All native: kane's "
+        "machine code, Pinocchio's C++ (`aba` about the world's origin and in the bodies' frames), MuJoCo's C "
+        "(`mj_forward`, contacts and constraints off), CasADi's generated C and heyoka's compiled function of a recursion "
+        "written for planar chains. Masses and g are inputs at run time in kane, CasADi and heyoka, of planar chains the "
+        "lengths too; Pinocchio and MuJoCo read them from their models. Every result is compared with kane's reference "
+        "evaluator first, to 1e-9; MuJoCo's to 1e-4, for its bodies have 1e-9 kg m² more. A dash means that a peer does "
+        "not take part.\n\n"
+        "## Nanoseconds a call (kane's operations with the state + of parameters, and the route)\n\n"
+        + _native(runs)
+        + "\n\n"
+        + _ratios(runs)
+        + "\n\n## Growth with the number of bodies\n\nCold: a fresh process each, the cache off, medians of up to "
+        "three; runs 1 and 2.\n\n" + _growth(runs) + "\n\n## Targets\n\n" + _targets(record["targets"]) + "\n"
+    )
