@@ -10,6 +10,7 @@ from kane.errors import ValueMissingError
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.symbols import Symbol
+from kane.program.passes.limbs import beside
 from kane.program.passes.optimize import optimized
 from kane.program.passes.reciprocal import with_reciprocals
 from kane.program.passes.tiers import assembled
@@ -38,7 +39,8 @@ def build_program(
 ) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
-    `optimize` rewrites to fewer operations, which round in another order. `note` says of a guard what its NaN means.
+    `optimize` rewrites to fewer operations, which round in another order, or leaves identical limbs as they are, side by side. `note`
+    says of a guard what its NaN means.
 
     Raises
     ------
@@ -47,7 +49,10 @@ def build_program(
     """
     code = _numbered(name, subject, ports, tasks, note)
     code = with_reciprocals(code) if reciprocals else code
-    return assembled(optimized(code) if optimize else code)
+    if not optimize:
+        return assembled(code)
+    limbs = beside(code)
+    return assembled(optimized(code) if limbs is None else limbs)
 
 
 def _numbered(

@@ -43,15 +43,37 @@ class Port:
         return self.tier == "parameter"
 
 
+class Operand(NamedTuple):
+    """A value, or its negative."""
+
+    value: int
+    sign: int
+
+
+class Pack(NamedTuple):
+    """Values of one operation that may be computed side by side, one a lane; of each argument the operand of each lane.
+
+    The operation of differences is that of sums: their signs are with the operands.
+    """
+
+    op: Op
+    values: tuple[int, ...]
+    operands: tuple[tuple[Operand, ...], ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Routine:
-    """What one call computes: `results` in row-major order of `shape`, by the instructions of `body` once they are chosen."""
+    """What one call computes: `results` in row-major order of `shape`, by the instructions of `body` once they are chosen.
+
+    `packs` say which of them may be computed in lanes.
+    """
 
     name: str
     shape: tuple[int, ...]
     labels: tuple[str, ...]
     results: tuple[int, ...]
     body: tuple[int, ...] = ()
+    packs: tuple[Pack, ...] = ()
 
 
 class Note(NamedTuple):

@@ -19,9 +19,10 @@ from kane.program.emit import walk
 from kane.program.emit.llvm_entries import batch_entry, call_entry, pointer, shared
 from kane.program.emit.llvm_forms import INTRINSICS, LIBRARY, lines
 from kane.program.emit.llvm_lanes import Lanes, bits
+from kane.program.emit.llvm_limbs import limbs_text
 from kane.program.emit.llvm_sincos import llvm_sincos
 from kane.program.passes.split import Chunk
-from kane.program.program import Program
+from kane.program.program import Program, Routine
 
 
 def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4) -> str:
@@ -34,7 +35,7 @@ def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4
     for program, hoist in zip(programs, hoists(programs), strict=True):
         texts.append(module.function(program, walk.hoisting(program), hoist))
         for routine in program.routines:
-            texts.append(module.function(program, walk.kernel(program, routine), routine.name))
+            texts.append(module.limbs(program, routine) if routine.packs else module.routine(program, routine))
             texts += [call_entry(program, routine, hoist), batch_entry(program, routine, hoist)]
     sines = [llvm_sincos(width, contract) for width in sorted(module.widths)]
     called = module.called | ({"sin": 1, "cos": 1} if sines else {})
@@ -57,13 +58,24 @@ class _Module:
     widths: set[int] = field(default_factory=set)
     common: dict[Program, dict[int, str]] = field(default_factory=dict)
 
+    def routine(self, program: Program, routine: Routine) -> str:
+        """The kernel of a routine."""
+        return self.function(program, walk.kernel(program, routine), routine.name)
+
+    def limbs(self, program: Program, routine: Routine) -> str:
+        """The kernel of a routine with its limbs side by side."""
+        signature = _signature(_arguments(walk.kernel(program, routine)))
+        text, widths, called = limbs_text(program, routine, signature, "contract " if self.contract else "")
+        self.widths.update(widths)
+        self.called.update(called)
+        return text
+
     def function(self, program: Program, function: walk.Function, name: str) -> str:
         """One function, or several with one that calls them in turn."""
         style = walk.Style(lazy=True, lanes=self.lanes)
         parts = walk.pieces(program, function, style)
-        kinds = [("double" if p.scalar else "ptr", pointer(p.name)) for p in function.ports]
-        kinds += [("ptr", f"%{walk.VECTORS[base]}") for base in dict.fromkeys((walk.KEPT, function.target))]
-        signature = ", ".join(f"{kind}{' noalias' * (kind == 'ptr')} {value}" for kind, value in kinds)
+        kinds = _arguments(function)
+        signature = _signature(kinds)
         if len(parts.chunks) == 1:
             return self._piece(f"define void @{name}({signature}) nounwind", program, function, parts.chunks[0], style)
         texts = []
@@ -103,6 +115,15 @@ def _common(program: Program) -> dict[int, str]:
     first = len(program.inputs)
     constants = {first + k: bits(value) for k, value in enumerate(program.constants)}
     return constants | {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
+
+
+def _arguments(function: walk.Function) -> list[tuple[str, str]]:
+    kinds = [("double" if p.scalar else "ptr", pointer(p.name)) for p in function.ports]
+    return kinds + [("ptr", f"%{walk.VECTORS[base]}") for base in dict.fromkeys((walk.KEPT, function.target))]
+
+
+def _signature(arguments: Sequence[tuple[str, str]]) -> str:
+    return ", ".join(f"{kind}{' noalias' * (kind == 'ptr')} {value}" for kind, value in arguments)
 
 
 class _Writer:

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from typing import TypeVar
 
 from kane.errors import ProgramError
-from kane.program.program import Code, Program
+from kane.expr.ops import ADD, MUL, NEG, SUB
+from kane.program.program import Code, Operand, Program, Routine
 
 Checked = TypeVar("Checked", Code, Program)
 
@@ -79,7 +80,34 @@ def _routines(program: Program) -> str:
             return f"a result in {r.name} that is not computed"
         if not set(r.results).union(*map(program.arguments, r.body)).issuperset(r.body):
             return f"an instruction in {r.name} whose value is not used"
+        if fault := _packs(program, r):
+            return fault
     return ""
+
+
+def _packs(program: Program, r: Routine) -> str:
+    """Each packed value once, computed by the pack's operation from its operands, but for signs."""
+    placed = [i for pack in r.packs for i in pack.values]
+    if len(set(placed)) < len(placed) or not set(placed) <= set(r.body):
+        return f"a value in two packs of {r.name}, or one that it does not compute"
+    for pack in r.packs:
+        for lane, i in enumerate(pack.values):
+            op = program.op(i)
+            own = [_plain(program, a) for a in program.arguments(i)]
+            if op is SUB:
+                own[1] = own[1]._replace(sign=-own[1].sign)
+            given = [operand[lane] for operand in pack.operands]
+            turned = pack.op in (ADD, MUL) and own[::-1] == given
+            if pack.op is not (ADD if op is SUB else op) or not (own == given or turned):
+                return f"a pack of {r.name} that does not compute value {i}"
+    return ""
+
+
+def _plain(program: Program, i: int) -> Operand:
+    sign = 1
+    while i >= program.first and program.op(i) is NEG:
+        (i,), sign = program.arguments(i), -sign
+    return Operand(i, sign)
 
 
 def _defined(program: Program, block: Iterable[int], available: set[int], where: str) -> tuple[set[int], str]:
