@@ -409,7 +409,8 @@ class TestCompiled:
         with pytest.raises(kn.ArgumentError, match="Expected outputs to have been named"):
             COMPILED.outputs(0.0, state())
         with pytest.raises(
-            kn.ArgumentError, match="Expected routines among rhs, mass_matrix, forcing, reactions, jac.*, got 'outputs'"
+            kn.ArgumentError,
+            match=r"Expected routines among rhs, mass_matrix, forcing, reactions, jac.*, got 'outputs'",
         ):
             COMPILED.emit("c", ["outputs"])
         assert COMPILED.emit("c", "rhs") == COMPILED.emit("c", ["rhs"])
