@@ -64,6 +64,17 @@ def kane_kernel(eom: kn.Equations, x: Array, parameters: Mapping[str, float]) ->
     return KaneKernel(library.address("rhs"), hoist, x.copy(), p, np.zeros(len(eom.inputs)), h, out, rhs)
 
 
+def kernel_of(routine: kn.Handle, x: Array) -> Kernel:
+    """A compiled routine at a state, parameters at their defaults and inputs zero."""
+    library, program = routine._library, routine.program
+    h, out = np.empty(max(1, len(program.kept))), np.empty(routine.shape).ravel()
+    p = np.array([0.0 if s.default is None else s.default for s in program.port("p").symbols])
+    hoist = library.address("hoist")
+    ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(hoist)(p.ctypes.data, h.ctypes.data)
+    r = np.zeros(len(program.port("r").symbols))
+    return kane_loop(KaneKernel(library.address(routine.name), hoist, x.copy(), p, r, h, out, routine))
+
+
 def kane_compile(eom: kn.Equations) -> float:
     """Seconds to compile the right-hand side, nothing read from a cache or left in one; LLVM itself is loaded before."""
     from kane.program.native import machine_code

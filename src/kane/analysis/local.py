@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -9,8 +9,10 @@ import numpy as np
 
 from kane.analysis.state import State
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.derivatives.inverse import residual_slopes
 from kane.dynamics.readings.undirected import undirected
-from kane.dynamics.readings.unsolved import partials, unsolved
+from kane.dynamics.readings.unsolved import Unsolved, partials, unsolved
+from kane.dynamics.routes.recursive import WAYS
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
@@ -19,6 +21,7 @@ from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.size import Sizes, size
 from kane.expr.symbols import Symbol
+from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility
 from kane.numeric.rank import POLE_RANK, SOLVE_RANK, SURE_RANK, balanced, singular
@@ -80,12 +83,22 @@ def slopes(eom: Equations, *by: Symbol) -> Bundle[Slopes]:
     u = unsolved(eom.derived)
     symbols = by or (*eom.coordinates, *eom.speeds, *eom.inputs)
     groups = {"configuration": u.configuration, "motion": u.motion, "rates": u.rates, "spins": u.spins}
-    rows = iter(partials((*u.places, *u.residual), symbols))
-    derivatives = {
-        name: Matrix(islice(rows, len(f)), (len(f), len(symbols)))
-        for name, f in {**groups, "residual": u.residual}.items()
-    }
+    rows = iter(partials(u.places, symbols))
+    derivatives = {name: Matrix(islice(rows, len(f)), (len(f), len(symbols))) for name, f in groups.items()}
+    derivatives["residual"] = _residual_slopes(eom, u, symbols)
     return Bundle("slopes", (*ports(eom.derived), unknowns(eom)), Slopes, derivatives)
+
+
+def _residual_slopes(eom: Equations, u: Unsolved, symbols: Sequence[Symbol]) -> Matrix:
+    """∂(K z − k)/∂symbols; of the speeds of trees as inverse dynamics has them."""
+    n = len(eom.speeds)
+    if eom.route in WAYS:
+        try:
+            own = residual_slopes(eom.derived, symbols)
+        except Unsuited:
+            return partials(u.residual, symbols)
+        return Matrix([*own.rows, *partials(u.residual[n:], symbols)], (len(u.residual), len(symbols)))
+    return partials(u.residual, symbols)
 
 
 def unknowns(eom: Equations) -> Port:

@@ -67,6 +67,10 @@ class Compiled:
     mass_matrix = read[Handle](lambda c: c._handle("mass_matrix"), "M, n × n.")
     forcing = read[Handle](lambda c: c._handle("forcing"), "f of M u̇ = f, with the reactions at their solved values.")
     reactions = read[Handle](lambda c: c._handle("reactions"), "The reactions.")
+    inverse_dynamics = read[CompiledRoutine](
+        lambda c: c._product("inverse_dynamics"),
+        "M u̇ − f, the generalized forces wanted besides the loads: `inverse_dynamics(t, x, a, p, r)` with a = u̇.",
+    )
     jac = read[Handle](lambda c: c._handle("jac"), "J = ∂ẋ/∂x, n × n: `jac(t, x, p, r)`.")
     jac_inputs = read[Handle](lambda c: c._handle("jac_inputs"), "∂ẋ/∂r.")
     jac_parameters = read[Handle](lambda c: c._handle("jac_parameters"), "∂ẋ/∂p.")

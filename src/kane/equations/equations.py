@@ -16,7 +16,7 @@ from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.lazy import read
-from kane.dynamics.readings import energy
+from kane.dynamics.readings import energy, programs
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.readings.steps import Step, seven_steps
@@ -27,6 +27,7 @@ from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.numeric import Numeric
 from kane.errors import ArgumentError, cut
 from kane.expr.immutable import Immutable
+from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
 from kane.kinematics.constraints import ConstraintRows
@@ -236,6 +237,26 @@ class Equations(Immutable):
             arrays a warning names the first such place, and the values there are NaN
         """
         return evaluate_along(self.solved, exprs, q, u, parameters, inputs, t)
+
+    inverse_dynamics = read[Exprs](
+        lambda e: programs.inverse_dynamics(e.solved),
+        "M u̇ − f in u̇: the generalized forces that a motion wants besides the loads; of trees by recursion.",
+    )
+    centroidal_momentum_matrix = read[Matrix](
+        lambda e: programs.centroidal_momentum_matrix(e.solved),
+        "A_G (6 × n): Σ m v, then the angular momentum about the mass centre, along the inertial frame, per unit of each speed.",
+    )
+
+    def operational_inertia(self, place: Point | Frame, along: Sequence[Vector] | None = None) -> Matrix:
+        """Λ = (J M⁻¹ Jᵀ)⁻¹: the force at a point along each axis per unit of acceleration; of a frame torque and angular acceleration.
+
+        Without `along` the axes are those of the inertial frame. Axes must be independent: a SingularError where they never are.
+        """
+        return programs.operational_inertia(self.solved, place, along)
+
+    def operational_mobility(self, place: Point | Frame, along: Sequence[Vector] | None = None) -> Matrix:
+        """Λ⁻¹ = J M⁻¹ Jᵀ, which exists along any axes."""
+        return programs.operational_mobility(self.solved, place, along)
 
     def jacobian(self, by: Any = "state") -> Jacobian:
         """The derivatives of the right-hand side (q̇, u̇), exact, with their pattern.

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from kane.dynamics.derivatives.slopes import backward, forward, second, slopes
 from kane.dynamics.derived import Derived
 from kane.dynamics.lazy import read
+from kane.dynamics.readings.programs import inverse_dynamics
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, cut
 from kane.expr.count import Operations, count_operations
@@ -118,7 +119,7 @@ def along(what: str, symbols: Sequence[Symbol]) -> tuple[Symbol, ...]:
 
 def _directions(derived: Derived) -> dict[str, tuple[Symbol, ...]]:
     x = _KINDS["state"](derived)
-    return {"v": along("v", x), "w": along("w", x)}
+    return {"a": tuple(map(rate, derived.speeds)), "v": along("v", x), "w": along("w", x)}
 
 
 def _product(name: str) -> Callable[[Solved], Task]:
@@ -136,17 +137,23 @@ def _product(name: str) -> Callable[[Solved], Task]:
     return task
 
 
+def _inverse_dynamics(solved: Solved) -> Task:
+    labels = [f"force of {u.name}" for u in solved.derived.speeds]
+    return Task("inverse_dynamics", inverse_dynamics(solved), (len(labels),), labels)
+
+
 DERIVATIVES: Mapping[str, Callable[[Solved], Task]] = {
+    "inverse_dynamics": _inverse_dynamics,
     **{name: _whole(kind) for kind, name in _NAMES.items()},
     **{name: _product(name) for name in ("jvp", "vjp", "hvp")},
 }
-"""Routines of derivatives by name."""
-_PORTS = {"jvp": ("v",), "vjp": ("w",), "hvp": ("w", "v")}
+"""Routines that are made where they are asked for, by name: inverse dynamics, derivatives."""
+_PORTS = {"inverse_dynamics": ("a",), "jvp": ("v",), "vjp": ("w",), "hvp": ("w", "v")}
 
 
 def direction_ports(derived: Derived, routines: Sequence[str]) -> tuple[Port, ...]:
-    """The ports that products with vectors have besides: v beside x, w beside ẋ."""
+    """The ports that some routines have besides: u̇ as a, v beside x, w beside ẋ."""
     names = dict.fromkeys(p for r in routines for p in _PORTS.get(r, ()))
-    nouns = {"v": ("direction", "directions"), "w": ("weight", "weights")}
+    nouns = {"a": ("acceleration", "accelerations"), "v": ("direction", "directions"), "w": ("weight", "weights")}
     own = _directions(derived) if names else {}
     return tuple(Port(p, own[p], noun=nouns[p][0], nouns=nouns[p][1]) for p in nouns if p in names)

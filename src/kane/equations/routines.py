@@ -9,6 +9,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.left_out import guarded, notes
 from kane.dynamics.readings.pivots import divided_by, pivot_of
+from kane.dynamics.readings.programs import forcing, mass_matrix
 from kane.dynamics.readings.singular import of_rates, with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
@@ -86,9 +87,9 @@ def _routine(solved: Solved, name: str) -> Task:
         return Task(name, solved.right_hand_side, (len(labels),), labels)
     if name == "mass_matrix":
         labels = [f"M[{i + 1},{j + 1}]" for i in range(n) for j in range(n)]
-        return Task(name, without_unknowns(solved, derived.blocks.mass.entries), (n, n), labels)
+        return Task(name, without_unknowns(solved, mass_matrix(solved).entries), (n, n), labels)
     if name == "forcing":
-        return Task(name, without_unknowns(solved, derived.forcing), (n,), [f"f[{i + 1}]" for i in range(n)])
+        return Task(name, without_unknowns(solved, forcing(solved)), (n,), [f"f[{i + 1}]" for i in range(n)])
     return Task(name, solved.reactions, (len(derived.reactions),), [r.name for r in derived.reactions])
 
 

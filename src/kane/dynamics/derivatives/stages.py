@@ -10,9 +10,6 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Parameter
 from kane.expr.visit import substitute
-from kane.space.rotation import Triple
-
-Vectors = tuple[Triple, ...]
 
 
 class Stage:

@@ -6,18 +6,20 @@ that hangs on it change (`wholes`), and go to the ground as those of the motion 
 the segment and is multiplied by the change. M is composite, factored along the branches without fill.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from typing import NamedTuple, TypeVar
 
-from kane.dynamics.derivatives.motions import Changes, Line, Motion, changes, line_of, motions, pressing
-from kane.dynamics.derivatives.stages import Stage, Vectors, total
+from kane.dynamics.derivatives.changes import Changes, changes
+from kane.dynamics.derivatives.stages import Stage, total
 from kane.dynamics.derivatives.wholes import Row, Whole, alone
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import parts
-from kane.dynamics.routes.composite import Place, freedom_mass, working
+from kane.dynamics.routes.composite import Place, working
 from kane.dynamics.routes.order import sparse_order
 from kane.dynamics.terms import sum_of
+from kane.dynamics.trees.inverse_dynamics import joint_mass
+from kane.dynamics.trees.line import Line, Motion, Vectors, line_of, motions, passed_on, pressing
 from kane.expr.build import add, neg
 from kane.expr.diff import tangent
 from kane.expr.evaluate import free_symbols
@@ -26,8 +28,6 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import finish, forward, ldl
 from kane.expr.symbols import Symbol
 from kane.kinematics.resolved import resolved
-from kane.space.rotation import Triple, cross3
-from kane.space.spatial import summed
 
 Along = TypeVar("Along", Row, Whole)
 Columns = dict[Symbol, Vectors]
@@ -43,7 +43,7 @@ def acceleration_slopes(
     """
     line = line_of(derived, u_dot, route)
     moving = motions(line)
-    g = _Tree(line, moving, changes(line, moving, symbols), symbols).left()
+    g = Tree(line, moving, changes(line, moving, symbols), symbols).left()
 
     def speeds_by(*lambdas: Expr) -> Exprs:
         found = resolved(((p.freedom.row, x) for p, x in zip(line.places, lambdas, strict=True)), derived.kinematics)
@@ -57,12 +57,11 @@ def acceleration_slopes(
     return columns
 
 
-def _solved(line: Line, g: "_Left") -> Iterator[Sequence[Expr] | None]:
+def _solved(line: Line, g: "Left") -> Iterator[Sequence[Expr] | None]:
     """∂λ/∂x = −M⁻¹ ∂g/∂x, None where it is zero."""
-    bodies = [working(line.way.on, i, body) for i, body in enumerate(line.bodies)]
-    mass = freedom_mass(line.way, bodies, len(line.places))
-    order = sparse_order(mass)
-    factors = ldl([[mass[i][j] for j in order] for i in order])
+    mass = joint_mass(line)
+    order = sparse_order(mass.rows)
+    factors = ldl(mass.take(order, order).rows)
     for x in g.symbols:
         right = [neg(g.entries.get((i, x), ZERO)) for i in order]
         if all(e is ZERO for e in right):
@@ -72,7 +71,7 @@ def _solved(line: Line, g: "_Left") -> Iterator[Sequence[Expr] | None]:
         yield [value[i] for i in range(len(order))]
 
 
-class _Left(NamedTuple):
+class Left(NamedTuple):
     """∂g/∂x by the number of the joint speed and x."""
 
     entries: dict[tuple[int, Symbol], Expr]
@@ -95,7 +94,7 @@ class _Left(NamedTuple):
                     self.add(place, x, sum_of(map(dot, changed, force)))
 
 
-class _Tree(NamedTuple):
+class Tree(NamedTuple):
     """Segments in motion, and how that changes."""
 
     line: Line
@@ -103,14 +102,15 @@ class _Tree(NamedTuple):
     changed: Sequence[Changes]
     symbols: Sequence[Symbol]
 
-    def left(self) -> _Left:
+    def left(self) -> Left:
         """∂g/∂symbols."""
-        g, wholes = _Left({}, self.symbols), self.wholes()
+        g, wholes, on = Left({}, self.symbols), self.wholes(), self.line.way.on
         forces: list[Vectors | None] = [None] * len(wholes)
         columns: list[Columns] = [{} for _ in wholes]
         for i in reversed(range(1, len(wholes))):
-            own, held = pressing(self.line, i, self.moving[i])
-            force = total([own, forces[i]])
+            press, work = pressing(self.line, i), self.moving[i].work
+            held = Stage(press, work)
+            force = total([press(*work, on.rates[i].square), forces[i]])
             assert force is not None
             for x, change in self.changed[i].items():
                 _join(columns[i], x, wholes[i].pressed(change))
@@ -135,11 +135,11 @@ class _Tree(NamedTuple):
         along = along if turn is None else along.turned(turn)
         return reduce(lambda v, turn: v.turned(turn), line.back(i), along.moved(line.arm(i), line.velocity(i)))
 
-    def _upwards(self, i: int, force: Vectors, forces: list[Vectors | None], columns: list[Columns], g: _Left) -> None:
+    def _upwards(self, i: int, force: Vectors, forces: list[Vectors | None], columns: list[Columns], g: Left) -> None:
         """The moment and force of a segment to its parent, with the changes of both; freedoms feel these on the way."""
         own, parent = columns[i], self.line.parent(i)
         g.felt(self.line.way.inner[i], own, force)
-        for k, make in enumerate(self._steps(i)):
+        for k, make in enumerate(passed_on(self.line, i)):
             own = {x: make(*v) for x, v in own.items()}
             self._explicit(own, Stage(make, force))
             force = make(*force)
@@ -150,20 +150,11 @@ class _Tree(NamedTuple):
             for x, v in own.items():
                 _join(columns[parent], x, v)
 
-    def _steps(self, i: int) -> Iterator[Callable[[Triple, Triple], Vectors]]:
-        """What is done to a moment and a force on the way."""
-        line, turn = self.line, self.line.own_turn(i)
-        yield lambda n, f: (n, f) if turn is None else (turn.up(n), turn.up(f))
-        if line.parent(i):
-            yield lambda n, f: (summed(n, cross3(line.arm(i), f)), f)
-            for back in line.back(i):
-                yield lambda n, f, back=back: (back.up(n), back.up(f))  # type: ignore[misc]
-
     def _explicit(self, columns: Columns, stage: Stage) -> None:
         for x in self.symbols:
             _join(columns, x, stage.slope(x))
 
-    def _below(self, i: int, whole: Whole, g: _Left) -> None:
+    def _below(self, i: int, whole: Whole, g: Left) -> None:
         """What changes of motion before a segment do to its freedoms."""
         turn = self.line.own_turn(i)
         for place in (*self.line.way.inner[i], *self.line.way.outer[i]):

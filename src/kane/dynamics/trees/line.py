@@ -1,28 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Segments of a tree with their motion at known u̇, and how it changes relative to the segment before with one symbol."""
+"""Segments of a tree in motion at given u̇, and what each of them presses on its origin with."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from kane.dynamics.derivatives.stages import Stage, Vectors, total
-from kane.dynamics.derivatives.wholes import Change, primed
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import Wrenches, parts
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.composite import Place, Way, way_along
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.recursive import WAYS, carrying
-from kane.expr.diff import tangent
+from kane.dynamics.terms import sum_of
+from kane.expr.build import add, mul
 from kane.expr.matrix import dot
-from kane.expr.node import ONE, TWO, ZERO, Expr
-from kane.expr.symbols import Symbol
+from kane.expr.node import ONE, Expr
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.segments import Segment
 from kane.kinematics.travel import travel
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.space.spatial import Rigid, Turn, Turns, negative, summed, times, triple
 
-Changes = dict[Symbol, Change]
+Vectors = tuple[Triple, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,29 +79,43 @@ class Line:
 
 
 def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
-    """The segments of a tree; Unsuited, with what is in the way, where it is none of those.
+    """The segments of a tree at the u̇ that the `route` finds; Unsuited, with what is in the way, where it is no such tree.
 
-    λ of rows in speeds follow from u̇, those of rows in rates are found by the `route`.
+    λ of rows in rates are those of the route.
     """
+    line = line_at(derived, u_dot, balanced=route == "recursive")
+    if all(u in derived.speeds for p in line.places for u in p.freedom.row):
+        return line
+    steps = line.way.on.steps
+    found = {id(row): x for row, x in WAYS[route](steps, line.bodies, line.loads, line.ground, ()).rows}
+    return replace(line, lambdas=[found[id(p.freedom.row)] for p in line.places])
+
+
+def line_at(derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = False) -> Line:
+    """The segments of a tree at given u̇; Unsuited, with what is in the way, where it is no such tree."""
     if derived.constraints.constraints:
         raise Unsuited("constraints")
     if holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
     carried = carrying(derived)
-    steps, bodies, loads = carried.segments.steps, carried.bodies, carried.loads
-    own, ground = regrouped(bodies, steps, balanced=route == "recursive"), falling(derived)
-    on = travel(steps)
-    way = way_along(on)
+    steps, loads = carried.segments.steps, carried.loads
+    own = regrouped(carried.bodies, steps, balanced=balanced)
+    way = way_along(travel(steps))
     places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
     if len(places) != len(derived.speeds):
         raise Unsuited("speeds that are not those of the joints")
     value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
-    if all(u in value for p in places for u in p.freedom.row):
-        lambdas = [dot(list(p.freedom.row.values()), [value[u] for u in p.freedom.row]) for p in places]
-    else:
-        found = {id(row): x for row, x in WAYS[route](steps, own, loads, ground, ()).rows}
-        lambdas = [found[id(p.freedom.row)] for p in places]
-    return Line(way, own, loads, ground, places, lambdas)
+    lambdas = [sum_of(mul(c, _change(s, value, derived)) for s, c in p.freedom.row.items()) for p in places]
+    return Line(way, own, loads, falling(derived), places, lambdas)
+
+
+def _change(s: Expr, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
+    """u̇ of a speed; q̈ of a rate, d/dt (W u + X)."""
+    if s in value:
+        return value[s]
+    form = derived.kinematical.form({s: ONE})
+    changed = sum_of(mul(w, value[u]) for u, w in form.coefficients.items())
+    return add(derived.kinematics.drift(form.total()), changed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,8 +133,8 @@ def motions(line: Line) -> list[Motion]:
     still: Vectors = (NOTHING, NOTHING, line.ground)
     found = [Motion(still, still, still)]
     for i in range(1, len(on.steps)):
-        entered = _entered(line, i, *found[line.parent(i)].work[1:])
-        alpha, a = entered
+        before_arm = entered(line, i, *found[line.parent(i)].work[1:])
+        alpha, a = before_arm
         a = summed(a, summed(cross3(alpha, line.arm(i)), on.known[i].shift))
         a = summed(a, line.driven(line.way.outer[i])[1])
         before, turn = on.rates[i].before, line.own_turn(i)
@@ -130,63 +142,19 @@ def motions(line: Line) -> list[Motion]:
         spun, slid = line.driven(line.way.inner[i])
         spun = summed(summed(work[0], on.known[i].spin), spun)
         slid = summed(summed(work[1], on.known[i].sliding), slid)
-        found.append(Motion((before, *entered), (before, alpha, a), (on.rates[i].work, spun, slid)))
+        found.append(Motion((before, *before_arm), (before, alpha, a), (on.rates[i].work, spun, slid)))
     return found
 
 
-def _entered(line: Line, i: int, *vectors: Triple) -> Vectors:
-    """Along A."""
+def entered(line: Line, i: int, *vectors: Triple) -> Vectors:
+    """Vectors along the basis that the parent works in, along A."""
     for turn in reversed(line.back(i)):
         vectors = tuple(map(turn.down, vectors))
     return vectors
 
 
-def changes(line: Line, moving: Sequence[Motion], symbols: Sequence[Symbol]) -> list[Changes]:
-    """How the motion of each segment changes with each symbol, that of the one before held."""
-    falls = {x: triple(tangent(e, {x: ONE}) for e in line.ground) for x in symbols}
-    found: list[Changes] = [{x: Change(NOTHING, NOTHING, v) for x, v in falls.items() if any(e is not ZERO for e in v)}]
-    for i in range(1, len(moving)):
-        stages = _stages(line, i, moving[line.parent(i)].work, moving[i])
-        found.append({})
-        for x in symbols:
-            change: Vectors | None = None
-            for stage, freedoms in zip(stages, ((), line.way.outer[i], line.way.inner[i]), strict=True):
-                alpha, a = line.driven(freedoms, lambda e, x=x: tangent(e, {x: ONE}))  # type: ignore[misc]
-                own = (NOTHING, alpha, a) if any(e is not ZERO for e in (*alpha, *a)) else None
-                change = total([None if change is None else stage.along(change), stage.slope(x), own])
-            if change is not None:
-                found[i][x] = primed(moving[i].work[0], *change)
-    return found
-
-
-def _stages(line: Line, i: int, before: Vectors, own: Motion) -> list[Stage]:
-    """From the motion of the parent to that of a segment, at λ = 0."""
-    step, slide, turn = line.step(i), line.way.on.placed[i][1], line.own_turn(i)
-
-    def moved(w: Triple, alpha: Triple, a: Triple) -> Vectors:
-        r = line.arm(i)
-        a = summed(a, summed(cross3(alpha, r), cross3(w, cross3(w, r))))
-        if not step.late:
-            a = summed(summed(a, slide.drift), times(TWO, cross3(w, slide.total)))
-        return w, alpha, a
-
-    def turned(w: Triple, alpha: Triple, a: Triple) -> Vectors:
-        if turn is not None:
-            w, alpha, a = map(turn.down, (w, alpha, a))
-        if step.late:
-            doubled = summed(times(TWO, w), step.spin.total)
-            a = summed(summed(a, slide.drift), cross3(doubled, slide.total))
-        alpha = summed(alpha, summed(step.spin.drift, cross3(w, step.spin.total)))
-        return summed(w, step.spin.total), alpha, a
-
-    def entered(*vectors: Triple) -> Vectors:
-        return _entered(line, i, *vectors)
-
-    return [Stage(entered, before), Stage(moved, own.entered), Stage(turned, own.placed)]
-
-
-def pressing(line: Line, i: int, motion: Motion) -> tuple[Vectors, Stage]:
-    """What a segment alone presses on its origin with, along the basis of work; the same by its motion."""
+def pressing(line: Line, i: int) -> Callable[..., Vectors]:
+    """What a segment alone presses on its origin with, along the basis of work, by its ω, α, a, and ω·ω where that is known."""
     turn, load = line.last_turn(i), line.loads.get(i, (NOTHING, NOTHING))
 
     def own(w: Triple, alpha: Triple, a: Triple, square: Expr | None = None) -> Vectors:
@@ -197,5 +165,14 @@ def pressing(line: Line, i: int, motion: Motion) -> tuple[Vectors, Stage]:
         f = summed(f, summed(cross3(alpha, body.h), times(body.m, a)))
         return summed(n, negative(on_it[0])), summed(f, negative(on_it[1]))
 
-    w, alpha, a = motion.work
-    return own(w, alpha, a, line.way.on.rates[i].square), Stage(own, motion.work)
+    return own
+
+
+def passed_on(line: Line, i: int) -> Iterator[Callable[[Triple, Triple], Vectors]]:
+    """What is done to a moment and a force on the way to the parent: first from the basis of work to A."""
+    turn = line.own_turn(i)
+    yield lambda n, f: (n, f) if turn is None else (turn.up(n), turn.up(f))
+    if line.parent(i):
+        yield lambda n, f: (summed(n, cross3(line.arm(i), f)), f)
+        for back in line.back(i):
+            yield lambda n, f, back=back: (back.up(n), back.up(f))  # type: ignore[misc]

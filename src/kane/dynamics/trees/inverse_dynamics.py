@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""M u̇ − f, f and M of trees, in a number of operations that grows as the tree, or as M has entries.
+
+g of each joint speed w is what its equation leaves: the moment and force that are transmitted to its segment, along its axis. Kane's
+equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w/∂u_r M_ww′ ∂w′/∂u_s.
+"""
+
+from collections.abc import Sequence
+
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.articulated import parts
+from kane.dynamics.routes.composite import Place, freedom_mass, working
+from kane.dynamics.terms import sum_of
+from kane.dynamics.trees.line import Line, Vectors, line_at, motions, passed_on, pressing
+from kane.expr.build import add, mul, neg
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import rate
+from kane.space.spatial import summed
+
+Exprs = tuple[Expr, ...]
+
+
+def residual(derived: Derived) -> Exprs:
+    """M u̇ − f in u̇, of a tree of joint speeds; Unsuited, with what is in the way, of another system."""
+    line = line_at(derived, [rate(u) for u in derived.speeds])
+    return joint_rows(line, derived).T @ joint_forces(line)
+
+
+def forcing(derived: Derived) -> Exprs:
+    """f of a tree; Unsuited, with what is in the way, of another system."""
+    line = line_at(derived, [ZERO] * len(derived.speeds))
+    return tuple(map(neg, joint_rows(line, derived).T @ joint_forces(line)))
+
+
+def mass_matrix(derived: Derived) -> Matrix:
+    """M of a tree; Unsuited, with what is in the way, of another system."""
+    line = line_at(derived, [ZERO] * len(derived.speeds))
+    rows = joint_rows(line, derived)
+    return rows.T @ joint_mass(line) @ rows
+
+
+def joint_mass(line: Line) -> Matrix:
+    """M of the joint speeds, by number."""
+    bodies = [working(line.way.on, i, body) for i, body in enumerate(line.bodies)]
+    return Matrix(freedom_mass(line.way, bodies, len(line.places)))
+
+
+def joint_rows(line: Line, derived: Derived) -> Matrix:
+    """∂w/∂u, a row for each joint speed."""
+    rows = [_by_speeds(p, derived) for p in line.places]
+    return Matrix([[row.get(u, ZERO) for u in derived.speeds] for row in rows], (len(rows), len(derived.speeds)))
+
+
+def _by_speeds(place: Place, derived: Derived) -> dict[Expr, Expr]:
+    """∂w/∂u of a joint speed."""
+    speeds, found = set(derived.speeds), dict[Expr, Expr]()
+    for s, c in place.freedom.row.items():
+        own = {s: ONE} if s in speeds else derived.kinematical.form({s: ONE}).coefficients
+        for u, w in own.items():
+            found[u] = add(found.get(u, ZERO), mul(c, w))
+    return found
+
+
+def joint_forces(line: Line) -> list[Expr]:
+    """g of every joint speed, by number."""
+    moving, on = motions(line), line.way.on
+    forces: list[Vectors | None] = [None] * len(moving)
+    g: list[Expr] = [ZERO] * len(line.places)
+
+    def felt(places: Sequence[Place], force: Vectors) -> None:
+        for p in places:
+            g[p.number] = sum_of(map(dot, parts(p.freedom, p.turning), force))
+
+    for i in reversed(range(1, len(moving))):
+        force = _both(pressing(line, i)(*moving[i].work, on.rates[i].square), forces[i])
+        felt(line.way.inner[i], force)
+        for k, make in enumerate(passed_on(line, i)):
+            force = make(*force)
+            if k == 0:
+                felt(line.way.outer[i], force)
+        if line.parent(i):
+            forces[line.parent(i)] = _both(force, forces[line.parent(i)])
+    return g
+
+
+def _both(a: Vectors, b: Vectors | None) -> Vectors:
+    return a if b is None else tuple(map(summed, a, b))
