@@ -80,10 +80,10 @@ class Kane:
         """The motion alone."""
         course = self.course(q, tolerance, np.zeros(0))
         given = course.given | {"limit": 10**9}
-        s, y, lag = (given[name].copy() for name in ("s", "y", "lag"))  # type: ignore[union-attr]
+        s, y, lag = (given[name].copy() for name in ("s", "y", "lag"))
 
         def run() -> None:
-            course.s[:], course.y[:], given["lag"][:] = s, y, lag  # type: ignore[index]
+            course.s[:], course.y[:], given["lag"][:] = s, y, lag
             course.kernel(given)
 
         return run

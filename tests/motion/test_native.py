@@ -13,6 +13,7 @@ from kane.gallery import pendulums
 from tests.motion.steppers.runs import spring
 
 NATIVE = ["gauss16", "dop853"]
+WATCHES = ["gauss16"]
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +121,80 @@ def test_methods_that_are_none_are_named(pendulum):
         simulated(pendulum, "euler")
     with pytest.raises(SimulationError, match=r"Expected method to be one of auto, .*, got \['dop853'\]"):
         simulated(pendulum, ["dop853"])
+
+
+@pytest.mark.parametrize(
+    ("force", "expected"),
+    [
+        (lambda x, v: -x * (1 + x**2) - v, {"gauss16", "dop853"}),
+        (lambda x, v: -x - abs(v) * v, {"dop853"}),
+        (lambda x, v: kn.where(kn.less(x, 0), -100 * x, 0) - 1, {"DOP853"}),
+        (lambda x, v: kn.max(-100 * x, 0) - 1, {"dop853"}),
+        (lambda x, v: -kn.exp(x), {"dop853"}),
+    ],
+)
+def test_auto_takes_collocation_where_rates_are_smooth(force, expected):
+    """Its estimate is a square, which no corner obeys; library functions are called lane by lane. Where loads switch, Python looks."""
+    N = kn.Frame("N")
+    x = kn.coordinate("x")
+    p = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    load = kn.Force(p, force(x, x.dt) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[load], speeds="rates"))
+    sol = kn.simulate(eom, (0, 2), q=[1], u=[0.3], rtol=1e-10, atol=1e-10, samples=11)
+    assert sol.method in expected
+    reference = kn.simulate(eom, (0, 2), q=[1], u=[0.3], rtol=1e-10, atol=1e-10, samples=11, method="DOP853")
+    assert sol.states == pytest.approx(reference.states, abs=1e-7)
+
+
+def thrown(*events):
+    """A ball of 1 kg that is thrown upwards in air, x above the ground."""
+    N = kn.Frame("N")
+    x = kn.coordinate("x")
+    p = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    load = kn.Force(p, -(9.81 + 0.02 * x.dt) * N.x)
+    found = [kn.Event(name, make(x), **more) for name, make, more in events]
+    return kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[load], speeds="rates", events=found))
+
+
+@pytest.mark.parametrize("method", WATCHES)
+@pytest.mark.parametrize("end", ["ceiling", "floor"])
+def test_events_are_those_of_scipys_steps(method, end):
+    """Passed twice, passed in one direction, at a threshold, and one that ends the motion; samples stand before it."""
+    eom = thrown(
+        ("half", lambda x: x - 2.5, {"terminal": False}),
+        ("down", lambda x: x - 1, {"terminal": False, "direction": -1}),
+        ("top", lambda x: x.dt, {"terminal": False, "threshold": 0.25}),
+        ("ceiling", lambda x: 4.9 - x, {"terminal": end == "ceiling"}),
+        ("floor", lambda x: x + 0.5, {}),
+    )
+    own, other = (kn.simulate(eom, (0, 9), q=[0], u=[10], method=m, rtol=1e-12, atol=1e-12) for m in (method, "DOP853"))
+    assert (own.status, own.event.name) == ("event", end)
+    assert own.message == other.message
+    assert [e.name for e, _ in own.events] == [e.name for e, _ in other.events]
+    assert [t for _, t in own.events] == pytest.approx([t for _, t in other.events], abs=1e-11)
+    assert own.t[:-1].tolist() == other.t[:-1].tolist()
+    assert own.t[-1] == pytest.approx(other.t[-1], abs=1e-11)
+    assert own.states == pytest.approx(other.states, abs=1e-10)
+    assert kn.simulate(eom, (0, 1), q=[0], u=[10]).method == method
+
+
+@pytest.mark.parametrize("method", WATCHES)
+def test_kinematics_end_where_they_end_for_scipy(method):
+    """Body axes 1, 2, 3 turned to cos q2 = 0; and turned by it, at which W is far from it for most of the way."""
+    N = kn.Frame("N")
+    q1, q2, q3 = kn.coordinates("q1:4")
+    B = N.rotate("A", q1, N.x)
+    B = B.rotate("C", q2, B.y)
+    B = B.rotate("B", q3, B.z)
+    w = B.angular_velocity(N)
+    u1, u2, u3 = kn.speeds("u1:4")
+    O = kn.Point("O", fixed_in=N)
+    body = kn.RigidBody("body", frame=B, mass_center=O, mass=1, inertia=kn.inertia(B, 1, 2, 3))
+    eom = kn.derive(kn.System(N, bodies=[body], speeds={u1: w.dot(B.x), u2: w.dot(B.y), u3: w.dot(B.z)}))
+    assert eom.events
+    for u in ([0.0, 1.0, 0.0], [0.1, 1.0, 0.3]):
+        own, other = (kn.simulate(eom, (0, 5), q=[0, 0, 0], u=u, method=m) for m in (method, "DOP853"))
+        assert own.method == method
+        assert own.status == other.status
+        assert own.t[-1] == pytest.approx(other.t[-1], abs=1e-6)
+        assert own.states[-2] == pytest.approx(other.states[-2], abs=1e-5)

@@ -22,7 +22,7 @@ _GONE, _LOOSE = 1e-9, 1e-2
 """Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
 _CLOSE = 1e-3
 """Share of a part of a step after which it shows whether a quantity falls or rises."""
-_SMALL = 0.1
+SMALL = 0.1
 """Share below which it is asked whether it does between two places."""
 
 Watch = Callable[[float, Array], Array]
@@ -117,7 +117,7 @@ def vanishing(
     gone = max(_GONE, _LOOSE * rtol)
     for k, event in enumerate(events):
         size = np.abs(values[:, k])
-        if not isinstance(event, KinematicsEnd) or not size.min() < _SMALL * largest[k]:
+        if not isinstance(event, KinematicsEnd) or not size.min() < SMALL * largest[k]:
             continue
         i = int(np.argmin(size))
 

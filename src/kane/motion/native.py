@@ -1,26 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
 
-from typing import TypeAlias
-
 import numpy as np
 
-from kane.dynamics.readings.values import without_unknowns
-from kane.equations.equations import Equations
-from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.chatter import Pace
+from kane.motion.collocated import Given, by_kind, polynomial, watching
+from kane.motion.met import PARTS, crossings, thresholds, vanishing
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.stepping import End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.program.native.entry import Entry, aligned, entry, hoisted, wide_entry
+from kane.program.native.entry import aligned, entry, hoisted, wide_entry
 from kane.program.native.machine import Settings
 
-Given: TypeAlias = dict[str, Array | int | Entry]
-"""What a kernel is called with."""
 _AT_ONCE = 1000
 """Steps between two looks at the clock."""
 _DOUBLINGS = 80
@@ -62,7 +57,7 @@ class NativeCourse:
             "rhs": wide_entry(now.rates, integrator.width),
             "r": np.repeat(np.append(r, 0.0), integrator.width),
         }
-        return {**given, **wide, **by_kind(self.stepper.eom)}
+        return {**given, **wide, **by_kind(self.stepper.eom), **watching(self.stepper, self.span[0], y)}
 
     def _begin(self, t: float) -> None:
         """From t on, up to the next breakpoint: to the last number before it, as rates may jump there."""
@@ -112,6 +107,8 @@ class NativeCourse:
         limit = min(_AT_ONCE, self.method.max_steps - self.steps)
         back = Back(self.kernel(self.given | {"limit": limit}))
         self._collect()
+        if back is Back.LOOK:
+            return self._look()
         if back in (Back.UNDERFLOW, Back.NOT_FINITE):
             return self._stopped(self._why(back))
         if back is Back.END and self.s[At.END] >= self.span[1]:
@@ -138,6 +135,39 @@ class NativeCourse:
             self._sample(float(self.s[At.TIME]), self.y.copy())
         return End("stopped", message)
 
+    def _look(self) -> End | None:
+        """The events of the step that is taken next, up to one that ends the motion; without such a one it is gone on from."""
+        s, now, events = self.s, self.stepper.now, self.stepper.eom.events
+        start, h = float(s[At.TIME]), self._next()
+        dense = polynomial(self.given, h, start)
+        times = np.linspace(start, start + h, PARTS + 1)
+        seen, largest = self.given["seen"], self.given["largest"]
+        values = np.vstack([seen[: len(events)], now.watch_all(times[1:], dense(times[1:]))])
+        sizes = np.fmax(largest[: len(events)], np.abs(values).max(axis=0))
+
+        def one(t: float) -> Array:
+            state: Array = dense(np.array([t]))[0]
+            return state
+
+        met = crossings(events, now.watch, one, times, values, thresholds(events, sizes))
+        met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
+        s[At.LOOKED] = 1.0
+        for event, t in sorted(met, key=lambda pair: pair[1]):
+            self.events.append((event, t))
+            if event.terminal:
+                before = self.times[(self.times > self.t[-1]) & (self.times < t)]
+                for at in [*before, t]:
+                    self._sample(float(at), one(float(at)))
+                s[At.STEPS] += 1
+                return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
+        return None
+
+    def _next(self) -> float:
+        """The length of the step that was looked at."""
+        s = self.s
+        shortest = s[At.SHORTEST] + 10 * np.finfo(float).eps * abs(s[At.TIME])
+        return float(min(max(s[At.STEP], shortest), s[At.LONGEST], s[At.END] - s[At.TIME] - s[At.TIME_LAG]))
+
     def _why(self, back: Back) -> str:
         """Why there is no step."""
         t, now = float(self.s[At.TIME]), self.stepper.now
@@ -159,15 +189,3 @@ class NativeCourse:
             if told:
                 return told
         return "a stage of the step is not finite"
-
-
-def by_kind(eom: Equations) -> dict[str, Array | int]:
-    """`pairs`: the (i, j) of coordinates i whose rate is the speed at place j of the state; `free`: the places of the others."""
-    place: dict[Expr, int] = {u: len(eom.coordinates) + k for k, u in enumerate(eom.speeds)}
-    roots = without_unknowns(eom.solved, eom.right_hand_side)
-    pairs = [(i, place[root]) for i, root in enumerate(roots[: len(eom.coordinates)]) if root in place]
-    paired = {i for i, _ in pairs}
-    free = [i for i in range(len(roots)) if i not in paired]
-    # one more, so that no array is empty
-    arrays = {"pairs": np.array([*pairs, (0, 0)], dtype=float).reshape(-1), "free": np.array([*free, 0], dtype=float)}
-    return {**arrays, "pair_count": len(pairs), "free_count": len(free)}

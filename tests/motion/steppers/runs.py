@@ -4,20 +4,21 @@
 import numpy as np
 
 import kane as kn
-from kane.motion.native import by_kind
+from kane.motion.collocated import by_kind
 from kane.motion.routines import rates
 from kane.motion.steppers.outline import SIZE, At
 from kane.motion.steppers.table import INTEGRATORS
 from kane.program.native.entry import aligned, entry, hoisted, wide_entry
 
 
-def spring():
+def spring(events=lambda q: ()):
     """q'' = −q with q = cos t."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     q = kn.coordinate("q")
     p = O.at("P", q * N.x)
-    return kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[kn.Force(p, -q * N.x)], speeds="rates"))
+    loads = [kn.Force(p, -q * N.x)]
+    return kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=loads, speeds="rates", events=events(q)))
 
 
 def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
@@ -35,7 +36,8 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
     arrays |= {"times": np.append(samples, np.inf), "rows": np.zeros((max(count, 1), n))}
     numbers = {"n": n, "limit": 10**6, "samples": count}
     rhs = entry(routine) if integrator.width == 1 else wide_entry(routine, integrator.width)
-    return {**numbers, **arrays, **by_kind(eom), "rhs": rhs}, routine
+    silent = {name: np.zeros(64) for name in ("hw", "seen", "largest", "least", "shares", "pivots", "values")}
+    return {**numbers, **arrays, **by_kind(eom), **silent, "events": 0, "rhs": rhs, "watch": rhs}, routine
 
 
 def languages(given, routine):
@@ -52,4 +54,5 @@ def languages(given, routine):
         )
 
     own = rate if lanes == 1 else wide
-    return given | {"rhs": {"interpret": own, "llvm": code, "c": code.library.address(code.symbol)}}
+    routines = {"interpret": own, "llvm": code, "c": code.library.address(code.symbol)}
+    return given | {"rhs": routines, "watch": routines}

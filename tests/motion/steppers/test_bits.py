@@ -6,9 +6,11 @@ import pytest
 
 import kane as kn
 from kane.gallery import pendulums
+from kane.motion.collocated import watching
 from kane.motion.steppers.outline import Back
 from kane.motion.steppers.table import INTEGRATORS
-from tests.motion.steppers.runs import arguments, languages
+from kane.motion.steps import Stepper
+from tests.motion.steppers.runs import arguments, languages, spring
 from tests.program.kernel.kernels import EXACT, agree
 
 
@@ -24,3 +26,20 @@ def test_every_language_gives_the_same_bits(name, pendulum, tmp_path):
     limit = 6 if INTEGRATORS[name].width == 1 else 3
     kernel = INTEGRATORS[name].kernel()
     assert agree(kernel, languages(given, routine) | {"limit": limit}, tmp_path / "k.c") == Back.LIMIT
+
+
+def test_a_look_at_events_gives_the_same_bits(tmp_path):
+    """Two events along a spring's motion; the kernel comes back where there may be one."""
+    eom = spring(lambda q: [kn.Event("up", q - 0.5), kn.Event("low", q.dt + 0.9, terminal=False)])
+    given, routine = arguments(eom, EXACT, "gauss16", [1.0, 0.1], 9.0, 0.4, 1e-9)
+    stepper = Stepper(eom, np.zeros(0), (), EXACT)
+    told = watching(stepper, 0.0, np.array([1.0, 0.1, 0.0]))
+    code, watch = told.pop("watch"), stepper.now.events
+
+    def look(t, x, p, r, h, out):
+        states = x[:16].reshape(2, 8).T.copy()
+        out[:16] = np.array([watch(float(s), y, p[:0], None) for s, y in zip(t, states, strict=False)]).T.reshape(-1)
+
+    given = languages(given | told, routine)
+    given["watch"] = {"interpret": look, "llvm": code, "c": code.library.address(code.symbol)}
+    assert agree(INTEGRATORS["gauss16"].kernel(), given, tmp_path / "k.c") == Back.LOOK

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.steppers.collocation import gauss
+from kane.motion.collocated import along
+from kane.motion.steppers.collocation import gauss, integrals
 from kane.motion.steppers.gauss import gauss_kernel
 from kane.motion.steppers.outline import At, Back
 from kane.program.native.compiled_kernel import CompiledKernel
@@ -25,6 +26,19 @@ def test_nodes_integrate_powers(stages):
     assert pytest.approx(a @ a, abs=1e-16) == np.array(nodes.a2).T
     assert np.dot(nodes.b2, np.ones(stages)) == pytest.approx(0.5, abs=2e-16)
     assert np.dot(nodes.top, c ** (stages - 1)) == pytest.approx(1, abs=1e-11)
+
+
+def test_integrals_along_a_step_are_those_of_lagranges_polynomials():
+    """In 50 digits one by one, and of many shares at once; at the nodes they are the method's own."""
+    shares = np.array([0.0, 0.1, 0.5, 0.93, 1.0, *gauss(8).c])
+    once, twice = along(shares)
+    for row, double, share in zip(once, twice, shares, strict=True):
+        exact = integrals(gauss(8), float(share))
+        assert row == pytest.approx(exact[0], abs=1e-15)
+        assert double == pytest.approx(exact[1], abs=1e-15)
+    assert pytest.approx(np.array(gauss(8).a), abs=1e-15) == once[5:].T
+    assert once[4] == pytest.approx(gauss(8).b, abs=1e-15)
+    assert twice[4] == pytest.approx(gauss(8).b2, abs=1e-15)
 
 
 def turned():

@@ -6,7 +6,7 @@ L_j(θ) = b_j Σ_k (2k+1) P_k(2c_j − 1) P_k(2θ − 1), whose integrals are su
 Differential Equations II*, 2nd ed. 1996, sec. IV.5.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cache
@@ -94,3 +94,19 @@ def _root(n: int, guess: float) -> D:
 def _integrals(p: Sequence[D], theta: D) -> list[D]:
     """∫ P_k(2s − 1) ds from 0 to θ, for all k but the last."""
     return [theta] + [(p[k + 1] - p[k - 1]) / (2 * (2 * k + 1)) for k in range(1, len(p) - 1)]
+
+
+def integrals(nodes: Nodes, theta: float) -> tuple[Vector, Vector]:
+    """∫ L_j and ∫∫ L_j from 0 to θ."""
+    count, x = len(nodes.c), D(2 * theta - 1)
+    p = _legendre(count + 3, x)
+    once = _integrals(p, D(theta))
+    twice = [D(theta) ** 2 / 2] + [(once[k + 1] - once[k - 1]) / (2 * (2 * k + 1)) for k in range(1, count)]
+    rows = [[(2 * k + 1) * b * v for k, v in enumerate(column)] for b, column in _columns(nodes)]
+    first, second = ([sum(float(i) * r for i, r in zip(of, row, strict=False)) for row in rows] for of in (once, twice))
+    return tuple(first), tuple(second)
+
+
+def _columns(nodes: Nodes) -> Iterator[tuple[float, Vector]]:
+    """Of each node its weight, and P_0 … there."""
+    return zip(nodes.b, zip(*nodes.legendre[: len(nodes.c)], strict=True), strict=True)

@@ -15,7 +15,8 @@ from contextlib import AbstractContextManager
 
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.explicit import dyadic_power
-from kane.motion.steppers.outline import WIDE, At, Outline
+from kane.motion.steppers.outline import WIDE, At, Back, Outline
+from kane.motion.steppers.watched import PLACES, Watched
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.write import Array, Term
 
@@ -51,6 +52,7 @@ class _Gauss:
         self.rhs = w.callee("rhs", *WIDE)
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
+        self.watched = Watched(o, _N)
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
         self.clock, self.weight = n8 * 4, n8 * 4 + STAGES
@@ -220,16 +222,38 @@ class _Gauss:
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)
         factor = _SAFETY / power
         found = (self.status.get() < _TOO_LONG) & (error <= self.accepted)
-        with w.when(found):
+        self.watched.doubtful.put(0)
+        with w.when(found & (self.watched.count > 0)):
+            self.places(h)
+            self.watched.look(self.clock, self.states)
+        look = (self.watched.doubtful.get() > 0) & (o.get(At.LOOKED) < 1.0)
+        with w.when(found & look):
+            o.back.put(int(Back.LOOK))
+        with w.when(found & ~look):
+            self.watched.keep()
             o.sample(h, lambda: None, lambda row, theta: self.dense(h, row, theta))
             self.advance(h)
             o.advance(h, last)
             o.put(At.FRESH, 0.0)
             with w.when(~last):
                 o.put(At.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
-        with w.otherwise():
+        with w.when(~found):
             half = (self.status.get() > _TOO_LONG) | ~finite
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
+
+    def places(self, h: Term) -> None:
+        """The states at the places of the step at which events are looked at, in those of the stages."""
+        w, o = self.writer, self.outline
+        once = [self.splat(h) * row for row in self.watched.once]
+        twice = [self.splat(h * h) * row for row in self.watched.twice]
+        o.work.store(self.clock, self.splat(o.get(At.TIME)) + self.splat(h) * PLACES)
+        with self.each_free() as at:
+            i = self.index(self.free, at)
+            self.keep(self.states, i, w.sum(self.combined(self.rates, i, once)) + self.splat(o.y[i]))
+        with w.count(self.pair_count) as at:
+            i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
+            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * PLACES
+            self.keep(self.states, i, w.sum(self.combined(self.rates, j, twice)) + straight)
 
     def advance(self, h: Term) -> None:
         """y at the end of the step; K of the step is kept for the next one."""

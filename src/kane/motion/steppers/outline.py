@@ -14,13 +14,17 @@ from kane.program.kernel.write import Array, Term, Writer
 
 
 class Back(IntEnum):
-    """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite."""
+    """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite.
+
+    LOOK means that the next step may hold an event: it was not gone on from, and is taken again.
+    """
 
     ON = 0
     END = 1
     LIMIT = 2
     UNDERFLOW = 3
     NOT_FINITE = 4
+    LOOK = 5
 
 
 class At(IntEnum):
@@ -41,6 +45,7 @@ class At(IntEnum):
     WORST = 12
     REJECTED = 13
     LAST_STEP = 14
+    LOOKED = 15
 
 
 SIZE = len(At)

@@ -18,7 +18,7 @@ from kane.program.native.machine import Settings
 class Integrator:
     """An integrator: the order of its error estimate, its kernel, how many doubles it works in for n components.
 
-    It calls for rates at so many states at once as `width` says.
+    It calls for rates at so many states at once as `width` says, and looks for events where it `watches`.
     """
 
     name: str
@@ -26,13 +26,14 @@ class Integrator:
     kernel: Callable[[], Kernel]
     work: Callable[[int], int]
     width: int = 1
+    watches: bool = False
 
 
 def _explicit(tableau: Tableau) -> Integrator:
     return Integrator(tableau.name, tableau.order, lambda: explicit_kernel(tableau), lambda n: rows(tableau) * n)
 
 
-GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + n, STAGES)
+GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + n, STAGES, watches=True)
 INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853))}
 """By the name that `simulate` takes as method."""
 

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Events along a step of collocation: whether there may be one, from eight places of the step in one call.
+
+What it finds is only that it may: Python then looks at the step with the tests that say so for all methods (`kane.motion.met`). So
+the places are the same, and a quantity that passes zero between two of them, or comes near it where it must not, is never left out.
+"""
+
+from kane.motion.met import PARTS, SMALL
+from kane.motion.steppers.collocation import Nodes, integrals
+from kane.motion.steppers.outline import WIDE, At, Outline
+from kane.program.kernel.language import INT
+from kane.program.kernel.write import Term
+
+PLACES = tuple(k / PARTS for k in range(1, PARTS + 1))
+"""Shares of a step at which events are looked at, but for its beginning."""
+_ROOM = 2 * PARTS
+"""Where the quantities begin in `values`."""
+
+
+class Watched:
+    """The arguments that tell of events, and the look at a step.
+
+    `seen` holds the events' quantities at the beginning of the step, `largest` the sizes that they have had; `least` and `shares` of
+    that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 8 of each and 16 more.
+    """
+
+    def __init__(self, outline: Outline, nodes: Nodes) -> None:
+        self.outline, self.nodes = outline, nodes
+        self.writer = w = outline.writer
+        self.call = w.callee("watch", *WIDE)
+        self.count = w.number("events")
+        names = ("hw", "seen", "largest", "least", "shares", "pivots", "values")
+        self.h, self.seen, self.largest, self.least, self.shares, self.pivots, self.values = map(w.array, names)
+        self.doubtful = w.variable("doubtful", INT)
+        self.once, self.twice = (
+            tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(nodes, s) for s in PLACES), strict=True)
+        )
+
+    def look(self, clock: Term, states: Term) -> None:
+        """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""
+        w, o = self.writer, self.outline
+        self.doubtful.put(0)
+        self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(_ROOM))
+        with w.count(self.count) as e:
+            new = self.at_places(e)
+            # one place on, behind what was seen at the beginning: what there was a place before
+            self.values[PARTS - 1] = self.seen[e]
+            self.values.store(PARTS, new)
+            old = self.values.lanes(PARTS - 1, PARTS)
+            size = w.compute("max", w.compute("largest", w.compute("abs", new)), w.compute("abs", self.seen[e]))
+            largest = w.select(size > self.largest[e], size, self.largest[e])
+            least = w.compute("splat8", self.least[e] + self.shares[e] * largest)
+            a, b = old - least, new - least
+            crossed = w.compute("any", ((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0)))
+            closest = -w.compute("largest", -w.compute("min", w.compute("abs", old), w.compute("abs", new)))
+            near = (self.pivots[e] > 0.0) & (closest < SMALL * largest)
+            with w.when(crossed | near):
+                self.doubtful.put(1)
+
+    def at_places(self, e: Term) -> Term:
+        """The quantity of an event at the eight places."""
+        return self.values.lanes(e * PARTS + _ROOM, PARTS)
+
+    def keep(self) -> None:
+        """What was seen at the end of the step is what there is at the beginning of the next one."""
+        w, o = self.writer, self.outline
+        with w.count(self.count) as e:
+            sizes = w.compute("abs", self.at_places(e))
+            size = w.compute("largest", sizes)
+            self.largest[e] = w.select(size > self.largest[e], size, self.largest[e])
+            self.seen[e] = self.values[e * PARTS + (_ROOM + PARTS - 1)]
+        o.put(At.LOOKED, 0.0)
