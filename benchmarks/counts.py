@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Operations of each counted right-hand side, solution and reactions included: `python -m benchmarks.counts [--write]`.
 
-"total" counts the expressions, "emitted" the instructions of the compiled program, which trade divisions for multiplications.
+"jacobian" is all of ∂(q̇, u̇)/∂(q, u), the right-hand side with it as far as it takes part; "inverse dynamics" M u̇ − f. "total" counts the
+expressions, "emitted" the instructions of the compiled program, which trade divisions for multiplications.
 `counts.json` holds what the code gives now, `limits.json` what it may give at most; a test holds both.
 """
 
@@ -12,9 +13,12 @@ from pathlib import Path
 import kane as kn
 from benchmarks.systems import COUNTED
 from kane.equations.routines import program
+from kane.expr.count import price
 from kane.program.receipt import receipt
 
 HERE = Path(__file__).parent
+_SHORT = 3_000
+"""Operations up to which derivatives are counted, too."""
 COUNTS, LIMITS = HERE / "counts.json", HERE / "limits.json"
 
 
@@ -30,6 +34,11 @@ def counts() -> dict[str, dict[str, int]]:
             "total": operations.total,
             "emitted": receipt(program(eom.solved, ("rhs",)))["rhs"].total,
         }
+        if operations.total <= _SHORT:
+            found[name] |= {
+                "jacobian": eom.jacobian().operations.total,
+                "inverse dynamics": price(eom.inverse_dynamics),
+            }
     return found
 
 

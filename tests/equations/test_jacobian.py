@@ -15,6 +15,7 @@ from benchmarks.random_trees import random_tree
 from kane.gallery import GALLERY, load
 from tests.examples import examples
 from tests.oracles.duals import values_and_slopes
+from tests.program.emitted import from_c, module
 from tests.systems import jointed
 
 KINDS = ("state", "inputs", "parameters", "time")
@@ -159,3 +160,52 @@ def test_a_size_of_a_velocity_at_rest_has_the_mean_slope_of_all_sides():
 
 def test_a_tree_of_ten_bodies(rng):
     check(kn.derive(random_tree((-1, -1, 1, 0, -1, -1, 4, -1, 1, 0), 1)), rng, ("state",))
+
+
+def on_a_track(load):
+    """A particle along x, pushed by `load` of its place and speed."""
+    N = kn.Frame("N")
+    x, v = kn.coordinate("x"), kn.speed("v")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    return kn.derive(
+        kn.System(N, bodies=[kn.Particle("P", P, 2.0)], speeds={v: x.dt}, loads=[kn.Force(P, load(x, v) * N.x)])
+    )
+
+
+def test_a_corner_has_no_derivative_and_is_named():
+    eom = on_a_track(lambda x, v: -3 * abs(x) - x * abs(v))
+    j = eom.jacobian()
+    assert j.at(q=[0.5], u=[0.2])[1].tolist() == [-1.6, -0.25]
+    with pytest.raises(kn.CornerError, match=r"got a corner: abs\(x\) turns at x = 0"):
+        j.at(q=[0], u=[0.2])
+    assert j.at(q=[0.5], u=[[0.2, 0.3]]).shape == (2, 2, 2)
+    with pytest.raises(kn.CornerError, match="a corner at"):
+        j.at(q=[[0.5, 0.0]], u=[0.2])
+
+
+def test_what_is_smooth_at_a_switch_has_its_derivative():
+    eom = on_a_track(lambda x, v: x * abs(x) + kn.max(x, x) - v * abs(v))
+    assert eom.jacobian().at(q=[0], u=[0]).tolist() == [[0, 1], [0.5, 0]]
+
+
+def test_at_a_state_without_values_it_raises_as_they_do():
+    eom = derived("slider_crank")
+    q = {"q1": np.pi / 2, "q2": 0.1, "x": 0.4}
+    (own,) = eom.independent_speeds
+    for ask in (eom.jacobian().at, lambda **state: eom.evaluate(list(eom.accelerations), **state)):
+        with pytest.raises(kn.SingularError, match="u1"):
+            ask(q=q, u={own: 0.2})
+
+
+@pytest.mark.parametrize("routine", ["jac", "jvp", "inverse_dynamics"])
+def test_emitted_text_gives_the_same(routine, rng, tmp_path):
+    eom = derived("double_pendulum")
+    code = eom.compile()
+    t, x, p, r = given_as(eom, numbers(eom, rng))
+    more = {"jac": (), "jvp": (rng.normal(size=len(x)),), "inverse_dynamics": (rng.normal(size=2),)}[routine]
+    expected = np.ravel(getattr(code, routine)(t, x, *more, p, r))
+    values = np.concatenate([[t], x, *more, p, r])
+    program = code._program((routine,))
+    assert from_c(program, tmp_path, contract=True)(routine, [values])[0] == pytest.approx(expected, rel=1e-12)
+    printed = module(code.emit("numpy", [routine]), tmp_path / "printed.py")
+    assert np.ravel(getattr(printed, routine)(t, x, *more, p, r)) == pytest.approx(expected, rel=1e-12)

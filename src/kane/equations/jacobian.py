@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and the routines that are made of them."""
+"""`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and at a state as numbers."""
 
 from __future__ import annotations
 
@@ -10,20 +10,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.derivatives.slopes import backward, forward, second, slopes
+from kane.dynamics.derivatives.slopes import slopes
 from kane.dynamics.derived import Derived
 from kane.dynamics.lazy import read
-from kane.dynamics.readings.programs import inverse_dynamics
 from kane.dynamics.solved import Solved
+from kane.equations.two_sides import at_state
 from kane.errors import ArgumentError, cut
 from kane.expr.count import Operations, count_operations
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Parameter, Symbol, rate, time
+from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.named import symbols_named
-from kane.program.build import Task
-from kane.program.program import Port
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,6 +36,27 @@ class Jacobian(Immutable):
     rows: tuple[Symbol, ...]
     columns: tuple[Symbol, ...]
     matrix: Matrix
+    solved: Solved
+
+    def at(
+        self,
+        *,
+        q: Any = None,
+        u: Any = None,
+        parameters: Mapping[Any, Any] | None = None,
+        inputs: Mapping[Any, Any] | None = None,
+        t: Any = 0.0,
+    ) -> npt.NDArray[np.float64]:
+        """Numbers at a state, as `Equations.evaluate` takes it; values may be arrays, whose axes come first.
+
+        Raises
+        ------
+        SingularError
+            where the right-hand side has no value
+        CornerError
+            where a switch (|x|, max, where, …) stands at zero whose sides have other derivatives
+        """
+        return at_state(self.solved, self.matrix, (q, u, parameters, inputs, t))
 
     @read
     def pattern(self) -> npt.NDArray[np.bool_]:
@@ -65,95 +84,34 @@ class Jacobian(Immutable):
 
 
 Kinds = Mapping[str, Callable[[Derived], Sequence[Symbol]]]
-_KINDS: Kinds = {
+KINDS: Kinds = {
     "state": lambda d: (*d.system.coordinates, *d.speeds),
     "inputs": lambda d: d.system.inputs,
     "parameters": lambda d: d.system.parameters,
     "time": lambda d: (time,),
 }
+"""What there is to differentiate by."""
 
 
 def jacobian(solved: Solved, by: Any) -> Jacobian:
     """See Equations.jacobian."""
     derived = solved.derived
     columns = _columns(derived, by)
-    return Jacobian(_rows(derived), columns, slopes(solved, columns))
+    return Jacobian(rate_symbols(derived), columns, slopes(solved, columns), solved)
 
 
-def _rows(derived: Derived) -> tuple[Symbol, ...]:
+def rate_symbols(derived: Derived) -> tuple[Symbol, ...]:
+    """q̇ and u̇."""
     return tuple(map(rate, (*derived.system.coordinates, *derived.speeds)))
 
 
 def _columns(derived: Derived, by: Any) -> tuple[Symbol, ...]:
-    if isinstance(by, str) and by in _KINDS:
-        return tuple(_KINDS[by](derived))
+    if isinstance(by, str) and by in KINDS:
+        return tuple(KINDS[by](derived))
     if isinstance(by, str | Symbol):
         by = [by]
     if not isinstance(by, list | tuple):
-        kinds = ", ".join(map(repr, _KINDS))
+        kinds = ", ".join(map(repr, KINDS))
         raise ArgumentError(f"Expected by= one of {kinds}, or a list of symbols and names, got {cut(repr(by))}.")
-    every = [s for symbols in _KINDS.values() for s in symbols(derived)]
+    every = [s for symbols in KINDS.values() for s in symbols(derived)]
     return tuple(symbols_named("columns", every, by))
-
-
-# Routines ----------------------------------------------------------------------------------------------------------------
-
-
-def _whole(kind: str) -> Callable[[Solved], Task]:
-    def task(solved: Solved) -> Task:
-        columns = _KINDS[kind](solved.derived)
-        rows, found = _rows(solved.derived), slopes(solved, columns)
-        labels = [f"d({r.name})/d({c.name})" for r in rows for c in columns]
-        return Task(_NAMES[kind], found.entries, found.shape, labels)
-
-    return task
-
-
-_NAMES = {"state": "jac", "inputs": "jac_inputs", "parameters": "jac_parameters", "time": "jac_time"}
-
-
-def along(what: str, symbols: Sequence[Symbol]) -> tuple[Symbol, ...]:
-    """A symbol beside each of these: the components of a vector."""
-    return tuple(Parameter.declare(f"{what}_{s.name}", description=f"{what} of {s.name}") for s in symbols)
-
-
-def _directions(derived: Derived) -> dict[str, tuple[Symbol, ...]]:
-    x = _KINDS["state"](derived)
-    return {"a": tuple(map(rate, derived.speeds)), "v": along("v", x), "w": along("w", x)}
-
-
-def _product(name: str) -> Callable[[Solved], Task]:
-    def task(solved: Solved) -> Task:
-        x, own = _KINDS["state"](solved.derived), _directions(solved.derived)
-        v, w = own["v"], own["w"]
-        found: Mapping[str, Callable[[], Sequence[Expr]]] = {
-            "jvp": lambda: forward(solved, x, v),
-            "vjp": lambda: backward(solved, x, w),
-            "hvp": lambda: second(solved, x, w, v),
-        }
-        labels = [f"(J v)[{r.name}]" if name == "jvp" else f"({name})[{r.name}]" for r in x]
-        return Task(name, found[name](), (len(x),), labels)
-
-    return task
-
-
-def _inverse_dynamics(solved: Solved) -> Task:
-    labels = [f"force of {u.name}" for u in solved.derived.speeds]
-    return Task("inverse_dynamics", inverse_dynamics(solved), (len(labels),), labels)
-
-
-DERIVATIVES: Mapping[str, Callable[[Solved], Task]] = {
-    "inverse_dynamics": _inverse_dynamics,
-    **{name: _whole(kind) for kind, name in _NAMES.items()},
-    **{name: _product(name) for name in ("jvp", "vjp", "hvp")},
-}
-"""Routines that are made where they are asked for, by name: inverse dynamics, derivatives."""
-_PORTS = {"inverse_dynamics": ("a",), "jvp": ("v",), "vjp": ("w",), "hvp": ("w", "v")}
-
-
-def direction_ports(derived: Derived, routines: Sequence[str]) -> tuple[Port, ...]:
-    """The ports that some routines have besides: u̇ as a, v beside x, w beside ẋ."""
-    names = dict.fromkeys(p for r in routines for p in _PORTS.get(r, ()))
-    nouns = {"a": ("acceleration", "accelerations"), "v": ("direction", "directions"), "w": ("weight", "weights")}
-    own = _directions(derived) if names else {}
-    return tuple(Port(p, own[p], noun=nouns[p][0], nouns=nouns[p][1]) for p in nouns if p in names)

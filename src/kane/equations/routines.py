@@ -13,7 +13,7 @@ from kane.dynamics.readings.programs import forcing, mass_matrix
 from kane.dynamics.readings.singular import of_rates, with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
-from kane.equations.jacobian import DERIVATIVES, direction_ports
+from kane.equations.on_demand import ON_DEMAND, direction_ports
 from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
@@ -52,12 +52,12 @@ def program(
     """The Program of the named routines, and of "outputs" where there are any.
 
     "rhs" gives ẋ = (q̇, u̇), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
-    values; those of `DERIVATIVES` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
+    values; those of `ON_DEMAND` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
     rounds differently, `optimize` rewrites to fewer operations.
     """
-    unknown = [r for r in routines if r not in ROUTINES and r not in DERIVATIVES]
+    unknown = [r for r in routines if r not in ROUTINES and r not in ON_DEMAND]
     if unknown:
-        own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *DERIVATIVES])
+        own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *ON_DEMAND])
         raise ArgumentError(f"Expected routines among {own}, got {', '.join(map(repr, unknown))}.")
     tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
@@ -80,8 +80,8 @@ def rate_names(derived: Derived) -> list[str]:
 
 def _routine(solved: Solved, name: str) -> Task:
     derived, n = solved.derived, len(solved.derived.speeds)
-    if name in DERIVATIVES:
-        return DERIVATIVES[name](solved)
+    if name in ON_DEMAND:
+        return ON_DEMAND[name](solved)
     if name == "rhs":
         labels = rate_names(derived)
         return Task(name, solved.right_hand_side, (len(labels),), labels)

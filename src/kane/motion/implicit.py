@@ -13,7 +13,7 @@ from kane.dynamics.derivatives.slopes import forward, slopes
 from kane.dynamics.readings.singular import with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
-from kane.equations.jacobian import along
+from kane.equations.on_demand import along
 from kane.equations.routines import ports
 from kane.expr.diff import tangent, weighted
 from kane.expr.node import ONE, Expr

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Routines that are made where they are asked for: derivatives of the right-hand side, their products, inverse dynamics."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+from kane.dynamics.derivatives.slopes import backward, forward, second, slopes
+from kane.dynamics.derived import Derived
+from kane.dynamics.readings.programs import inverse_dynamics
+from kane.dynamics.solved import Solved
+from kane.equations.jacobian import KINDS, rate_symbols
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter, Symbol, rate
+from kane.program.build import Task
+from kane.program.program import Port
+
+
+def _whole(kind: str) -> Callable[[Solved], Task]:
+    def task(solved: Solved) -> Task:
+        columns = KINDS[kind](solved.derived)
+        rows, found = rate_symbols(solved.derived), slopes(solved, columns)
+        labels = [f"d({r.name})/d({c.name})" for r in rows for c in columns]
+        return Task(_NAMES[kind], found.entries, found.shape, labels)
+
+    return task
+
+
+_NAMES = {"state": "jac", "inputs": "jac_inputs", "parameters": "jac_parameters", "time": "jac_time"}
+
+
+def along(what: str, symbols: Sequence[Symbol]) -> tuple[Symbol, ...]:
+    """A symbol beside each of these: the components of a vector."""
+    return tuple(Parameter.declare(f"{what}_{s.name}", description=f"{what} of {s.name}") for s in symbols)
+
+
+def _directions(derived: Derived) -> dict[str, tuple[Symbol, ...]]:
+    x = KINDS["state"](derived)
+    return {"a": tuple(map(rate, derived.speeds)), "v": along("v", x), "w": along("w", x)}
+
+
+def _product(name: str) -> Callable[[Solved], Task]:
+    def task(solved: Solved) -> Task:
+        x, own = KINDS["state"](solved.derived), _directions(solved.derived)
+        v, w = own["v"], own["w"]
+        found: Mapping[str, Callable[[], Sequence[Expr]]] = {
+            "jvp": lambda: forward(solved, x, v),
+            "vjp": lambda: backward(solved, x, w),
+            "hvp": lambda: second(solved, x, w, v),
+        }
+        labels = [f"(J v)[{r.name}]" if name == "jvp" else f"({name})[{r.name}]" for r in x]
+        return Task(name, found[name](), (len(x),), labels)
+
+    return task
+
+
+def _inverse_dynamics(solved: Solved) -> Task:
+    labels = [f"force of {u.name}" for u in solved.derived.speeds]
+    return Task("inverse_dynamics", inverse_dynamics(solved), (len(labels),), labels)
+
+
+ON_DEMAND: Mapping[str, Callable[[Solved], Task]] = {
+    "inverse_dynamics": _inverse_dynamics,
+    **{name: _whole(kind) for kind, name in _NAMES.items()},
+    **{name: _product(name) for name in ("jvp", "vjp", "hvp")},
+}
+"""Routines that are made where they are asked for, by name: inverse dynamics, derivatives."""
+_PORTS = {"inverse_dynamics": ("a",), "jvp": ("v",), "vjp": ("w",), "hvp": ("w", "v")}
+
+
+def direction_ports(derived: Derived, routines: Sequence[str]) -> tuple[Port, ...]:
+    """The ports that some routines have besides: u̇ as a, v beside x, w beside ẋ."""
+    names = dict.fromkeys(p for r in routines for p in _PORTS.get(r, ()))
+    nouns = {"a": ("acceleration", "accelerations"), "v": ("direction", "directions"), "w": ("weight", "weights")}
+    own = _directions(derived) if names else {}
+    return tuple(Port(p, own[p], noun=nouns[p][0], nouns=nouns[p][1]) for p in nouns if p in names)
