@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Operations of each counted right-hand side, solution and reactions included: `python -m benchmarks.counts [--write]`.
 
-"jacobian" is all of ∂(q̇, u̇)/∂(q, u), the right-hand side with it as far as it takes part; "inverse dynamics" M u̇ − f. "total" counts the
+"jacobian" is all of ∂(q̇, u̇)/∂(q, u), "inverse dynamics" M u̇ − f. "total" counts the
 expressions, "emitted" the instructions of the compiled program, which trade divisions for multiplications.
 `counts.json` holds what the code gives now, `limits.json` what it may give at most; a test holds both.
 """
