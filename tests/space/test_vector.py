@@ -245,3 +245,20 @@ class TestText:
             found = eval(plain, {"__builtins__": {}}, {"sin": np.sin, **values})  # noqa: S307
             exact = float(kn.evaluate(kn.Rational(0) + entries[k], {NAMES[n]: x for n, x in values.items()}))
             assert found == pytest.approx(exact, rel=1e-9, abs=1e-12), text
+
+
+@pytest.mark.parametrize("along", ["first", "last", "own", "beside"])
+def test_products_with_long_chains_are_those_of_their_parts(along):
+    """A vector of fifteen parts with one along the root, the end, a frame between and a frame apart: each part by itself."""
+    N = kn.Frame("N")
+    frames = [N]
+    for i in range(15):
+        frames.append(frames[-1].rotate(f"B{i}", kn.coordinate(f"q{i}"), (frames[-1].x, frames[-1].z)[i % 2]))
+    apart = N.rotate("D", kn.coordinate("p"), N.y)
+    parts = [f.y * kn.parameter(f"l{i}", 1.0) + f.x * 0.2 * i for i, f in enumerate(frames)]
+    other = {"first": N, "last": frames[-1], "own": frames[7], "beside": apart}[along]
+    for v in (other.x, other.x * 0.3 - other.z):
+        whole, each = sum(parts, start=kn.Vector()).dot(v), sum(p.dot(v) for p in parts)
+        values = {s: 0.3 + 0.1 * k for k, s in enumerate(kn.free_symbols([whole, each]))}
+        assert np.isclose(*np.array(kn.evaluate([whole, each], values), dtype=float), rtol=1e-13)
+        assert kn.count_operations([whole]).total <= kn.count_operations([each]).total

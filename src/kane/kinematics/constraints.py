@@ -21,6 +21,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.size import Sizes, size
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Speed
 from kane.kinematics.motion import Kinematics
+from kane.kinematics.pulls import rows_along_tree
 from kane.kinematics.speeds import ScalarForm
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
@@ -29,6 +30,8 @@ Row = list[Expr]
 
 _SLACK = 1e-8
 """Share of the terms of a rate up to which two numbers for it are the same."""
+_LARGE = 16
+"""Speeds from which on rows are found along the tree."""
 _SHORT = 20
 """Operations of A and b up to which they are differentiated as they stand: the accelerations that long ones hold others need, too."""
 
@@ -54,7 +57,10 @@ def constraint_rows(
 ) -> ConstraintRows:
     """Constraints in the speeds of the system; each must be affine in the rates, and hold something that moves."""
     speeds: Sequence[Expr] = kinematics.speeds.speeds
-    forms = [(c, _placed(c, kinematics) if c.placed else _bare(c, kinematics)) for c in constraints]
+    listed = tuple(constraints)
+    large = len(speeds) >= _LARGE and not auxiliary
+    along = rows_along_tree(listed, kinematics) if large else {}
+    forms = [(c, along.get(c) or (_placed if c.placed else _bare)(c, kinematics)) for c in listed]
     for c, form in forms:
         # of a plane loop closed in space: redundant, not wrong
         follows = c.placed and c.expr is ZERO and form.rest is ZERO

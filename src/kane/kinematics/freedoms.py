@@ -36,11 +36,12 @@ class Freedom(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """A slide or a turn: freedoms, what ṙ or ω is in speeds, and what their rates are beside λ, `drift`."""
+    """A slide or a turn: freedoms, what ṙ or ω is in speeds, `total` of `forms`, and what their rates are beside λ, `drift`."""
 
     freedoms: tuple[Freedom, ...] = ()
     total: Triple = NOTHING
     drift: Triple = NOTHING
+    forms: tuple[ScalarForm, ...] = ()
 
 
 def is_still(rates: Iterable[Expr]) -> bool:
@@ -98,12 +99,12 @@ class Stages:
         freedoms = None if by_rates else self._by_speeds(raw)
         if freedoms is not None:
             drift = self.kinematics.drift
-            return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)))
+            return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)), raw.forms)
         freedoms = self._by_rates(raw)
         if freedoms is None:
             raise Unsuited(_SPEEDS)
         x, y, z = (self._swing(form) for form in raw.rates)
-        return Stage(freedoms, (a, b, c), (x, y, z))
+        return Stage(freedoms, (a, b, c), (x, y, z), raw.forms)
 
     def coupled(self, spin: Forms, slide: Forms) -> tuple[Stage, Stage]:
         """A turn and a slide by the same rates, which the turn has."""

@@ -144,8 +144,8 @@ def coincident(p: Point, q: Point, along: Sequence[Vector] | Vector, *, name: st
     label = name or f"{p.name} = {q.name}"
     for title, n in _directions(label, along):
         home = home_of(n, f"direction of {label!r}")
-        arm = apart.cross(n)
-        torques = () if home.parent is None or arm.is_zero else ((home, -arm),)
+        arm = Vector() if home.parent is None else apart.cross(n)
+        torques = () if arm.is_zero else ((home, -arm),)
         constraints.append(Constraint(title, "configuration", apart.dot(n), ((p, n), (q, -n)), torques, "N"))
     return tuple(constraints)
 

@@ -23,9 +23,9 @@ def places(
     constraints: tuple[Constraint, ...] = (),
 ) -> tuple[tuple[Frame, ...], tuple[Point, ...]]:
     """Every frame and point that a body, load or reaction needs, parents first."""
-    needed = dict.fromkeys(
-        x for place in _needed(bodies, (*loads, *constraints), symbols) for x in _line(place, inertial)
-    )
+    needed: dict[Frame | Point, None] = {}
+    for place in _needed(bodies, (*loads, *constraints), symbols):
+        _enter(place, inertial, needed)
     points = tuple(x for x in needed if isinstance(x, Point))
     roots = [p.name for p in points if p.parent is None]
     if len(roots) > 1:
@@ -52,29 +52,35 @@ def _needed(
         yield from frames_of(v)
 
 
-def _line(place: Frame | Point, inertial: Frame) -> Iterator[Frame | Point]:
-    """A frame or point after all that it is born from."""
+def _enter(place: Frame | Point, inertial: Frame, needed: dict[Frame | Point, None]) -> None:
+    """A frame or point after all that it is born from, as far as these are not among what is `needed` yet."""
     if isinstance(place, Point):
-        line = place.ancestry()
-        if line[-1].frame is not inertial:
+        line: list[Point] = []
+        p: Point | None = place
+        while p is not None and p not in needed:
+            line.append(p)
+            p = p.parent
+        if p is None and line[-1].frame is not inertial:
             raise ModelError(
                 f"Expected points reached from one fixed in {inertial.name}, got {place.name}, whose root {line[-1].name} is fixed in "
                 f"{line[-1].frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
             )
         for p in reversed(line):
             for frame in (*frames_of(p.offset), *([p.body] if p.body is not None else [])):
-                yield from _line(frame, inertial)
-            yield p
+                _enter(frame, inertial, needed)
+            needed[p] = None
         return
-    bases = [place]
-    while bases[-1].parent is not None:
-        bases.append(bases[-1].parent)
-    if bases[-1] is not inertial:
+    bases: list[Frame] = []
+    f: Frame | None = place
+    while f is not None and f not in needed:
+        bases.append(f)
+        f = f.parent
+    if f is None and bases[-1] is not inertial:
         raise ModelError(
             f"Expected frames that descend from {inertial.name}, got {place.name}, whose root is {bases[-1].name}. Make every "
             f"frame of this system from {inertial.name} with rotate(…)."
         )
-    yield from reversed(bases)
+    needed.update(dict.fromkeys(reversed(bases)))
 
 
 def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[Expr]:

@@ -24,7 +24,9 @@ from kane.space.rotation import (
     common_base,
     cost,
     cross3,
+    enter,
     express,
+    leave,
     path,
     single,
 )
@@ -33,6 +35,8 @@ from kane.write.layout import layout
 from kane.write.text import TEXT
 
 Parts = tuple[tuple[Frame, Triple], ...]
+_MANY = 12
+"""Parts of a vector from which on products of each with each take longer than one way along their frames."""
 
 
 class Vector(Immutable):
@@ -134,6 +138,8 @@ class Vector(Immutable):
         """Scalar product self · other."""
         if type(other) is not Vector:
             raise not_a_vector("a.dot(b)", other)
+        if len(self.parts) > _MANY or len(other.parts) > _MANY:
+            return _long_dot(self.parts, other.parts)
         total = ZERO
         for f, v in self.parts:
             for g, w in other.parts:
@@ -281,6 +287,33 @@ def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, 
     if here < there:
         return f, v, express(w, g, f)
     return g, express(v, f, g), w
+
+
+def _long_dot(many: Parts, few: Parts) -> Expr:
+    """The scalar product of sums along chains of frames, in a number of operations that grows as the longer one does.
+
+    Each part of the shorter one is turned from frame to frame along the chain, once for all parts there.
+    """
+    if len(many) < len(few):
+        many, few = few, many
+    total = ZERO
+    for g, w in few:
+        known: dict[Frame, Triple] = {g: w}
+        for below in g.lineage[:-1]:
+            known[below.lineage[1]] = leave(below, known[below])
+        for f, v in many:
+            if g not in f.lineage and f not in known:
+                total = add(total, dot_parts(f, v, g, w))
+                continue
+            way: list[Frame] = []
+            while f not in known:
+                way.append(f)
+                f = f.lineage[1]
+            for frame in reversed(way):
+                known[frame] = enter(frame, known[f])
+                f = frame
+            total = add(total, dot(v, known[f]))
+    return total
 
 
 def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:

@@ -10,8 +10,7 @@ Of links that turn about parallel axes each may have a mass at the end of its ar
 at two additions, and m r* of the link vanishes where it is along the arm.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Sequence
 
 from kane.dynamics.bodies import ConstantInertia
 from kane.dynamics.derived import Derived
@@ -22,12 +21,11 @@ from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, constant_value
 from kane.kinematics.freedoms import Unsuited
+from kane.kinematics.pulls import placed_forces, placed_torques, together
 from kane.kinematics.segments import Segment, Segments
 from kane.kinematics.tree import Link
 from kane.model.bodies import Part
-from kane.space.frame import Frame
-from kane.space.point import Point
-from kane.space.rotation import NOTHING, Basis, Cosines, Triple, cross3, path
+from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path
 from kane.space.spatial import (
     NO_MASS,
     NO_ROWS,
@@ -41,7 +39,6 @@ from kane.space.spatial import (
     times,
     triple,
 )
-from kane.space.vector import Vector
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
@@ -169,47 +166,8 @@ def load_wrenches(derived: Derived, segments: Segments) -> dict[int, tuple[Tripl
     """Moment about the origin and force, along B, of the loads on each segment."""
     loads = derived.declared_loads
     forces, torques = [x for load in loads for x in load.forces], [x for load in loads for x in load.torques]
-    placed = [*placed_forces(derived, segments, forces), *placed_torques(derived, segments, torques)]
-    return together((p.segment, p.moment, p.force) for p in placed)
-
-
-class Placed(NamedTuple):
-    """A force on a segment at r from its origin, or a torque (`moment`), along B."""
-
-    segment: int
-    r: Triple
-    moment: Triple
-    force: Triple
-
-
-def placed_forces(derived: Derived, segments: Segments, forces: Iterable[tuple[Point, Vector]]) -> Iterator[Placed]:
-    """Forces at points; not those on the ground."""
-    basis, aligned = segments.basis, derived.kinematics.aligned
-    for point, force in forces:
-        number, arm = segments.place(point)
-        if number == 0 or force.is_zero:
-            continue
-        f = aligned.vector(force).components(basis[number])
-        r = summed(arm.components(basis[number]), segments.steps[number].shift)
-        yield Placed(number, r, cross3(r, f), f)
-
-
-def placed_torques(derived: Derived, segments: Segments, torques: Iterable[tuple[Frame, Vector]]) -> Iterator[Placed]:
-    """Torques on frames; not those on the ground."""
     aligned = derived.kinematics.aligned
-    for frame, torque in torques:
-        number = segments.of(aligned.rates(frame)[0])
-        if number and not torque.is_zero:
-            yield Placed(number, NOTHING, aligned.vector(torque).components(segments.basis[number]), NOTHING)
-
-
-def together(wrenches: Iterable[tuple[int, Triple, Triple]]) -> dict[int, tuple[Triple, Triple]]:
-    """The sums by segment."""
-    found: dict[int, tuple[Triple, Triple]] = {}
-    for number, n, f in wrenches:
-        before = found.get(number, (NOTHING, NOTHING))
-        found[number] = summed(before[0], n), summed(before[1], f)
-    return found
+    return together((*placed_forces(aligned, segments, forces), *placed_torques(aligned, segments, torques)))
 
 
 def falling(derived: Derived) -> Triple:

@@ -15,11 +15,10 @@ from functools import cached_property
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import Inward, Passed, Pressed, pressed
-from kane.dynamics.routes.carried import Placed, placed_forces, placed_torques, together
 from kane.expr.build import add, sub
-from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
+from kane.kinematics.pulls import Placed, placed_forces, placed_torques, stands, together
 from kane.kinematics.resolved import resolved, transposed
 from kane.kinematics.segments import Segments
 from kane.model.constraints import Constraint
@@ -40,26 +39,18 @@ class Holding:
 
     def placed(self, rows: Iterable[int]) -> Collection[int]:
         """Those that act where they stand."""
-        return {r for r in rows if self._stands(self.derived.constraints.constraints[r])}
+        return {r for r in rows if stands(self.derived.constraints.constraints[r], self.segments)}
 
     def row(self, r: int) -> tuple[Pressed, Expr]:
         """What the unit of a multiplier presses with, and the second rate with the accelerations that the tree has without it."""
         c = self.derived.constraints.constraints[r]
-        return self._standing(c) if self._stands(c) else self._general(r)
-
-    def _stands(self, c: Constraint) -> bool:
-        """Whether the forces are at points fixed in segments, or on the ground."""
-        if not c.placed:
-            return False
-        arms = [self.segments.place(p)[1] for p, _ in c.forces]
-        return all(p.body is None for p, _ in c.forces) and is_constant_in_time(
-            x for arm in arms for x in arm.scalars()
-        )
+        return self._standing(c) if stands(c, self.segments) else self._general(r)
 
     def _standing(self, c: Constraint) -> tuple[Pressed, Expr]:
-        forces = list(placed_forces(self.derived, self.segments, c.forces))
-        torques = list(placed_torques(self.derived, self.segments, c.torques))
-        loads = together((p.segment, p.moment, p.force) for p in (*forces, *torques))
+        aligned = self.derived.kinematics.aligned
+        forces = list(placed_forces(aligned, self.segments, c.forces))
+        torques = list(placed_torques(aligned, self.segments, c.torques))
+        loads = together((*forces, *torques))
         total = self._along(c)
         for p in forces:
             total = add(total, dot(p.force, self._acceleration(p)))
