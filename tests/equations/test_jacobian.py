@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 import kane as kn
 from benchmarks.random_trees import random_tree
@@ -209,3 +210,37 @@ def test_emitted_text_gives_the_same(routine, rng, tmp_path):
     assert from_c(program, tmp_path, contract=True)(routine, [values])[0] == pytest.approx(expected, rel=1e-12)
     printed = module(code.emit("numpy", [routine]), tmp_path / "printed.py")
     assert np.ravel(getattr(printed, routine)(t, x, *more, p, r)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_sensitivities_of_a_motion_are_those_of_the_flow():
+    """x and S = ∂x/∂(x₀, p) together, against motions beside it; the adjoint gives the gradient of wᵀx at the end."""
+    eom = derived("double_pendulum")
+    code = eom.compile()
+    p, x0 = code.parameters(), np.array([0.4, 0.9, 0.1, -0.2])
+    n, m = len(x0), len(p)
+    v0, s = np.vstack([np.eye(n), np.zeros((m, n))]), np.vstack([np.zeros((n, m)), np.eye(m)])
+
+    def both(t, y):
+        x, v = y[:n], y[n:].reshape(n + m, n)
+        return np.concatenate([code.rhs(t, x, p), code.sensitivity(t, x, v, s, p).ravel()])
+
+    options = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-11}
+    whole = solve_ivp(both, (0, 1), np.concatenate([x0, v0.ravel()]), **options)
+    found = whole.y[n:, -1].reshape(n + m, n)
+
+    def end(x, own):
+        return solve_ivp(lambda t, y: code.rhs(t, y, own), (0, 1), x, **options).y[:, -1]
+
+    h = 1e-5
+    for k in range(n + m):
+        (ahead, one), (behind, other) = ((x0 + d * v0[k], p + d * s[k]) for d in (h, -h))
+        assert found[k] == pytest.approx((end(ahead, one) - end(behind, other)) / (2 * h), abs=1e-6)
+    w = np.array([1.0, -0.5, 0.3, 0.2])
+
+    def back(t, y):
+        x, a = y[:n], y[n : 2 * n]
+        return np.concatenate([code.rhs(t, x, p), -code.vjp(t, x, a, p), -code.vjp_parameters(t, x, a, p)])
+
+    start = np.concatenate([end(x0, p), w, np.zeros(m)])
+    adjoint = solve_ivp(back, (1, 0), start, **options).y[n:, -1]
+    assert adjoint == pytest.approx(found @ w, abs=1e-7)

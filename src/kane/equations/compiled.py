@@ -76,6 +76,13 @@ class Compiled:
     jac_parameters = read[Handle](lambda c: c._handle("jac_parameters"), "∂ẋ/∂p.")
     jac_time = read[Handle](lambda c: c._handle("jac_time"), "∂ẋ/∂t, n × 1.")
     jvp = read[CompiledRoutine](lambda c: c._product("jvp"), "J v: `jvp(t, x, v, p, r)`.")
+    sensitivity = read[CompiledRoutine](
+        lambda c: c._product("sensitivity"),
+        "J v + ∂ẋ/∂p s, how a motion changes that begins at v with the parameters changed by s: `sensitivity(t, x, v, s, p, r)`.",
+    )
+    vjp_parameters = read[CompiledRoutine](
+        lambda c: c._product("vjp_parameters"), "wᵀ ∂ẋ/∂p: `vjp_parameters(t, x, w, p, r)`."
+    )
     vjp = read[CompiledRoutine](lambda c: c._product("vjp"), "wᵀ J: `vjp(t, x, w, p, r)`.")
     hvp = read[CompiledRoutine](
         lambda c: c._product("hvp"), "∂(wᵀ J v)/∂x, the Hessians of ẋ weighted by w, times v: `hvp(t, x, v, w, p, r)`."
@@ -104,7 +111,8 @@ class Compiled:
         """Source text: "c" (C99), "h" (its header), "numpy" (a module).
 
         `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs", all of them unless told, or of
-        "jac", "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "hvp".
+        "jac", "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "vjp_parameters", "sensitivity", "hvp",
+        "inverse_dynamics".
         """
         from importlib.metadata import version
 

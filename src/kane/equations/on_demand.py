@@ -33,23 +33,45 @@ def along(what: str, symbols: Sequence[Symbol]) -> tuple[Symbol, ...]:
 
 
 def _directions(derived: Derived) -> dict[str, tuple[Symbol, ...]]:
-    x = KINDS["state"](derived)
-    return {"a": tuple(map(rate, derived.speeds)), "v": along("v", x), "w": along("w", x)}
+    x, p = KINDS["state"](derived), KINDS["parameters"](derived)
+    return {"a": tuple(map(rate, derived.speeds)), "v": along("v", x), "w": along("w", x), "s": along("s", p)}
 
 
-def _product(name: str) -> Callable[[Solved], Task]:
+def _product(name: str, kind: str, make: Callable[..., Sequence[Expr]]) -> Callable[[Solved], Task]:
+    """A routine of vectors, by the names of their ports; its results belong to symbols of a kind."""
+
     def task(solved: Solved) -> Task:
-        x, own = KINDS["state"](solved.derived), _directions(solved.derived)
-        v, w = own["v"], own["w"]
-        found: Mapping[str, Callable[[], Sequence[Expr]]] = {
-            "jvp": lambda: forward(solved, x, v),
-            "vjp": lambda: backward(solved, x, w),
-            "hvp": lambda: second(solved, x, w, v),
-        }
-        labels = [f"(J v)[{r.name}]" if name == "jvp" else f"({name})[{r.name}]" for r in x]
-        return Task(name, found[name](), (len(x),), labels)
+        own = _directions(solved.derived)
+        found = make(solved, *(own[port] for port in _PORTS[name]))
+        labels = [f"{name} of {s.name}" for s in KINDS[kind](solved.derived)]
+        return Task(name, found, (len(found),), labels)
 
     return task
+
+
+def _state(solved: Solved) -> Sequence[Symbol]:
+    return KINDS["state"](solved.derived)
+
+
+def _given(solved: Solved) -> Sequence[Symbol]:
+    return KINDS["parameters"](solved.derived)
+
+
+_PORTS: Mapping[str, tuple[str, ...]] = {
+    "inverse_dynamics": ("a",),
+    "jvp": ("v",),
+    "sensitivity": ("v", "s"),
+    "vjp": ("w",),
+    "vjp_parameters": ("w",),
+    "hvp": ("v", "w"),
+}
+_PRODUCTS: Mapping[str, tuple[str, Callable[..., Sequence[Expr]]]] = {
+    "jvp": ("state", lambda solved, v: forward(solved, _state(solved), v)),
+    "sensitivity": ("state", lambda solved, v, s: forward(solved, (*_state(solved), *_given(solved)), (*v, *s))),
+    "vjp": ("state", lambda solved, w: backward(solved, _state(solved), w)),
+    "vjp_parameters": ("parameters", lambda solved, w: backward(solved, _given(solved), w)),
+    "hvp": ("state", lambda solved, v, w: second(solved, _state(solved), w, v)),
+}
 
 
 def _inverse_dynamics(solved: Solved) -> Task:
@@ -60,15 +82,19 @@ def _inverse_dynamics(solved: Solved) -> Task:
 ON_DEMAND: Mapping[str, Callable[[Solved], Task]] = {
     "inverse_dynamics": _inverse_dynamics,
     **{name: _whole(kind) for kind, name in _NAMES.items()},
-    **{name: _product(name) for name in ("jvp", "vjp", "hvp")},
+    **{name: _product(name, *rest) for name, rest in _PRODUCTS.items()},
 }
 """Routines that are made where they are asked for, by name: inverse dynamics, derivatives."""
-_PORTS = {"inverse_dynamics": ("a",), "jvp": ("v",), "vjp": ("w",), "hvp": ("w", "v")}
 
 
 def direction_ports(derived: Derived, routines: Sequence[str]) -> tuple[Port, ...]:
-    """The ports that some routines have besides: u̇ as a, v beside x, w beside ẋ."""
+    """The ports that some routines have besides: u̇ as a, v beside x, w beside ẋ, s beside p."""
     names = dict.fromkeys(p for r in routines for p in _PORTS.get(r, ()))
-    nouns = {"a": ("acceleration", "accelerations"), "v": ("direction", "directions"), "w": ("weight", "weights")}
+    nouns = {
+        "a": ("acceleration", "accelerations"),
+        "v": ("direction", "directions"),
+        "w": ("weight", "weights"),
+        "s": ("change", "changes"),
+    }
     own = _directions(derived) if names else {}
     return tuple(Port(p, own[p], noun=nouns[p][0], nouns=nouns[p][1]) for p in nouns if p in names)
