@@ -6,10 +6,13 @@ import warnings
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import kane as kn
 from kane.errors import SimulationError
 from kane.gallery import pendulums
+from tests.examples import examples
 from tests.motion.steppers.runs import spring
 
 NATIVE = ["gauss16", "dop853"]
@@ -198,3 +201,52 @@ def test_kinematics_end_where_they_end_for_scipy(method):
         assert own.status == other.status
         assert own.t[-1] == pytest.approx(other.t[-1], abs=1e-6)
         assert own.states[-2] == pytest.approx(other.states[-2], abs=1e-5)
+
+
+def falling(quantity):
+    """A ball thrown upwards at 10 m/s in vacuum, to 5.0968 m; quantity(x) vanishes at the event."""
+    N = kn.Frame("N")
+    x = kn.coordinate("x")
+    p = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    events = [kn.Event("met", quantity(x), terminal=False)]
+    return kn.derive(
+        kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[kn.Force(p, -9.81 * N.x)], speeds="rates", events=events)
+    )
+
+
+@pytest.mark.parametrize("method", ["auto", "DOP853", "RK45"])
+def test_a_ball_meets_the_ceiling_twice_however_near_the_top(method):
+    """Steps are as long as the flight: both meetings lie in one, a millisecond apart where the ceiling is a micrometre below the top."""
+    for below in (0.1, 1e-3, 1e-6):
+        half = (2 * below / 9.81) ** 0.5
+        eom = falling(lambda x, height=50 / 9.81 - below: x - height)
+        sol = kn.simulate(eom, (0, 2), q=[0], u=[10], method=method, samples=2)
+        assert [t for _, t in sol.events] == pytest.approx([10 / 9.81 - half, 10 / 9.81 + half], abs=1e-9)
+    assert kn.simulate(falling(lambda x: x - 5.2), (0, 2), q=[0], u=[10], method=method).events == ()
+
+
+@pytest.fixture(scope="module")
+def waves():
+    """A point that moves at 1 m/s, and a sum of waves along its way."""
+    N = kn.Frame("N")
+    x, (a, b, k, l, c) = kn.coordinate("x"), kn.parameters("a b k l c", 1.0)
+    p = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    events = [kn.Event("met", a * kn.sin(k * x) + b * kn.cos(l * x) + c, terminal=False)]
+    return kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], speeds="rates", events=events)), (a, b, k, l, c)
+
+
+@given(st.integers(0, 2**32 - 1))
+@examples(0.1)
+def test_every_crossing_of_random_waves_is_met(waves, seed):
+    """Up to fifteen waves of each kind in a step: as many crossings as of the closed form on a fine grid, at the same times."""
+    eom, symbols = waves
+    rng = np.random.default_rng(seed)
+    values = [*rng.normal(size=2), *rng.uniform(0, 50, 2), rng.normal()]
+    t = np.linspace(0, 2, 40_001)
+    a, b, k, l, c = values
+    f = a * np.sin(k * t) + b * np.cos(l * t) + c
+    expected = t[:-1][f[:-1] * f[1:] < 0]
+    given_ = dict(zip(symbols, values, strict=True))
+    for method in ("auto", "DOP853"):
+        sol = kn.simulate(eom, (0, 2), q=[0], u=[1], parameters=given_, method=method, samples=2)
+        assert [time for _, time in sol.events] == pytest.approx(expected.tolist(), abs=1e-4)

@@ -11,7 +11,7 @@ from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
-from kane.motion.met import PARTS
+from kane.motion.bounds import DEGREE as PARTS
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.gauss import STAGES
 from kane.motion.steps import Stepper

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events that a step meets: quantities looked at on the solver's interpolant, `PARTS` times a step, and located between.
 
-What passes its threshold and comes back within a part of a step is not seen. Loads that switch there and back within
+What passes its threshold and comes back between two of them is found by bounds (`bounds`). Loads that switch there and back within
 a step are (`leapt`), but for what is shorter than such a part and not smooth. A pivot of W need not change its sign where it vanishes
 (x² of u = x² x'): where it is smallest, it is compared with the largest that it has been.
 """
@@ -12,6 +12,7 @@ import numpy as np
 
 from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.model.declarations import Event
+from kane.motion.bounds import MOST, SHARES, passages
 from kane.numeric.arrays import Array
 
 PARTS = 8
@@ -47,14 +48,16 @@ def crossings(
     met: list[Met] = []
     for k, event in enumerate(events):
         over = values[:, k] - least[k]
-        a, b = over[:-1], over[1:]
-        falls, rises = (a > 0) & (b <= 0) & (event.direction <= 0), (a < 0) & (b >= 0) & (event.direction >= 0)
 
         def gap(t: float, k: int = k, threshold: float = float(least[k])) -> float:
             return float(watch(t, dense(t))[k] - threshold)
 
-        for i in np.flatnonzero(falls | rises):
-            met.append((event, _located(gap, times[i], times[i + 1], over[i], over[i + 1])))
+        def gaps(at: Array, gap: Callable[[float], float] = gap) -> Array:
+            return np.array([gap(float(t)) for t in at])
+
+        for start, end, a, b in passages(gaps, times, over, MOST if len(times) == len(SHARES) else 0):
+            if event.direction <= 0 < a or a < 0 <= event.direction:
+                met.append((event, _located(gap, start, end, a, b)))
     return sorted(met, key=lambda pair: pair[1])
 
 

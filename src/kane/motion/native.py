@@ -4,9 +4,10 @@
 import numpy as np
 
 from kane.model.declarations import Event
+from kane.motion.bounds import SHARES
 from kane.motion.chatter import Pace
 from kane.motion.collocated import Given, by_kind, polynomial, watching
-from kane.motion.met import PARTS, crossings, thresholds, vanishing
+from kane.motion.met import crossings, thresholds, vanishing
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
@@ -140,7 +141,7 @@ class NativeCourse:
         s, now, events = self.s, self.stepper.now, self.stepper.eom.events
         start, h = float(s[At.TIME]), self._next()
         dense = polynomial(self.given, h, start)
-        times = np.linspace(start, start + h, PARTS + 1)
+        times = start + h * np.array(SHARES)
         seen, largest = self.given["seen"], self.given["largest"]
         values = np.vstack([seen[: len(events)], now.watch_all(times[1:], dense(times[1:]))])
         sizes = np.fmax(largest[: len(events)], np.abs(values).max(axis=0))

@@ -86,7 +86,7 @@ def simulate(
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
     max_seconds : after what time by the clock to stop
-    max_step : the longest step (s): what an event or an input does within an eighth of a step may be leapt over
+    max_step : the longest step (s): what an input does within an eighth of a step may be leapt over
     breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
     settings : how to compile
 

@@ -15,6 +15,7 @@ from kane.equations.equations import Equations
 from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
+from kane.motion.bounds import SHARES
 from kane.motion.chatter import Pace, chattering
 from kane.motion.met import PARTS, crossings, leapt, thresholds, vanishing
 from kane.motion.projection import Numbers
@@ -186,7 +187,7 @@ class Course:
         now, events = self.stepper.now, self.stepper.eom.events
         if not events:
             return None
-        times = np.linspace(self.solver.t_old, self.solver.t, PARTS + 1)
+        times = self.solver.t_old + (self.solver.t - self.solver.t_old) * np.array(SHARES)
         within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
         values = np.vstack([self.watched, within, after])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))

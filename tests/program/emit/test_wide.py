@@ -55,6 +55,7 @@ def test_lanes_are_independent(width, rng):
             assert np.array_equal(got[:, j], expected, equal_nan=True)
 
 
+@pytest.mark.slow
 def test_long_routines_are_cut(rng):
     """One of several pieces, which pass values on."""
     total, values = X[0], []

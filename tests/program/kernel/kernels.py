@@ -17,7 +17,7 @@ from tests.program.emitted import library
 
 HEAD = "#include <math.h>\n#include <stdint.h>\n"
 C = ("-std=c99", "-O2", "-march=native", "-ffp-contract=off")
-EXACT = Settings(contract=False, cache=False)
+EXACT = Settings(contract=False)
 
 
 def copied(given):

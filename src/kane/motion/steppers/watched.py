@@ -5,13 +5,15 @@ What it finds is only that it may: Python then looks at the step with the tests 
 the places are the same, and a quantity that passes zero between two of them, or comes near it where it must not, is never left out.
 """
 
-from kane.motion.met import PARTS, SMALL
+from kane.motion.bounds import CLOSE, LEFT, SHARES, TO_BERNSTEIN, TO_LAST
+from kane.motion.bounds import DEGREE as PARTS
+from kane.motion.met import SMALL
 from kane.motion.steppers.collocation import Nodes, integrals
 from kane.motion.steppers.outline import WIDE, At, Outline
 from kane.program.kernel.language import INT
 from kane.program.kernel.write import Term
 
-PLACES = tuple(k / PARTS for k in range(1, PARTS + 1))
+PLACES = SHARES[1:]
 """Shares of a step at which events are looked at, but for its beginning."""
 _ROOM = 2 * PARTS
 """Where the quantities begin in `values`."""
@@ -49,13 +51,29 @@ class Watched:
             old = self.values.lanes(PARTS - 1, PARTS)
             size = w.compute("max", w.compute("largest", w.compute("abs", new)), w.compute("abs", self.seen[e]))
             largest = w.select(size > self.largest[e], size, self.largest[e])
-            least = w.compute("splat8", self.least[e] + self.shares[e] * largest)
-            a, b = old - least, new - least
-            crossed = w.compute("any", ((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0)))
+            least = self.least[e] + self.shares[e] * largest
+            sure = self.sure(self.seen[e] - least, new - w.compute("splat8", least))
             closest = -w.compute("largest", -w.compute("min", w.compute("abs", old), w.compute("abs", new)))
             near = (self.pivots[e] > 0.0) & (closest < SMALL * largest)
-            with w.when(crossed | near):
+            with w.when(~sure | near):
                 self.doubtful.put(1)
+
+    def sure(self, first: Term, others: Term) -> Term:
+        """Whether a quantity has one sign along the step, whatever its values at the places leave open: see `kane.motion.bounds`."""
+        w, count = self.writer, range(PARTS)
+        each = [w.compute("splat8", x) for x in (first, *(w.compute("lane", others, lane=k) for k in count))]
+        # the coefficients but for the first one, which is the first value
+        columns = [tuple(map(float, column)) for column in TO_BERNSTEIN[1:].T]
+        coefficients = w.sum([x * column for x, column in zip(each, columns, strict=True)])
+        last = [
+            w.compute("abs", first * float(row[0]) + w.compute("sum", others * tuple(map(float, row[1:]))))
+            for row in TO_LAST
+        ]
+        slack = LEFT * w.compute("max", *last)
+        lowest = w.compute("min", first, -w.compute("largest", -coefficients))
+        highest = w.compute("max", first, w.compute("largest", coefficients))
+        size = w.compute("max", w.compute("abs", first), w.compute("largest", w.compute("abs", others)))
+        return (slack <= CLOSE * size) & ((lowest > slack) | (highest < -slack))
 
     def at_places(self, e: Term) -> Term:
         """The quantity of an event at the eight places."""
