@@ -216,7 +216,7 @@ def falling(quantity):
 
 @pytest.mark.parametrize("method", ["auto", "DOP853", "RK45"])
 def test_a_ball_meets_the_ceiling_twice_however_near_the_top(method):
-    """Steps are as long as the flight: both meetings lie in one, a millisecond apart where the ceiling is a micrometre below the top."""
+    """Both meetings lie in one step, a millisecond apart where the ceiling is a micrometre below the top."""
     for below in (0.1, 1e-3, 1e-6):
         half = (2 * below / 9.81) ** 0.5
         eom = falling(lambda x, height=50 / 9.81 - below: x - height)
