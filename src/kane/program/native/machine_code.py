@@ -24,6 +24,8 @@ from kane.program.native import store
 from kane.program.native.callers import warn
 
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "jitdefault"}
+_LONG = 200_000
+"""Characters of a text from which on LLVM selects and schedules by its level 1: a third sooner, and as fast code."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +158,7 @@ class Library:
 
 def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
     """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
-    options = [*(f"{name}={value}" for name, value in _OPTIONS.items()), *(["loops"] if loops else [])]
+    options = [*(f"{name}={value}" for name, value in _options(text).items()), *(["loops"] if loops else [])]
     key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
     image = store.read(key) if cached else None
     if image is not None:
@@ -169,6 +171,10 @@ def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = T
     if cached:
         store.write(key, image)
     return library
+
+
+def _options(text: str) -> dict[str, Any]:
+    return _OPTIONS | {"opt": 1} if len(text) > _LONG else _OPTIONS
 
 
 def object_code(text: str, on: Target, loops: bool = False) -> bytes:
@@ -184,7 +190,7 @@ def object_code(text: str, on: Target, loops: bool = False) -> bytes:
             with llvm.parse_assembly(text, context) as module:
                 module.verify()
                 machine = llvm.Target.from_triple(on.triple).create_target_machine(
-                    cpu=on.cpu, features=on.features, **_OPTIONS
+                    cpu=on.cpu, features=on.features, **_options(text)
                 )
                 (_improve if loops else _inline)(llvm, machine, module)
                 return bytes(machine.emit_object(module))

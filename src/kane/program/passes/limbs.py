@@ -36,7 +36,7 @@ def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
     sizes = Counter(alike.form[i] for i in body)
     weights = Counter(n for n in sizes.values() if 2 <= n <= MOST)
     # where limbs repeat themselves, some values come more often than there are limbs
-    likely = [n for n in sorted(weights, key=lambda n: -n * weights[n]) if n * weights[n] >= _SHARE * len(body) / 4]
+    likely = [n for n in sorted(weights, key=lambda n: -n * weights[n]) if n * weights[n] >= _SHARE * len(body) / 2]
     found = [_from_results(alike, body, routine.results, n) for n in likely[:3]]
     best = max(found, key=_laid, default=())
     return best if _laid(best) >= _SHARE * len(body) else ()
