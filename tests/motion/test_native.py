@@ -56,12 +56,55 @@ def test_work_and_constant_inputs_are_there(method):
     sol = kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: 3}, method=method)
     assert sol.q[:, 0] == pytest.approx(1.5 * sol.t**2, rel=1e-12)
     assert sol.work == pytest.approx(4.5 * sol.t**2, rel=1e-12)
-    with pytest.raises(
-        SimulationError, match=f'method="{method}", got one in which inputs are functions of time. Take method="auto"'
-    ):
-        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method=method)
-    assert kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method="auto").method == "DOP853"
     assert kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: 3}, method="auto").method in NATIVE
+
+
+def pushed():
+    """A mass of 1 kg under a force F along x."""
+    N = kn.Frame("N")
+    x, F = kn.coordinate("x"), kn.input("F")
+    p = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    return kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[kn.Force(p, F * N.x)], speeds="rates")), F
+
+
+def test_inputs_in_python_are_asked_at_the_stages():
+    """F = cos 3t; a spline to its very ends; a jump at a breakpoint, which no stage before it sees. Collocation does not ask."""
+    eom, F = pushed()
+    sol = kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: lambda t: np.cos(3 * t)})
+    assert sol.method == "dop853"
+    assert sol.u[:, 0] == pytest.approx(np.sin(3 * sol.t) / 3, abs=1e-9)
+    t = np.linspace(0, 4, 9)
+    sol = kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: kn.signal(t, t**3)})
+    assert sol.u[-1, 0] == pytest.approx(64, rel=1e-9)
+    jump = kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: lambda t: float(t >= 1.5)}, breakpoints=[1.5])
+    assert jump.u[-1, 0] == pytest.approx(2.5, rel=1e-12)
+    assert jump.work[-1] == pytest.approx(2.5**2 / 2, rel=1e-12)
+    with pytest.raises(
+        SimulationError, match=r'method="gauss16", got one in which inputs are functions of time\. Take method="auto"'
+    ):
+        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method="gauss16")
+
+
+def test_what_goes_wrong_in_an_input_is_raised():
+    """At the place where it does, an interrupt too; a value that is none ends the motion before it."""
+    eom, F = pushed()
+
+    def broken(t):
+        return 1 / (t < 2)
+
+    def interrupted(t):
+        if t > 2:
+            raise KeyboardInterrupt
+        return 1.0
+
+    with pytest.raises(SimulationError, match=r"input F, got ZeroDivisionError from it at t = 2"):
+        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: broken})
+    with pytest.raises(KeyboardInterrupt):
+        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: interrupted})
+    sol = kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: lambda t: 1.0 if t < 2 else np.nan})
+    assert sol.status == "stopped"
+    assert 1.9 < sol.t[-1] < 2
+    assert np.isfinite(sol.states).all()
 
 
 @pytest.mark.parametrize("method", NATIVE)

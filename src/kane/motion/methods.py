@@ -10,7 +10,7 @@ from typing import Any
 from kane.errors import SimulationError
 from kane.expr.ops import OPS
 from kane.motion.drives import constant
-from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.program.emit.llvm_forms import LIBRARY
@@ -24,17 +24,21 @@ _STEPPED = "DOP853"
 """What "auto" is where a motion does not run in machine code."""
 _WIDE, _NARROW = "gauss16", "dop853"
 """What it is in machine code: by rates on lanes, or where the machine has few of them, the library is called lane by lane, or rates
-have corners, which collocation's estimate does not see."""
+or inputs may have corners, which collocation's estimate does not see."""
 _LANES = 4
 _NOT_WIDE = {*LIBRARY, *(OPS[name] for name in ("abs", "sign", "min", "max", "less", "where"))}
 
-_EVENTS = "events are watched"
-_IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any]], bool], str], ...] = (
-    (lambda stepper, drives: stepper.manifold is not None, "constraints are kept"),
-    (lambda stepper, drives: bool(switches(stepper.eom)), "loads switch"),
-    (lambda stepper, drives: any(constant(f) is None for f in drives), "inputs are functions of time"),
+_IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
+    (lambda stepper, drives, by: stepper.manifold is not None, "constraints are kept"),
+    (lambda stepper, drives, by: bool(switches(stepper.eom)), "loads switch"),
+    (lambda stepper, drives, by: _asked(drives) and not by.driven, "inputs are functions of time"),
+    (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
 )
-"""What is looked after between two steps, in words, and whether there is something of it."""
+"""What is looked after between two steps, in words, and whether there is something of it that an integrator leaves to Python."""
+
+
+def _asked(drives: Sequence[Any]) -> bool:
+    return any(constant(f) is None for f in drives)
 
 
 def chosen(method: str, stepper: Stepper, drives: Sequence[Any]) -> str:
@@ -45,24 +49,24 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any]) -> str:
     SimulationError
         if it runs in machine code, and the motion asks for what only Python gives
     """
-    native = _native(stepper) if method == AUTO else method
-    reasons = [text for holds, text in _IN_PYTHON if holds(stepper, drives)]
-    if native in INTEGRATORS and stepper.eom.events and not INTEGRATORS[native].watches:
-        reasons.append(_EVENTS)
-    if method == AUTO:
-        return _STEPPED if reasons else native
-    if method in INTEGRATORS and reasons:
+    native = _native(stepper, drives) if method == AUTO else method
+    if native not in INTEGRATORS:
+        return native
+    reasons = [text for holds, text in _IN_PYTHON if holds(stepper, drives, INTEGRATORS[native])]
+    if reasons and method == AUTO:
+        return _STEPPED
+    if reasons:
         raise SimulationError(
             f'Expected a motion that runs in machine code for method="{method}", got one in which {" and ".join(reasons)}. Take '
             f'method="{AUTO}", which steps such motions by SciPy\'s DOP853.'
         )
-    return method
+    return native
 
 
-def _native(stepper: Stepper) -> str:
+def _native(stepper: Stepper, drives: Sequence[Any]) -> str:
     rates, settings = stepper.now.rates, stepper.now.rates.settings
     narrow = any(rates.program.op(i) in _NOT_WIDE for i in rates.routine.body)
-    return _NARROW if narrow or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
+    return _NARROW if narrow or _asked(drives) or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
 
 
 def check_method(method: Any) -> str:

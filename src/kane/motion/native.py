@@ -7,6 +7,7 @@ from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
 from kane.motion.chatter import Pace
 from kane.motion.collocated import Given, by_kind, polynomial, watching
+from kane.motion.drives import constant
 from kane.motion.met import crossings, thresholds, vanishing
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
@@ -14,7 +15,7 @@ from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.stepping import End, Method
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.program.native.entry import aligned, entry, hoisted, wide_entry
+from kane.program.native.entry import Hook, aligned, entry, hoisted, wide_entry
 from kane.program.native.machine import Settings
 
 _AT_ONCE = 1000
@@ -34,6 +35,7 @@ class NativeCourse:
         self.s = np.zeros(SIZE)
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
         self.kernel = compiled(method.name, stepper.now.settings or Settings())
+        self.hook: Hook | None = None
         self.given = self._given()
         self._begin(span[0])
 
@@ -51,14 +53,28 @@ class NativeCourse:
             "h": h,
         }
         samples: Given = {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        given: Given = {"n": len(y), **arrays, **samples}
+        given: Given = {"n": len(y), **arrays, **samples, **self._driving()}
         if integrator.width == 1:
-            return {**given, "rhs": entry(now.rates), "r": np.append(r, 0.0)}
+            return {**given, "rhs": entry(now.rates)}
         wide: Given = {
             "rhs": wide_entry(now.rates, integrator.width),
             "r": np.repeat(np.append(r, 0.0), integrator.width),
         }
         return {**given, **wide, **by_kind(self.stepper.eom), **watching(self.stepper, self.span[0], y)}
+
+    def _driving(self) -> Given:
+        """r, and what gives it where an input is a function of time."""
+        now = self.stepper.now
+        r = np.repeat(np.append(now.inputs(self.span[0]), 0.0), INTEGRATORS[self.method.name].width)
+        if all(constant(f) is not None for f in now.drives):
+            return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
+
+        def drive(t: float) -> None:
+            r[:-1] = np.nan
+            r[:-1] = now.inputs(min(t, float(self.s[At.END])))  # rounding may lead beyond the end
+
+        self.hook = Hook(drive)
+        return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self.hook}
 
     def _begin(self, t: float) -> None:
         """From t on, up to the next breakpoint: to the last number before it, as rates may jump there."""
@@ -107,6 +123,8 @@ class NativeCourse:
             return self._stopped(late)
         limit = min(_AT_ONCE, self.method.max_steps - self.steps)
         back = Back(self.kernel(self.given | {"limit": limit}))
+        if self.hook is not None and self.hook.raised is not None:
+            raise self.hook.raised
         self._collect()
         if back is Back.LOOK:
             return self._look()

@@ -36,8 +36,18 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
     arrays |= {"times": np.append(samples, np.inf), "rows": np.zeros((max(count, 1), n))}
     numbers = {"n": n, "limit": 10**6, "samples": count}
     rhs = entry(routine) if integrator.width == 1 else wide_entry(routine, integrator.width)
-    silent = {name: np.zeros(64) for name in ("hw", "seen", "largest", "least", "shares", "pivots", "values")}
-    return {**numbers, **arrays, **by_kind(eom), **silent, "events": 0, "rhs": rhs, "watch": rhs}, routine
+    silent = {name: np.zeros(64) for name in ("hw", "seen", "largest", "least", "shares", "pivots", "values", "hd")}
+    return {
+        **numbers,
+        **arrays,
+        **by_kind(eom),
+        **silent,
+        "events": 0,
+        "driven": 0,
+        "rhs": rhs,
+        "watch": rhs,
+        "drive": rhs,
+    }, routine
 
 
 def languages(given, routine):
@@ -55,4 +65,4 @@ def languages(given, routine):
 
     own = rate if lanes == 1 else wide
     routines = {"interpret": own, "llvm": code, "c": code.library.address(code.symbol)}
-    return given | {"rhs": routines, "watch": routines}
+    return given | {"rhs": routines, "watch": routines, "drive": routines}

@@ -33,6 +33,7 @@ class _Explicit:
         self.tableau, self.outline = tableau, Outline(tableau.name)
         self.writer = self.outline.writer
         self.rhs = self.writer.callee("rhs", *RATE)
+        self.outline.drives(*RATE)
         last = tableau.stages + 1 + len(tableau.later)
         self.state, self.after, self.after_lag = (self.outline.row(last + k) for k in range(3))
         self.weights = last + 3

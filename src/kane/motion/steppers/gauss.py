@@ -50,6 +50,7 @@ class _Gauss:
         self.outline = o = Outline("gauss16")
         self.writer = w = o.writer
         self.rhs = w.callee("rhs", *WIDE)
+        o.drives(*WIDE)
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
         self.watched = Watched(o, _N)
@@ -112,7 +113,7 @@ class _Gauss:
         with w.when(o.get(At.FRESH) > 0.0):
             with w.count(o.n) as i:
                 self.keep(self.states, i, self.splat(o.y[i]))
-            o.work.store(self.clock, self.splat(o.get(At.TIME)))
+            self.tick(self.splat(o.get(At.TIME)))
             self.evaluate()
             with w.count(o.n) as i:
                 self.keep(self.next, i, self.lanes(self.rates, i))
@@ -130,6 +131,12 @@ class _Gauss:
                 i = self.index(self.free, at)
                 self.keep(self.next, i, w.sum(self.combined(self.k, i, columns)))
 
+    def tick(self, times: Term) -> None:
+        """The times of the lanes, and the inputs there."""
+        o = self.outline
+        o.work.store(self.clock, times)
+        o.drive(o.work.at(self.clock), o.work.at(self.states))
+
     def evaluate(self) -> None:
         """The rates at the stages' states."""
         o = self.outline
@@ -144,7 +151,7 @@ class _Gauss:
         for j in range(STAGES):
             self.matrix[j].put(self.splat(h) * _N.a[j])
             self.square[j].put(self.splat(h * h) * _N.a2[j])
-        o.work.store(self.clock, self.splat(o.get(At.TIME)) + self.splat(h) * _N.c)
+        self.tick(self.splat(o.get(At.TIME)) + self.splat(h) * _N.c)
         with w.count(o.n) as i:
             o.work[self.weight + i] = h / self.scale(i)
         self.status.put(_GOING)
@@ -246,7 +253,7 @@ class _Gauss:
         w, o = self.writer, self.outline
         once = [self.splat(h) * row for row in self.watched.once]
         twice = [self.splat(h * h) * row for row in self.watched.twice]
-        o.work.store(self.clock, self.splat(o.get(At.TIME)) + self.splat(h) * PLACES)
+        self.tick(self.splat(o.get(At.TIME)) + self.splat(h) * PLACES)
         with self.each_free() as at:
             i = self.index(self.free, at)
             self.keep(self.states, i, w.sum(self.combined(self.rates, i, once)) + self.splat(o.y[i]))

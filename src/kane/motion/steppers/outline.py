@@ -9,7 +9,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Literal
 
-from kane.program.kernel.language import INT
+from kane.program.kernel.language import INT, Place
 from kane.program.kernel.write import Array, Term, Writer
 
 
@@ -64,6 +64,7 @@ class Outline:
         self.s, self.y, self.lag, self.work = w.array("s"), w.array("y"), w.array("lag"), w.array("work")
         self.p, self.r, self.h = w.array("p"), w.array("r"), w.array("h")
         self.times, self.rows = w.array("times"), w.array("rows")
+        self.driven, self.hd = w.number("driven"), w.array("hd")
         self.back = w.variable("back", INT)
         self.taken = w.variable("taken", INT)
 
@@ -85,8 +86,18 @@ class Outline:
 
     def rate(self, rhs: Callable[..., None], t: Term, x: Array, at: Term | int, row: Term | int) -> None:
         """A row of `work` becomes f(t, x) with the state at a place."""
+        self.drive(t, x.at(at))
         rhs(t, x.at(at), self.p.at(0), self.r.at(0), self.h.at(0), self.work.at(row))
         self.more(At.RATES, 1.0)
+
+    def drives(self, *takes: Literal["float", "array"]) -> None:
+        """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take."""
+        self._drive = self.writer.callee("drive", *takes)
+
+    def drive(self, t: Term | Place, x: Place) -> None:
+        """The inputs at a time."""
+        with self.writer.when(self.driven > 0):
+            self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
 
     def length(self) -> tuple[Term, Term]:
         """The length of the next step, and whether it reaches the end."""

@@ -18,7 +18,8 @@ from kane.program.native.machine import Settings
 class Integrator:
     """An integrator: the order of its error estimate, its kernel, how many doubles it works in for n components.
 
-    It calls for rates at so many states at once as `width` says, and looks for events where it `watches`.
+    It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
+    inputs may be functions in Python, which it asks at each stage.
     """
 
     name: str
@@ -27,10 +28,13 @@ class Integrator:
     work: Callable[[int], int]
     width: int = 1
     watches: bool = False
+    driven: bool = False
 
 
 def _explicit(tableau: Tableau) -> Integrator:
-    return Integrator(tableau.name, tableau.order, lambda: explicit_kernel(tableau), lambda n: rows(tableau) * n)
+    return Integrator(
+        tableau.name, tableau.order, lambda: explicit_kernel(tableau), lambda n: rows(tableau) * n, driven=True
+    )
 
 
 GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + n, STAGES, watches=True)

@@ -10,7 +10,7 @@ from kane.errors import ProgramError
 from kane.numeric.arrays import Array
 from kane.program.emit.kernel_llvm import emit_kernel_llvm
 from kane.program.kernel.language import Argument, ArrayOf, Kernel, Number
-from kane.program.native.entry import Entry
+from kane.program.native.entry import Entry, Hook
 from kane.program.native.machine import Settings
 from kane.program.native.machine_code import compile_text, target
 
@@ -33,7 +33,7 @@ class CompiledKernel:
         kinds = [_INTEGER if isinstance(a, Number) else _POINTER for a in kernel.arguments]
         self._function = library.function(kernel.name, _INTEGER, *kinds)
 
-    def __call__(self, given: Mapping[str, Array | int | Entry]) -> int:
+    def __call__(self, given: Mapping[str, Array | int | Entry | Hook]) -> int:
         """What the kernel returns; it writes to the arrays.
 
         Raises
@@ -44,14 +44,14 @@ class CompiledKernel:
         return int(self._function(*(_passed(a, given.get(a.name)) for a in self.kernel.arguments)))
 
 
-def _passed(argument: Argument, given: Array | int | Entry | None) -> int:
+def _passed(argument: Argument, given: Array | int | Entry | Hook | None) -> int:
     if isinstance(argument, Number) and isinstance(given, int):
         return given
     if isinstance(argument, ArrayOf) and isinstance(given, np.ndarray):
         if given.dtype == np.float64 and given.flags.c_contiguous and given.flags.writeable:
             return int(given.ctypes.data)
-    elif not isinstance(argument, Number | ArrayOf) and isinstance(given, Entry):
-        return given.library.address(given.symbol)
+    elif not isinstance(argument, Number | ArrayOf) and isinstance(given, Entry | Hook):
+        return given.address
     kind = "an integer" if isinstance(argument, Number) else "an array of doubles without gaps, to be written to"
     raise ProgramError(
         f"Expected {kind if isinstance(argument, Number | ArrayOf) else 'a routine'} as {argument.name}, got {given!r}."

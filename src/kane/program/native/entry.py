@@ -2,6 +2,7 @@
 """Routines as kernels call them: where their code begins, and what was hoisted for them."""
 
 import ctypes
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,37 @@ class Entry:
 
     library: Library
     symbol: str
+
+    @property
+    def address(self) -> int:
+        """Where it begins."""
+        return self.library.address(self.symbol)
+
+
+class Hook:
+    """A Python function of a time that a kernel calls as a routine of (t, x, p, r, h, out) at one state.
+
+    An exception must not pass through machine code: it is kept as `raised`, and the function is not called any more.
+    """
+
+    __slots__ = ("_function", "raised")
+
+    def __init__(self, function: Callable[[float], None]) -> None:
+        self.raised: BaseException | None = None
+
+        def call(t: float, *_: int) -> None:
+            if self.raised is None:
+                try:
+                    function(t)
+                except BaseException as error:  # of any kind, an interrupt too
+                    self.raised = error
+
+        self._function = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 5)(call)
+
+    @property
+    def address(self) -> int:
+        """Where it begins."""
+        return int(ctypes.cast(self._function, ctypes.c_void_p).value or 0)
 
 
 def entry(routine: CompiledRoutine) -> Entry:
