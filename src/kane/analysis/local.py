@@ -18,7 +18,7 @@ from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.errors import SingularError, cut
 from kane.expr.evaluate import is_constant_in_time
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.size import Sizes, size
 from kane.expr.symbols import Symbol
 from kane.kinematics.freedoms import Unsuited
@@ -92,13 +92,15 @@ def slopes(eom: Equations, *by: Symbol) -> Bundle[Slopes]:
 def _residual_slopes(eom: Equations, u: Unsolved, symbols: Sequence[Symbol]) -> Matrix:
     """∂(K z − k)/∂symbols; of the speeds of trees as inverse dynamics has them."""
     n = len(eom.speeds)
-    if eom.route in WAYS:
-        try:
-            own = residual_slopes(eom.derived, symbols)
-        except Unsuited:
-            return partials(u.residual, symbols)
-        return Matrix([*own.rows, *partials(u.residual[n:], symbols)], (len(u.residual), len(symbols)))
-    return partials(u.residual, symbols)
+    if eom.route not in WAYS:
+        return partials(u.residual, symbols)
+    try:
+        own = residual_slopes(eom.derived, symbols)
+    except Unsuited:
+        return partials(u.residual, symbols)
+    held = [dot(row[n:], u.unknowns[n:]) for row in u.matrix[:n]]
+    rest = partials([*held, *u.residual[n:]], symbols)
+    return Matrix([*(own + rest.take(range(n))).rows, *rest.rows[n:]], rest.shape)
 
 
 def unknowns(eom: Equations) -> Port:

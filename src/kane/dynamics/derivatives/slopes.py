@@ -7,6 +7,7 @@ divided by is what the values are divided by, with its guards, so that derivativ
 
 from collections.abc import Sequence
 
+from kane.dynamics.derivatives.closed import closed_slopes
 from kane.dynamics.derivatives.tree import acceleration_slopes
 from kane.dynamics.readings.left_out import nan_where_more
 from kane.dynamics.routes.recursive import WAYS
@@ -41,11 +42,14 @@ def slopes(solved: Solved, symbols: Sequence[Symbol]) -> Matrix:
 
 
 def _of_tree(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Expr]] | None:
-    if solved.embedding is not None or not symbols:
+    if not symbols or (solved.embedding is not None and solved.route not in WAYS):
         return None
     route = solved.route if solved.route in WAYS else next(iter(WAYS))
     try:
-        columns = acceleration_slopes(solved.derived, solved.accelerations, symbols, route)
+        if solved.embedding is None:
+            columns = acceleration_slopes(solved.derived, solved.accelerations, symbols, route)
+        else:
+            columns = closed_slopes(solved, symbols)
     except (Unsuited, SingularError):
         return None
     rates = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.rates]

@@ -83,6 +83,8 @@ def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
 
     λ of rows in rates are those of the route.
     """
+    if derived.constraints.constraints:
+        raise Unsuited("constraints")
     line = line_at(derived, u_dot, balanced=route == "recursive")
     if all(u in derived.speeds for p in line.places for u in p.freedom.row):
         return line
@@ -92,9 +94,7 @@ def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
 
 
 def line_at(derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = False) -> Line:
-    """The segments of a tree at given u̇; Unsuited, with what is in the way, where it is no such tree."""
-    if derived.constraints.constraints:
-        raise Unsuited("constraints")
+    """The segments of a tree at given u̇, as if nothing closed it; Unsuited, with what is in the way, where it is no such tree."""
     if holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
     carried = carrying(derived)
