@@ -172,9 +172,7 @@ class Equations(Immutable):
 
     # Energies and momenta ----------------------------------------------------------------------------------------------
 
-    kinetic_energy = read[Expr](
-        lambda e: e.solved.written([energy.kinetic_energy(e.solved.regular.bodies)])[0], "K = ½ Σ m v·v + ω·I·ω."
-    )
+    kinetic_energy = read[Expr](lambda e: energy.whole_kinetic_energy(e.solved), "K = ½ Σ m v·v + ω·I·ω.")
     potential_energy = read[Expr](
         lambda e: energy.potential_energy(e.loads),
         "V, the sum of the loads' potentials; gravity's is zero at the root point's height.",

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.dynamics.constraints.branches import branch_scalars, branches, told, turned
+from kane.dynamics.readings.programs import mass_matrix
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
@@ -72,7 +73,7 @@ def constraint_numbers(eom: Equations) -> Bundle[Numbers]:
         "terms": [size(x, memo) for x in f],
         "a": d.A,
         "b": d.b,
-        "m": written(d.mass_matrix),
+        "m": mass_matrix(solved) if solved.twin is None else written(d.mass_matrix),
         "w": written(d.W),
         "speeds": speeds,
         "branch": scalars,

@@ -4,18 +4,26 @@
 from collections.abc import Iterable, Sequence
 
 from kane.dynamics.bodies import Moving, Turning
+from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import time_derivative
+from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import sum_of
+from kane.dynamics.trees import energy as trees
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Time, input_of
+from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.motion import acceleration_form, velocity_form
 from kane.model.loads import Load
+from kane.model.survey import geometry
 from kane.model.system import total_mass
 from kane.space.point import Point
 from kane.space.vector import Vector
+
+_LARGE = 16
+"""Bodies from which on the kinetic energy is read along the tree."""
 
 
 def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
@@ -27,6 +35,16 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
             w = _along_inertia(b.rotation, b.rotation.motion.total)
             twice = add(twice, w.dot(b.rotation.inertia.times(w)))
     return twice / 2
+
+
+def whole_kinetic_energy(solved: Solved) -> Expr:
+    """That of all bodies; of large trees that recursions solve from the velocities of their segments."""
+    if solved.route in WAYS and solved.twin is None and len(solved.derived.inertias) >= _LARGE:
+        try:
+            return trees.kinetic_energy(solved.derived)
+        except Unsuited:
+            pass
+    return solved.written([kinetic_energy(solved.regular.bodies)])[0]
 
 
 def kinetic_energy_in_speeds(bodies: Sequence[Moving]) -> Expr:
@@ -59,16 +77,17 @@ def power(solved: Solved) -> Expr:
     themselves give −Σ λ b.
     """
     derived, total = solved.regular, ZERO
-    for load, terms in derived.active_terms.items():
+    still = _is_still(derived)
+    for load in derived.loads:
         works = load.potential is None
         if load.potential is not None and _depends_on_time(load.potential):
             works = True
             total = add(total, time_derivative(derived, load.potential))
-        for _, vector, motion in terms:
+        for _, vector, motion in derived.active_terms[load] if works or not still else ():
             if works:
                 total = add(total, motion.total.dot(vector))
             total = add(total, neg(motion.rest.dot(vector)))
-    for b in derived.bodies:
+    for b in () if still else derived.bodies:
         total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.part.mass))
         if b.rotation is not None and not b.rotation.motion.rest.is_zero:
             torque = b.rotation.torque(acceleration_form(b.rotation.motion))
@@ -78,6 +97,15 @@ def power(solved: Solved) -> Expr:
         for b_k, force in zip(rests, solved.multipliers.values(), strict=True):
             total = sub(total, mul(force, b_k))
     return solved.written([total])[0]
+
+
+def _is_still(derived: Derived) -> bool:
+    """Whether nothing moves where all speeds are zero: no motion is prescribed, and no speed counts from another."""
+    system = derived.system
+    own = free_symbols(geometry(system.frames, system.points))
+    return all(z is ZERO for z in derived.kinematical.z) and not any(
+        isinstance(s, Time) or input_of(s) is not None for s in own
+    )
 
 
 def _depends_on_time(e: Expr) -> bool:

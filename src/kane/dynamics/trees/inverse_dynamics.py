@@ -6,6 +6,7 @@ equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import parts
@@ -16,6 +17,7 @@ from kane.expr.build import add, mul, neg
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import rate
+from kane.kinematics.constraints import constraint_rows
 from kane.space.spatial import summed
 
 Exprs = tuple[Expr, ...]
@@ -34,10 +36,18 @@ def forcing(derived: Derived) -> Exprs:
 
 
 def mass_matrix(derived: Derived) -> Matrix:
-    """M of a tree; Unsuited, with what is in the way, of another system."""
+    """M of a tree, which constraints do not change; Unsuited, with what is in the way, of another system."""
+    if derived.constraints.constraints:
+        derived = replace(derived, constraints=constraint_rows((), derived.kinematics, derived.auxiliary_speeds))
     line = line_at(derived, [ZERO] * len(derived.speeds))
+    own, mass = [p.freedom.row for p in line.places], joint_mass(line)
+    if all(len(row) == 1 and next(iter(row.values())) is ONE for row in own):
+        number = {s: k for k, row in enumerate(own) for s in row}
+        if all(u in number for u in derived.speeds):
+            order = [number[u] for u in derived.speeds]
+            return mass.take(order, order)
     rows = joint_rows(line, derived)
-    return rows.T @ joint_mass(line) @ rows
+    return rows.T @ mass @ rows
 
 
 def joint_mass(line: Line) -> Matrix:
