@@ -4,6 +4,7 @@
 What a motion asks for, and no kernel gives yet, is a row of a table: such motions are stepped by SciPy's solvers.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -41,13 +42,13 @@ def _asked(drives: Sequence[Any]) -> bool:
     return any(constant(f) is None for f in drives)
 
 
-def chosen(method: str, stepper: Stepper, drives: Sequence[Any]) -> str:
+def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float) -> str:
     """The method that runs.
 
     Raises
     ------
     SimulationError
-        if it runs in machine code, and the motion asks for what only Python gives
+        if it runs in machine code, and the motion asks for what only Python gives; if its steps are of one length that is not told
     """
     native = _native(stepper, drives) if method == AUTO else method
     if native not in INTEGRATORS:
@@ -59,6 +60,10 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any]) -> str:
         raise SimulationError(
             f'Expected a motion that runs in machine code for method="{method}", got one in which {" and ".join(reasons)}. Take '
             f'method="{AUTO}", which steps such motions by SciPy\'s DOP853.'
+        )
+    if INTEGRATORS[native].fixed and not math.isfinite(max_step):
+        raise SimulationError(
+            f'Expected the length of the steps of method="{native}", which does not choose it, got none. Give it as max_step=.'
         )
     return native
 

@@ -90,6 +90,8 @@ class NativeCourse:
     def _first_step(self, t: float, end: float) -> float:
         """A step over which an Euler step and the change of rates are small: Hairer, Nørsett & Wanner, sec. II.4."""
         order = INTEGRATORS[self.method.name].order
+        if INTEGRATORS[self.method.name].fixed:
+            return self.method.max_step
         scale = self.method.atol + np.abs(self.y) * self.method.rtol
         rate = self.stepper.rate(t, self.y)
         size, speed = np.abs(self.y / scale).max(), np.abs(rate / scale).max()
@@ -190,6 +192,8 @@ class NativeCourse:
     def _why(self, back: Back) -> str:
         """Why there is no step."""
         t, now = float(self.s[At.TIME]), self.stepper.now
+        if back is Back.UNDERFLOW and INTEGRATORS[self.method.name].fixed:
+            return f"a step of max_step={self.method.max_step:g} from t = {t:.6g} is not found by iteration: give a shorter one"
         fastest = now.rates.labels[int(self.s[At.WORST])]
         told = (
             f"no step is short enough for {fastest}, which changes fastest"

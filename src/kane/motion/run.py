@@ -79,7 +79,8 @@ def simulate(
     parameters : values by symbol or name; those left out take their defaults
     inputs : a number or a function of time for each input
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
-    method : "auto", one that runs in machine code ("gauss16", "dop853"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
+    method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", and at steps of the
+        length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
         "LSODA". "auto" takes machine code where there are no constraints and switches, and no events beside inputs that are
         functions of time; `sol.method` says which ran
     rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds
@@ -127,7 +128,7 @@ def simulate(
         for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
-        solver = replace(solver, name=chosen(method, stepper, stepper.now.drives))
+        solver = replace(solver, name=chosen(method, stepper, stepper.now.drives, solver.max_step))
         kind = NativeCourse if solver.name in INTEGRATORS else Course
         course = kind(stepper, solver, span, start, sample_times(samples, span))
         end = _to_its_end(course)

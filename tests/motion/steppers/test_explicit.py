@@ -9,11 +9,13 @@ import pytest
 from kane.errors import SimulationError
 from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.outline import At, Back
+from kane.motion.steppers.rk4 import RK4
 from kane.motion.steppers.table import compiled
+from kane.motion.steppers.tsit5 import TSIT5
 from kane.program.native.machine import Settings
 from tests.motion.steppers.runs import arguments, spring
 
-TABLEAUS = [DOP853]
+TABLEAUS = [DOP853, TSIT5, RK4]
 
 
 @pytest.fixture(scope="module")
@@ -26,15 +28,15 @@ def error(eom, method, h, at):
     given, _ = arguments(eom, Settings(), method, [1.0, 0.0], at[-1], h, 1e3, at)
     assert compiled(method, Settings())(given) == Back.END
     assert given["s"][At.STEPS] == round(at[-1] / h)
-    return np.abs(given["rows"][:, 0] - np.cos(at)).max()
+    return max(np.abs(given["rows"][:, 0] - np.cos(at)).max(), np.abs(given["rows"][:, 1] + np.sin(at)).max())
 
 
 @pytest.mark.parametrize("tableau", TABLEAUS, ids=lambda t: t.name)
 def test_the_order_is_that_of_the_method(tableau, oscillator):
-    """Halving the step divides the error at the end by 2^order, and that between by one power less at least."""
-    coarse, fine = 1.0, 0.5
+    """Halving the step divides the error at the end by 2^order or hardly more, and that between by one power less at least."""
+    coarse, fine = (1.0, 0.5) if tableau.order > 5 else (0.25, 0.125)
     ends = [error(oscillator, tableau.name, h, [8.0]) for h in (coarse, fine)]
-    assert np.log2(ends[0] / ends[1]) == pytest.approx(tableau.order, abs=0.6)
+    assert tableau.order - 0.4 < np.log2(ends[0] / ends[1]) < tableau.order + 1.3
     between = np.arange(1, 80) / 10 + 0.03
     within = [error(oscillator, tableau.name, h, [*between, 8.0]) for h in (coarse, fine)]
     assert np.log2(within[0] / within[1]) > tableau.order - 1

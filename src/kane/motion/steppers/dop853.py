@@ -5,7 +5,7 @@ Source: Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 
 DOP853.
 """
 
-from kane.motion.steppers.tableau import Row, Tableau, numbers
+from kane.motion.steppers.tableau import Tableau, hermite, numbers
 
 (_C,) = numbers("""
     0 0.05260015195876773 0.0789002279381516 0.1183503419072274 0.2816496580927726 0.3333333333333333 0.25 \
@@ -59,15 +59,7 @@ _D = numbers("""
 """)
 
 
-def _dense() -> tuple[Row, ...]:
-    """Weights of y' − y, of h k_0 less it, of twice it less h (k_0 + k_12), and those of the authors."""
-    ends = [[0.0] * 16 for _ in range(2)]
-    ends[0][0] = ends[1][12] = 1.0
-    change = (*_B, 0.0, 0.0, 0.0, 0.0)
-    first = tuple(e - b for e, b in zip(ends[0], change, strict=True))
-    second = tuple(2 * b - e - f for b, e, f in zip(change, *ends, strict=True))
-    return (change, first, second, *_D)
-
-
-DOP853 = Tableau("dop853", 8, _C, _A, _B, _ERRORS, 1 / 8, tuple((row[0], row[1:]) for row in _LATER), _dense())
+DOP853 = Tableau(
+    "dop853", 8, _C, _A, _B, _ERRORS, 1 / 8, tuple((row[0], row[1:]) for row in _LATER), (*hermite(_B, 16), *_D)
+)
 """Twelve evaluations a step, three more where it is sampled."""

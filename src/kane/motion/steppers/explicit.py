@@ -76,21 +76,24 @@ class _Explicit:
         return self.writer.sum([o.work[o.row(j) + i] * x for j, x in enumerate(weights) if x])
 
     def error(self, h: Term) -> Term:
-        """The largest error of a component, in tolerances; where it is, is noted."""
+        """The largest error of a component, in tolerances; where it is, is noted. Without estimates it is zero, or NaN."""
         w, o = self.writer, self.outline
         largest = w.variable("error")
         largest.put(0.0)
-        rtol, atol = o.get(At.RTOL), o.get(At.ATOL)
         with w.count(o.n) as i:
-            size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", o.work[self.after + i]))
-            allowed = atol + rtol * size
-            errors = [w.compute("abs", h * self.combined(row, i)) / allowed for row in self.tableau.errors]
-            error = _joined(w, errors)
+            error = self.error_of(h, i) if self.tableau.errors else w.compute("abs", o.work[self.after + i] * 0.0)
             before = largest.get()
             with w.when(~(error <= before)):
                 largest.put(w.compute("max", before, error))
                 o.put(At.WORST, w.compute("float", i))
         return largest.get()
+
+    def error_of(self, h: Term, i: Term) -> Term:
+        """The error of component i, in tolerances."""
+        w, o = self.writer, self.outline
+        size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", o.work[self.after + i]))
+        allowed = o.get(At.ATOL) + o.get(At.RTOL) * size
+        return _joined(w, [w.compute("abs", h * self.combined(row, i)) / allowed for row in self.tableau.errors])
 
     def decide(self, h: Term, last: Term, error: Term, held: Variable) -> None:
         """The step is gone on from, or taken again."""

@@ -8,7 +8,10 @@ from functools import cache
 from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.explicit import explicit_kernel, rows
 from kane.motion.steppers.gauss import STAGES, gauss_kernel
+from kane.motion.steppers.midpoint import ROWS, midpoint_kernel
+from kane.motion.steppers.rk4 import RK4
 from kane.motion.steppers.tableau import Tableau
+from kane.motion.steppers.tsit5 import TSIT5
 from kane.program.kernel.language import Kernel
 from kane.program.native.compiled_kernel import CompiledKernel
 from kane.program.native.machine import Settings
@@ -19,7 +22,7 @@ class Integrator:
     """An integrator: the order of its error estimate, its kernel, how many doubles it works in for n components.
 
     It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
-    inputs may be functions in Python, which it asks at each stage.
+    inputs may be functions in Python, which it asks at each stage. The steps of a `fixed` one are as long as `max_step`.
     """
 
     name: str
@@ -29,16 +32,23 @@ class Integrator:
     width: int = 1
     watches: bool = False
     driven: bool = False
+    fixed: bool = False
 
 
 def _explicit(tableau: Tableau) -> Integrator:
     return Integrator(
-        tableau.name, tableau.order, lambda: explicit_kernel(tableau), lambda n: rows(tableau) * n, driven=True
+        tableau.name,
+        tableau.order,
+        lambda: explicit_kernel(tableau),
+        lambda n: rows(tableau) * n,
+        driven=True,
+        fixed=not tableau.errors,
     )
 
 
 GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + n, STAGES, watches=True)
-INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853))}
+MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
+INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853), _explicit(TSIT5), _explicit(RK4), MIDPOINT)}
 """By the name that `simulate` takes as method."""
 
 

@@ -21,9 +21,25 @@ def numbers(text: str) -> tuple[Row, ...]:
     return tuple(tuple(map(float, line.split())) for line in lines)
 
 
+def hermite(b: Row, stages: int = 0) -> tuple[Row, ...]:
+    """Dense output by both ends' states and rates: weights of y' − y, of h k_0 less it, of twice it less h (k_0 + k_S).
+
+    There are more zeros behind where there are more stages in all.
+    """
+    change = (*b, *[0.0] * max(1, stages - len(b)))
+    first, last = ([float(j == at) for j in range(len(change))] for at in (0, len(b)))
+    return (
+        change,
+        tuple(e - c for e, c in zip(first, change, strict=True)),
+        tuple(2 * c - e - f for c, e, f in zip(change, first, last, strict=True)),
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Tableau:
-    """A method of an `order`; `a` holds a row for each stage but the first, `errors` the weights of one or two estimates, k_S counted.
+    """A method of an `order`, at steps of one length where it has no `errors`.
+
+    `a` holds a row for each stage but the first, `errors` the weights of one or two estimates, k_S counted.
 
     `exponent` is that of the error in the next step's length, a sum of halves, quarters, …, which takes square roots alone. Of `later`
     stages, for dense output, each row begins with c.
