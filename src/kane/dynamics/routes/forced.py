@@ -7,7 +7,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.closed import closed
 from kane.dynamics.routes.recursive import by_recursion, carrying
-from kane.dynamics.routes.trees import compared, tree_with_reactions
+from kane.dynamics.routes.trees import compared, has_no_poles, tree_with_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError
 from kane.kinematics.freedoms import Unsuited
@@ -16,7 +16,14 @@ from kane.kinematics.freedoms import Unsuited
 def _closed(derived: Derived, partition: Partition, route: str) -> Solved:
     if route != "recursive":
         raise Unsuited("constraints")
-    return tree_with_reactions(derived, closed(derived, partition)).guarded()
+    found = closed(derived, partition)
+    _check_poles(derived, found)
+    return tree_with_reactions(derived, found).guarded()
+
+
+def _check_poles(derived: Derived, found: Solved) -> None:
+    if not has_no_poles(derived, found):
+        raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
 
 
 def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
@@ -26,7 +33,9 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
         try:
             if partition is not None:
                 return compared([_closed(derived, partition, route)])
-            return compared([tree_with_reactions(derived, by_recursion(derived, carrying(derived), route))])
+            found = by_recursion(derived, carrying(derived), route)
+            _check_poles(derived, found)
+            return compared([tree_with_reactions(derived, found)])
         except Unsuited as why:
             raise ModelError(
                 f"Expected a tree of joint speeds for route={route!r}, got {why}. Leave out route=, or take "

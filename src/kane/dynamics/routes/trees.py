@@ -31,7 +31,7 @@ def trees(derived: Derived) -> list[Solved]:
     """The solutions by recursion, of trees large enough, that divide by nothing of W by which velocities do not."""
     if len(derived.inertias) < _TREE:
         return []
-    return [tree_with_reactions(derived, s) for s in recursions(derived) if _has_no_poles(derived, s)]
+    return [tree_with_reactions(derived, s) for s in recursions(derived) if has_no_poles(derived, s)]
 
 
 def loops(derived: Derived, partition: Partition) -> list[Solved]:
@@ -42,10 +42,10 @@ def loops(derived: Derived, partition: Partition) -> list[Solved]:
         found = closed(derived, partition)
     except Unsuited:
         return []
-    return [tree_with_reactions(derived, found).guarded()] if _has_no_poles(derived, found) else []
+    return [tree_with_reactions(derived, found).guarded()] if has_no_poles(derived, found) else []
 
 
-def _has_no_poles(derived: Derived, s: Solved) -> bool:
+def has_no_poles(derived: Derived, s: Solved) -> bool:
     """Whether it divides by nothing of W by which velocities do not."""
     pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
     moving = {f for f in pivots if not is_constant_in_time([f])}
