@@ -85,6 +85,43 @@ def test_inputs_in_python_are_asked_at_the_stages():
         kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method="gauss16")
 
 
+@pytest.mark.parametrize("method", NATIVE)
+def test_inputs_are_expressions_of_time_and_parameters(method):
+    """F = a cos 3t, evaluated in machine code, a with its value; as a function of Python it gives the same motion."""
+    eom, F = pushed()
+    m = kn.parameter("m", 2.0)
+    heavy = eom.system.replace(bodies=[kn.Particle("P", eom.system.bodies[0].point, m)])
+    eom = kn.derive(heavy)
+    sol = kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: m * kn.cos(3 * kn.time)}, parameters={m: 5}, method=method)
+    assert sol.method == method
+    assert sol.u[:, 0] == pytest.approx(np.sin(3 * sol.t) / 3, abs=1e-9)
+    assert sol[F] == pytest.approx(5 * np.cos(3 * sol.t), rel=1e-12, abs=1e-12)
+    assert kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: kn.cos(kn.time)}).method == "gauss16"
+    assert kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: abs(kn.cos(kn.time))}).method == "dop853"
+    with pytest.raises(
+        SimulationError,
+        match=r"input F as .* an expression of time and of parameters .* got the expression 2\*x with x \(Coordinate\)",
+    ):
+        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: eom.coordinates[0] * 2}, method=method)
+
+
+@pytest.mark.parametrize("method", [*NATIVE, "DOP853"])
+def test_a_prescribed_motion_is_an_expression(method):
+    """A pivot that is moved by r = 0.1 sin 2t: its velocity and acceleration are derived; a pendulum hangs on it."""
+    N = kn.Frame("N")
+    q, r = kn.coordinate("q"), kn.input("r")
+    A = N.rotate("A", q, N.z)
+    P = kn.Point("O", fixed_in=N).at("S", r * N.x).at("P", -A.y)
+    system = kn.System(N, bodies=[kn.Particle("P", P, 1)], loads=[kn.gravity(-9.81 * N.y)], speeds="rates")
+    eom = kn.derive(system)
+    own = kn.simulate(eom, (0, 3), q=[0.3], u=[0], inputs={r: 0.1 * kn.sin(2 * kn.time)}, method=method)
+    functions = tuple(lambda t, k=k: 0.1 * 2**k * np.sin(2 * t + k * np.pi / 2) for k in range(3))
+    other = kn.simulate(eom, (0, 3), q=[0.3], u=[0], inputs={r: functions}, method="DOP853")
+    assert own.method == method
+    assert own.states == pytest.approx(other.states, abs=1e-7)
+    assert own.work == pytest.approx(other.work, abs=1e-7)
+
+
 def test_what_goes_wrong_in_an_input_is_raised():
     """At the place where it does, an interrupt too; a value that is none ends the motion before it."""
     eom, F = pushed()

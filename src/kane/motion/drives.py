@@ -17,6 +17,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.symbols import Input, Parameter, Time, input_of, time
 from kane.model.survey import geometry
+from kane.motion.formulas import Formula, formula
 from kane.numeric.named import finite_number, named_values
 
 Function = Callable[[Any], Any]
@@ -74,11 +75,15 @@ def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot")
 
 
 def input_functions(
-    eom: Equations, inputs: Mapping[Any, Any] | None, span: tuple[float, float]
+    eom: Equations,
+    inputs: Mapping[Any, Any] | None,
+    span: tuple[float, float],
+    parameters: Mapping[Expr, Any] | None = None,
 ) -> dict[Expr, Function]:
     """A function of time for each input and for the derivatives of those that move something, in the order of `eom.inputs`.
 
-    An input must have a value, and derivatives of its own if it moves something; a prescribed motion must not jump.
+    An expression takes `parameters`, or their defaults. An input must have a value, and derivatives of its own if it moves something,
+    which those of expressions are; a prescribed motion must not jump.
     """
     values = named_values("inputs", eom.inputs, inputs)
     own = [s for s in eom.inputs if isinstance(s, Input)]
@@ -87,6 +92,8 @@ def input_functions(
         raise ValueMissingError(
             f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
         )
+    known: Mapping[Expr, Any] = {p: p.default for p in eom.parameters} if parameters is None else parameters
+    values = {s: formula(str(s), v, known) if isinstance(v, Expr) else v for s, v in values.items()}
     functions_of: dict[Expr, Function] = {}
     for r in own:
         chain = [s for s in eom.inputs if input_of(s) is r]
@@ -142,7 +149,7 @@ def _several(value: Any) -> bool:
 
 
 def _function(name: str, value: Any) -> Function:
-    if isinstance(value, Signal | Asked):
+    if isinstance(value, Signal | Asked | Formula):
         return value
     if callable(value):
         _check_signature(name, value)

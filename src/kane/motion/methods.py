@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from kane.errors import SimulationError
-from kane.expr.ops import OPS
 from kane.motion.drives import constant
+from kane.motion.formulas import CORNERS, Formula
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
@@ -27,7 +27,7 @@ _WIDE, _NARROW = "gauss16", "dop853"
 """What it is in machine code: by rates on lanes, or where the machine has few of them, the library is called lane by lane, or rates
 or inputs may have corners, which collocation's estimate does not see."""
 _LANES = 4
-_NOT_WIDE = {*LIBRARY, *(OPS[name] for name in ("abs", "sign", "min", "max", "less", "where"))}
+_NOT_WIDE = {*LIBRARY, *CORNERS}
 
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
     (lambda stepper, drives, by: stepper.manifold is not None, "constraints are kept"),
@@ -39,7 +39,7 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
 
 
 def _asked(drives: Sequence[Any]) -> bool:
-    return any(constant(f) is None for f in drives)
+    return any(constant(f) is None and not isinstance(f, Formula) for f in drives)
 
 
 def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float) -> str:
@@ -71,7 +71,8 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float
 def _native(stepper: Stepper, drives: Sequence[Any]) -> str:
     rates, settings = stepper.now.rates, stepper.now.rates.settings
     narrow = any(rates.program.op(i) in _NOT_WIDE for i in rates.routine.body)
-    return _NARROW if narrow or _asked(drives) or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
+    narrow |= _asked(drives) or any(isinstance(f, Formula) and not f.smooth for f in drives)
+    return _NARROW if narrow or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
 
 
 def check_method(method: Any) -> str:

@@ -3,11 +3,13 @@
 
 import numpy as np
 
+from kane.expr.node import as_expr
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
 from kane.motion.chatter import Pace
 from kane.motion.collocated import Given, by_kind, polynomial, watching
 from kane.motion.drives import constant
+from kane.motion.formulas import Formula, driving
 from kane.motion.met import crossings, thresholds, vanishing
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
@@ -68,6 +70,13 @@ class NativeCourse:
         r = np.repeat(np.append(now.inputs(self.span[0]), 0.0), INTEGRATORS[self.method.name].width)
         if all(constant(f) is not None for f in now.drives):
             return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
+        if all(constant(f) is not None or isinstance(f, Formula) for f in now.drives):
+            values = [f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f in now.drives]
+            given = self.stepper.eom.numeric(now.settings).routine(driving, *values).flat
+            h = hoisted(given, self.span[0], self.y[: now.width], now.p, r[: len(now.drives)])
+            width = INTEGRATORS[self.method.name].width
+            code = entry(given) if width == 1 else wide_entry(given, width)
+            return {"r": r, "driven": 1, "hd": h, "drive": code}
 
         def drive(t: float) -> None:
             r[:-1] = np.nan

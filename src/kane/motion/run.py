@@ -77,7 +77,7 @@ def simulate(
     q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
     rates : the rates of the coordinates at the start, by coordinate, in place of `u`
     parameters : values by symbol or name; those left out take their defaults
-    inputs : a number or a function of time for each input
+    inputs : a number, an expression of time and parameters, or a function of time for each input
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
     method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", and at steps of the
         length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
@@ -117,7 +117,7 @@ def simulate(
     )
     constants = parameter_values(eom.system, parameters)
     check_masses(eom, constants)
-    drives = input_functions(eom, inputs, span)
+    drives = input_functions(eom, inputs, span, constants)
     check_prescribed(eom, constants, span)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
