@@ -12,9 +12,9 @@ with J = ∫ (ρ·ρ 1 − ρ ρᵀ) dm, h = ∫ ρ dm, L = ∫ ρ × v dm, and 
 
 from typing import NamedTuple
 
-from kane.expr.build import add, sub
+from kane.expr.build import add, mul, sub
 from kane.expr.matrix import dot
-from kane.expr.node import TWO, ZERO, Expr
+from kane.expr.node import TWO, Expr
 from kane.space.rotation import Cosines, Triple, cross3, product
 from kane.space.spatial import Rigid, Turn, Turns, as_rows, mirrored, summed, summed_symmetric, times, triple
 
@@ -48,7 +48,7 @@ class Row(NamedTuple):
 
     def moved(self, r: Triple, v: Triple) -> "Row":
         """By the changes of the point from which the origin lies at r, with the velocity v."""
-        spin = summed(self.spin, times(TWO, cross3(v, self.a)))
+        spin = summed(self.spin, cross3(times(TWO, v), self.a))
         return Row(spin, summed(self.alpha, cross3(r, self.a)), self.a)
 
 
@@ -77,12 +77,11 @@ class Whole(NamedTuple):
         """About the point from which the origin lies at r, with the velocity v."""
         body = self.body.moved(r)
         momentum = summed(self.momentum, summed(cross3(r, self.shift), cross3(body.h, v)))
-        common = add(dot(v, body.h), dot(r, self.shift))
+        own = [add(mul(v[k], body.h[k]), mul(r[k], self.shift[k])) for k in range(3)]
         rows = [list(row) for row in self.rows]
-        for a in range(3):
-            for b in range(a, 3):
-                x = add(_both(v, body.h, a, b), _both(r, self.shift, a, b))
-                rows[a][b] = rows[b][a] = add(rows[a][b], sub(add(common, common) if a == b else ZERO, x))
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            rows[i][i] = add(rows[i][i], mul(TWO, add(own[j], own[k])))
+            rows[i][j] = rows[j][i] = sub(rows[i][j], add(_both(v, body.h, i, j), _both(r, self.shift, i, j)))
         return Whole(body, momentum, summed(self.shift, times(body.m, v)), as_rows(rows))
 
     def pressed(self, by: Change) -> tuple[Triple, Triple]:
@@ -90,7 +89,7 @@ class Whole(NamedTuple):
         m, h, j = self.body
         n = summed(product(self.rows, by.spin), cross3(by.spin, self.momentum))
         n = summed(n, summed(product(j, by.alpha), cross3(h, by.a)))
-        f = summed(times(TWO, cross3(by.spin, self.shift)), cross3(by.alpha, h))
+        f = summed(cross3(times(TWO, by.spin), self.shift), cross3(by.alpha, h))
         return n, summed(f, times(m, by.a))
 
     def row(self, spin: Triple, slide: Triple) -> Row:
