@@ -33,11 +33,12 @@ def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
     if len(body) < _LEAST:
         return ()
     alike = _Alike(code)
-    sizes = Counter(alike.form[i] for i in body)
-    weights = Counter(n for n in sizes.values() if 2 <= n <= MOST)
-    # where limbs repeat themselves, some values come more often than there are limbs
-    likely = [n for n in sorted(weights, key=lambda n: -n * weights[n]) if n * weights[n] >= _SHARE * len(body) / 2]
-    found = [_from_results(alike, body, routine.results, n) for n in likely[:3]]
+    own = {alike.plain(i).value for i in routine.results}.intersection(body)
+    counts = Counter(n for n in Counter(alike.form[i] for i in own).values() if 2 <= n <= MOST)
+    often = Counter(Counter(alike.form[i] for i in body).values())
+    # a limb may hold a form several times
+    likely = [n for n in counts if sum(m * k for m, k in often.items() if m % n == 0) >= _SHARE * len(body)]
+    found = [_from_results(alike, body, routine.results, n) for n in likely]
     best = max(found, key=_laid, default=())
     return best if _laid(best) >= _SHARE * len(body) else ()
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from kane.program.passes.verify import verified
-from kane.program.program import Code, Program
+from kane.program.program import Code, Program, Routine
 
 
 def assembled(code: Code) -> Program:
@@ -26,9 +26,20 @@ def assembled(code: Code) -> Program:
         orders = (tuple(body), _larger_first(code, body, routine.results))
         routines.append(replace(routine, body=min(orders, key=lambda order: live_ranges(code, order))))
     hoisted = tuple(code.below(read, False))
-    kept = tuple(i for i in hoisted if i in read)
+    kept = _side_by_side(routines, [i for i in hoisted if i in read])
     parts = (code.name, code.subject, code.ports, code.constants, code.ops, args)
     return verified(Program(*parts, tuple(routines), hoisted, kept, notes=code.notes), "tiers")
+
+
+def _side_by_side(routines: Sequence[Routine], kept: Sequence[int]) -> tuple[int, ...]:
+    """`kept` with those together that limbs read at a time, which are one vector then."""
+    own, order = set(kept), dict[int, None]()
+    for pack in (p for r in routines for p in r.packs):
+        for operand in pack.operands:
+            values = [x.value for x in operand]
+            if own.issuperset(values) and order.keys().isdisjoint(values):
+                order.update(dict.fromkeys(values))
+    return tuple(order | dict.fromkeys(kept))
 
 
 def live_ranges(code: Code, order: Sequence[int]) -> int:
