@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 import kane as kn
 from benchmarks import native
@@ -88,10 +87,10 @@ def _pendulum(n: int, relative: bool) -> TreeCase:
     )
 
 
-def _random(name: str, parents: Sequence[int], floating: bool = False) -> TreeCase:
+def _random(name: str, parents: Sequence[int], general: bool, floating: bool = False) -> TreeCase:
     return TreeCase(
-        name,
-        lambda: random_tree(parents, SEED, floating=floating),
+        f"{name}, every number a parameter" if general else name,
+        lambda: random_tree(parents, SEED, floating=floating, general=general),
         lambda: random_links(parents, SEED),
         floating=floating,
     )
@@ -99,10 +98,16 @@ def _random(name: str, parents: Sequence[int], floating: bool = False) -> TreeCa
 
 CASES = (
     *(_pendulum(n, relative) for relative in (False, True) for n in (10, 40, 100)),
-    _random("7R arm, general axes", range(-1, 6)),
-    _random("tree of 20 bodies", BRANCHES),
-    _random("four limbs of six joints on a floating base", LIMBS, floating=True),
-    _random("spatial chain, 100", range(-1, 99)),
+    *(
+        _random(name, parents, general, floating)
+        for name, parents, floating in (
+            ("7R arm, general axes", range(-1, 6), False),
+            ("tree of 20 bodies", BRANCHES, False),
+            ("four limbs of six joints on a floating base", LIMBS, True),
+            ("spatial chain, 100", range(-1, 99), False),
+        )
+        for general in (False, True)
+    ),
 )
 
 
@@ -157,8 +162,3 @@ def peer_loops(case: TreeCase) -> dict[str, Loop]:
             compiled = heyoka.kernel(heyoka.chain(case.rods), case.x, values)
             loops["heyoka, recursion"] = _checked(case, "heyoka, recursion", compiled)
     return loops
-
-
-def rotation(case: TreeCase) -> Array:
-    """Direction cosines of the base in numbers."""
-    return np.asarray(Rotation.from_quat(case.base[0][3:]).as_matrix())

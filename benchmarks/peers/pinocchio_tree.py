@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from benchmarks.native import Array
-from benchmarks.random_trees import Link
+from benchmarks.random_trees import Link, along_z
 
 SOURCE = Path(__file__).with_suffix(".cpp")
 _BUILD = Path(__file__).parents[2] / "build" / "benchmarks"
@@ -53,14 +53,6 @@ def _doubles(a: Array) -> ctypes.c_void_p:
     return ctypes.c_void_p(a.ctypes.data)
 
 
-def onto_z(axis: Array) -> Array:
-    """A rotation that takes z to a unit vector."""
-    other = np.eye(3)[np.argmin(np.abs(axis))]
-    x = np.cross(other, axis)
-    x /= np.linalg.norm(x)
-    return np.column_stack((x, np.cross(axis, x), axis))
-
-
 @dataclass(frozen=True)
 class PinocchioTree:
     """A tree with z of each joint frame along its axis."""
@@ -85,15 +77,11 @@ class PinocchioTree:
 
 def tree(links: Sequence[Link], gravity: Array, *, floating: bool) -> PinocchioTree:
     """The tree of links."""
-    turned = [onto_z(link.axis) for link in links]
-    above = [turned[link.parent] if link.parent >= 0 else np.eye(3) for link in links]
-    both = list(zip(links, turned, above, strict=True))
-    parents = np.array([link.parent for link in links], dtype=np.int64)
-    turns = np.array([a.T @ link.seat @ own for link, own, a in both])
-    places = np.array([a.T @ link.at for link, _, a in both])
-    masses = np.array([link.mass for link in links])
-    centers = np.array([own.T @ link.center for link, own, _ in both])
-    inertias = np.array([own.T @ link.inertia @ own for link, own, _ in both])
+    own = along_z(links)
+    parents = np.array([link.parent for link in own], dtype=np.int64)
+    turns, places, masses, centers, inertias = (
+        np.array([getattr(link, name) for link in own]) for name in ("seat", "at", "mass", "center", "inertia")
+    )
     arrays = [np.ascontiguousarray(a) for a in (parents, turns, places, masses, centers, inertias, gravity)]
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in arrays]
     handle = library().tree_new(ctypes.c_long(len(links)), ctypes.c_long(floating), *pointers)
