@@ -7,6 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane.expr.diff import weighted
+from kane.expr.node import ONE, as_expr
 
 x, y = kn.coordinates("x y")
 
@@ -115,3 +117,33 @@ def test_a_motion_on_a_guarded_curve_starts_anywhere(start):
     sol = kn.simulate(eom, (0, 0.5), q=[start], u=[1.0], samples=5)
     assert sol.status == "finished"
     assert sol.energy == pytest.approx(sol.energy[0], rel=1e-6)
+
+
+class TestWeighted:
+    """Σ w_i ∂root_i/∂symbol of several roots."""
+
+    x, y, w = kn.coordinate("x"), kn.coordinate("y"), kn.parameter("w")
+
+    def numbers(self, roots, weights, at):
+        found = weighted([as_expr(r) for r in roots], weights, (self.x, self.y))
+        return [float(v) for v in kn.evaluate(list(found), at)]
+
+    def test_in_one_sweep_it_is_the_sum_of_gradients(self):
+        x, y, w = self.x, self.y, self.w
+        roots, weights = [kn.sin(x) * y, x / y + y**3, x], [w, w * w, ONE]
+        at = {x: 0.7, y: 1.3, w: 0.4}
+        expected = sum(
+            kn.evaluate(e, at) * np.array(kn.evaluate(list(kn.gradient(r, (x, y))), at), dtype=float)
+            for r, e in zip(roots, weights, strict=True)
+        )
+        assert self.numbers(roots, weights, at) == pytest.approx(expected, rel=1e-14)
+
+    def test_what_a_choice_leaves_out_may_be_infinite(self):
+        x, y, w = self.x, self.y, self.w
+        assert self.numbers([kn.max(1 / x, y) + x * y], [w], {x: -0.0001, y: 2.0, w: 3.0}) == pytest.approx([6, 2.9997])
+        assert self.numbers([kn.where(kn.less(0, x), kn.log(x), y)], [w], {x: 0.0, y: 2.0, w: 3.0}) == [0, 3]
+
+    def test_a_length_at_rest_has_the_mean_slope(self):
+        x, y, w = self.x, self.y, self.w
+        at = {x: 0.0, y: 0.0, w: 3.0}
+        assert self.numbers([kn.sqrt(x * x + y * y) * x], [w], at) == [0, 0]
