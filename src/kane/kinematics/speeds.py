@@ -67,7 +67,13 @@ class Speeds:
     groups: dict[Expr, int]
     by_row: dict[frozenset[tuple[Expr, Expr]], dict[int, Expr]]
     nontrivial: bool
+    offsets: tuple[tuple[Speed, Expr], ...] = field(init=False)
+    """The speeds that have a z, with it."""
     _known: dict[Expr, Affine] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        own = tuple((u, z) for u, z in zip(self.speeds, self.z, strict=True) if z is not ZERO)
+        object.__setattr__(self, "offsets", own)
 
     # Matching -------------------------------------------------------------------------------------------------------
 
@@ -92,9 +98,9 @@ class Speeds:
             for u, c in gained:
                 coefficients[u] = add(coefficients.get(u, ZERO), c)
         kept = {u: c for u, c in coefficients.items() if c is not ZERO}
-        for i, u in enumerate(self.speeds):
-            if u in kept and self.z[i] is not ZERO:
-                rest = sub(rest, mul(kept[u], self.z[i]))
+        for u, z in self.offsets:
+            if u in kept:
+                rest = sub(rest, mul(kept[u], z))
         return ScalarForm(kept, rest, exact and used)
 
     def _by_group(self, row: Row) -> Iterable[dict[Expr, Expr]]:
