@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.native import kernel_of
-from benchmarks.random_trees import Link
+from benchmarks.random_trees import Link, Mass
 from benchmarks.rhs_cases import optional
 from benchmarks.systems import arm
 from benchmarks.tree_cases import CASES, TreeCase
@@ -22,14 +22,12 @@ _ROUNDS, _SECONDS = 31, 2e-3
 _WANTED = ("7R arm, general axes", "tree of 20 bodies", "four limbs of six joints on a floating base")
 
 
-def arm_links(axes: str) -> list[Link]:
-    """The numbers of `arm`."""
+def arm_links(axes: str) -> tuple[None, list[Link]]:
+    """The numbers of `arm`, on the ground."""
     unit = dict(zip("xyz", np.eye(3), strict=True))
     along = np.array([0.0, 0.0, 1.0])
-    return [
-        Link(k - 1, np.eye(3), 0.5 * along * (k > 0), unit[axis], 1.0, 0.25 * along, 0.1 * np.eye(3))
-        for k, axis in enumerate(axes)
-    ]
+    body = Mass(1.0, 0.25 * along, 0.1 * np.eye(3))
+    return None, [Link(k - 1, np.eye(3), 0.5 * along * (k > 0), unit[axis], body) for k, axis in enumerate(axes)]
 
 
 def cases() -> list[TreeCase]:
@@ -51,7 +49,7 @@ def depth_first(links: Sequence[Link]) -> list[int]:
 
 def compare(case: TreeCase) -> dict[str, float]:
     """Nanoseconds of a call, the least of several rounds, and the largest difference over the largest derivative."""
-    eom, links, (q, v) = case.eom, case.links(), case.state
+    eom, (trunk, links), (q, v) = case.eom, case.links(), case.state
     n, count = len(links), len(case.eom.coordinates)
     code = eom.compile()
     found = {"kane rhs": kernel_of(code.rhs, case.x), "kane jac": kernel_of(code.jac, case.x)}
@@ -61,7 +59,7 @@ def compare(case: TreeCase) -> dict[str, float]:
         order = depth_first(links)
         place = {-1: -1, **{k: i for i, k in enumerate(order)}}
         sorted_links = [replace(links[k], parent=place[links[k].parent]) for k in order]
-        tree = pinocchio.tree(sorted_links, np.array(case.gravity), floating=case.floating)
+        tree = pinocchio.tree(sorted_links, np.array(case.gravity), trunk)
         at, rates = case.base
         state = np.concatenate((at, q[order])), np.concatenate((rates[3:], rates[:3], v[order]))
         loops["Pinocchio aba"], _ = tree.accelerations(*state, local=False)

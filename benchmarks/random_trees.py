@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Trees of pins with general axes, tilts, offsets and inertias in numbers: what a robot's description usually holds."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +21,19 @@ LIMBS = tuple(-1 if k % 6 == 0 else k - 1 for k in range(24))
 
 
 @dataclass(frozen=True)
+class Mass:
+    """Of a body: mass, mass centre from its joint and central inertia along its axes."""
+
+    mass: float
+    center: Array
+    inertia: Array
+
+    def turned(self, axes: Array) -> Mass:
+        """Along other axes, the columns of `axes`."""
+        return Mass(self.mass, axes.T @ self.center, axes.T @ self.inertia @ axes)
+
+
+@dataclass(frozen=True)
 class Link:
     """A body on a pin: the seat of the pin in the body `parent` (−1 the ground, or the base), the unit `axis` along the seat.
 
@@ -29,34 +44,32 @@ class Link:
     seat: Array
     at: Array
     axis: Array
-    mass: float
-    center: Array
-    inertia: Array
+    body: Mass
 
 
-def random_links(parents: Sequence[int], seed: int) -> list[Link]:
-    """A body a pin, on the bodies `parents`: four particles about a mass centre beside the joint."""
+def random_links(parents: Sequence[int], seed: int, *, floating: bool = False) -> tuple[Mass | None, list[Link]]:
+    """The base, if it floats, and a body a pin, on the bodies `parents`."""
     rng = np.random.default_rng(seed)
     joints = []
     for parent in parents:
         seat, at, n = _rotation(rng), 0.3 * rng.normal(size=3), rng.normal(size=3)
         joints.append((parent, seat, at, n / np.linalg.norm(n)))
-    links = []
-    for joint in joints:
-        arms = 0.1 * rng.normal(size=(4, 3))
-        inertia = np.sum(arms**2) * np.eye(3) - arms.T @ arms
-        links.append(Link(*joint, mass=1.0, center=0.2 * rng.normal(size=3), inertia=inertia))
-    return links
+    base = _mass(rng) if floating else None
+    return base, [Link(*joint, _mass(rng)) for joint in joints]
+
+
+def _mass(rng: np.random.Generator) -> Mass:
+    """Four particles about a mass centre beside the joint."""
+    arms = 0.1 * rng.normal(size=(4, 3))
+    inertia = np.sum(arms**2) * np.eye(3) - arms.T @ arms
+    return Mass(1.0, 0.2 * rng.normal(size=3), inertia)
 
 
 def planar_links(n: int) -> list[Link]:
     """n uniform rods of 1 kg and 1 m hanging along −y; each turns about z relative to the one before."""
-    across = 1 / 12
-    inertia, z = np.diag([across, 0.0, across]), np.array([0.0, 0.0, 1.0])
-    return [
-        Link(k - 1, np.eye(3), np.array([0.0, -1.0 if k else 0.0, 0.0]), z, 1.0, np.array([0.0, -0.5, 0.0]), inertia)
-        for k in range(n)
-    ]
+    rod = Mass(1.0, np.array([0.0, -0.5, 0.0]), np.diag([1 / 12, 0.0, 1 / 12]))
+    z = np.array([0.0, 0.0, 1.0])
+    return [Link(k - 1, np.eye(3), np.array([0.0, -1.0 if k else 0.0, 0.0]), z, rod) for k in range(n)]
 
 
 def onto_z(axis: Array) -> Array:
@@ -73,15 +86,7 @@ def along_z(links: Sequence[Link]) -> list[Link]:
     above = [turned[link.parent] if link.parent >= 0 else np.eye(3) for link in links]
     z = np.array([0.0, 0.0, 1.0])
     return [
-        Link(
-            link.parent,
-            a.T @ link.seat @ own,
-            a.T @ link.at,
-            z,
-            link.mass,
-            own.T @ link.center,
-            own.T @ link.inertia @ own,
-        )
+        Link(link.parent, a.T @ link.seat @ own, a.T @ link.at, z, link.body.turned(own))
         for link, own, a in zip(links, turned, above, strict=True)
     ]
 
@@ -97,7 +102,8 @@ def random_tree(parents: Sequence[int], seed: int, *, floating: bool = False, ge
     if floating:
         joints.append(kn.free("base", *base))
         base = (joints[0].point, joints[0].frame)
-    links = along_z(random_links(parents, seed)) if general else random_links(parents, seed)
+    trunk, links = random_links(parents, seed, floating=floating)
+    links = along_z(links) if general else links
     given = _parameters if general else _numbers
     placed: list[tuple[kn.Point, kn.Frame]] = []
     for k, link in enumerate(links, 1):
@@ -106,7 +112,8 @@ def random_tree(parents: Sequence[int], seed: int, *, floating: bool = False, ge
         at = at.at(f"P{k}", _vector(frame, given(f"p{k}_", link.at)))
         joints.append(kn.pin(f"joint{k}", at, seat, axis=seat.z if general else _vector(seat, link.axis.tolist())))
         placed.append((joints[-1].point, joints[-1].frame))
-    bodies = [_body(joint, link, given) for joint, link in zip(joints[-len(links) :], links, strict=True)]
+    masses = [*([] if trunk is None else [trunk]), *(link.body for link in links)]
+    bodies = [_body(joint, mass, given) for joint, mass in zip(joints, masses, strict=True)]
     return kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-g * N.z)])
 
 
@@ -120,15 +127,15 @@ def _parameters(name: str, values: Array) -> Any:
     return flat if values.ndim == 1 else [flat[3 * i : 3 * i + 3] for i in range(3)]
 
 
-def _body(joint: kn.Joint, link: Link, given: Callable[[str, Array], Any]) -> kn.RigidBody:
-    (xx, xy, zx), (_, yy, yz), (_, _, zz) = given(f"I_{joint.name}_", link.inertia)
+def _body(joint: kn.Joint, body: Mass, given: Callable[[str, Array], Any]) -> kn.RigidBody:
+    (xx, xy, zx), (_, yy, yz), (_, _, zz) = given(f"I_{joint.name}_", body.inertia)
     return kn.RigidBody(
         joint.name,
         frame=joint.frame,
         mass_center=joint.point.at(
-            f"{joint.name} center", _vector(joint.frame, given(f"c_{joint.name}_", link.center))
+            f"{joint.name} center", _vector(joint.frame, given(f"c_{joint.name}_", body.center))
         ),
-        mass=kn.parameter(f"m_{joint.name}", link.mass, "kg"),
+        mass=kn.parameter(f"m_{joint.name}", body.mass, "kg"),
         inertia=kn.inertia(joint.frame, xx, yy, zz, xy, yz, zx),
     )
 

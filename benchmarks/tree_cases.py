@@ -13,7 +13,7 @@ import kane as kn
 from benchmarks import native
 from benchmarks.native import Array, Kernel
 from benchmarks.peers import casadi_ad
-from benchmarks.random_trees import BRANCHES, LIMBS, Link, planar_links, random_links, random_tree
+from benchmarks.random_trees import BRANCHES, LIMBS, Link, Mass, planar_links, random_links, random_tree
 from benchmarks.rhs_cases import optional
 from benchmarks.rounds import Loop
 from kane.gallery import pendulums
@@ -30,7 +30,7 @@ class TreeCase:
 
     name: str
     system: Callable[[], kn.System]
-    links: Callable[[], Sequence[Link]]
+    links: Callable[[], tuple[Mass | None, Sequence[Link]]]
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     floating: bool = False
     absolute: bool = False
@@ -44,7 +44,7 @@ class TreeCase:
     @cached_property
     def state(self) -> tuple[Array, Array]:
         """Joint angles and rates."""
-        rng, n = np.random.default_rng(7), len(self.links())
+        rng, n = np.random.default_rng(7), len(self.links()[1])
         return rng.uniform(-1, 1, n), rng.uniform(-1, 1, n)
 
     @cached_property
@@ -80,7 +80,7 @@ def _pendulum(n: int, relative: bool) -> TreeCase:
     return TreeCase(
         f"planar chain, {'relative' if relative else 'absolute'} angles, {n}",
         lambda: pendulums.system(n, relative=relative),
-        lambda: planar_links(n),
+        lambda: (None, planar_links(n)),
         (0.0, -9.81, 0.0),
         absolute=not relative,
         rods=n,
@@ -91,7 +91,7 @@ def _random(name: str, parents: Sequence[int], general: bool, floating: bool = F
     return TreeCase(
         f"{name}, every number a parameter" if general else name,
         lambda: random_tree(parents, SEED, floating=floating, general=general),
-        lambda: random_links(parents, SEED),
+        lambda: random_links(parents, SEED, floating=floating),
         floating=floating,
     )
 
@@ -138,10 +138,10 @@ def _checked(case: TreeCase, name: str, kernel: Kernel) -> Loop:
 def peer_loops(case: TreeCase) -> dict[str, Loop]:
     """The peers', each checked against kane's reference evaluator first."""
     loops: dict[str, Loop] = {}
-    links, gravity, (q, v) = case.links(), np.array(case.gravity), case.state
+    (trunk, links), gravity, (q, v) = case.links(), np.array(case.gravity), case.state
     if pinocchio := optional("pinocchio_tree"):
         place, rates = case.base
-        tree = pinocchio.tree(links, gravity, floating=case.floating)
+        tree = pinocchio.tree(links, gravity, trunk)
         at, by = np.concatenate((place, q)), np.concatenate((rates[3:], rates[:3], v))
         for name, local in (("Pinocchio aba", False), ("Pinocchio aba, local", True)):
             loop, out = tree.accelerations(at, by, local=local)

@@ -38,11 +38,11 @@ def _text(values: Array | list[float]) -> str:
 def _body(links: Sequence[Link], k: int) -> str:
     own = links[k]
     x, y, z, w = Rotation.from_matrix(own.seat).as_quat()
-    j = own.inertia + 1e-9 * np.eye(3)  # MuJoCo wants each moment of inertia above zero
+    j = own.body.inertia + 1e-9 * np.eye(3)  # MuJoCo wants each moment of inertia above zero
     below = "".join(_body(links, i) for i, other in enumerate(links) if other.parent == k)
     return (
         f'<body pos="{_text(own.at)}" quat="{_text([w, x, y, z])}"><joint name="j{k}" type="hinge" axis="{_text(own.axis)}"/>'
-        f'<inertial pos="{_text(own.center)}" mass="{own.mass!r}" '
+        f'<inertial pos="{_text(own.body.center)}" mass="{own.body.mass!r}" '
         f'fullinertia="{_text([j[0, 0], j[1, 1], j[2, 2], j[0, 1], j[0, 2], j[1, 2]])}"/>{below}</body>'
     )
 

@@ -29,12 +29,18 @@ using Three = Eigen::Map<const Eigen::Vector3d>;
 using Nine = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
 extern "C" Tree *tree_new(long n, long floating, const long *parents, const double *turns, const double *places,
-                          const double *masses, const double *centers, const double *inertias, const double *gravity)
+                          const double *masses, const double *centers, const double *inertias, const double *gravity,
+                          const double *trunk)
 {
     pin::Model model;
     model.gravity.linear() = Three(gravity);
     pin::JointIndex base = 0;
-    if (floating) base = model.addJoint(0, pin::JointModelFreeFlyer(), pin::SE3::Identity(), "base");
+    if (floating)
+    {
+        base = model.addJoint(0, pin::JointModelFreeFlyer(), pin::SE3::Identity(), "base");
+        const pin::Inertia body(trunk[0], Three(trunk + 1), Nine(trunk + 4));
+        model.appendBodyToJoint(base, body, pin::SE3::Identity());
+    }
     for (long k = 0; k < n; k++) {
         const pin::JointIndex parent = parents[k] < 0 ? base : static_cast<pin::JointIndex>(parents[k] + 1) + base;
         const pin::SE3 place(Nine(turns + 9 * k), Three(places + 3 * k));

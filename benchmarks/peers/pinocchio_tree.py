@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from benchmarks.native import Array
-from benchmarks.random_trees import Link, along_z
+from benchmarks.random_trees import Link, Mass, along_z
 
 SOURCE = Path(__file__).with_suffix(".cpp")
 _BUILD = Path(__file__).parents[2] / "build" / "benchmarks"
@@ -75,14 +75,16 @@ class PinocchioTree:
         return lambda n, _alive=(q, v): float(f(ctypes.c_long(n), *arguments)), out
 
 
-def tree(links: Sequence[Link], gravity: Array, *, floating: bool) -> PinocchioTree:
-    """The tree of links."""
+def tree(links: Sequence[Link], gravity: Array, trunk: Mass | None = None) -> PinocchioTree:
+    """The tree of links, on the ground or on a base that floats."""
     own = along_z(links)
     parents = np.array([link.parent for link in own], dtype=np.int64)
-    turns, places, masses, centers, inertias = (
-        np.array([getattr(link, name) for link in own]) for name in ("seat", "at", "mass", "center", "inertia")
+    turns, places = (np.array([getattr(link, name) for link in own]) for name in ("seat", "at"))
+    masses, centers, inertias = (
+        np.array([getattr(link.body, name) for link in own]) for name in ("mass", "center", "inertia")
     )
-    arrays = [np.ascontiguousarray(a) for a in (parents, turns, places, masses, centers, inertias, gravity)]
+    base = np.zeros(13) if trunk is None else np.concatenate(([trunk.mass], trunk.center, trunk.inertia.ravel()))
+    arrays = [np.ascontiguousarray(a) for a in (parents, turns, places, masses, centers, inertias, gravity, base)]
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in arrays]
-    handle = library().tree_new(ctypes.c_long(len(links)), ctypes.c_long(floating), *pointers)
-    return PinocchioTree(handle, len(links) + 6 * floating)
+    handle = library().tree_new(ctypes.c_long(len(links)), ctypes.c_long(trunk is not None), *pointers)
+    return PinocchioTree(handle, len(links) + 6 * (trunk is not None))
