@@ -26,7 +26,7 @@ _DOUBLINGS = 80
 
 
 class NativeCourse:
-    """A motion on its way over `span`, as `Course`: without constraints and events, with constant inputs."""
+    """A motion on its way over `span`, as `Course`, where nothing is left to Python between two steps (`methods.py`)."""
 
     def __init__(self, stepper: Stepper, method: Method, span: tuple[float, float], start: Array, times: Array) -> None:
         self.stepper, self.method, self.span = stepper, method, span
