@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from kane.collector import collecting_seldom
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
@@ -60,7 +61,7 @@ def derive(
         raise ModelError(
             f"Expected route= one of {', '.join(map(repr, ASKED))}, or None for the shortest, got {cut(repr(route))}."
         )
-    with working("Deriving"):
+    with working("Deriving"), collecting_seldom():
         parts = derived(system, place(system, near))
         held = parts.constraints.constraints
         partition = first_partition(system, parts.constraints, parts.compared) if held else None

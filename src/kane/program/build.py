@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kane.collector import collecting_seldom
 from kane.errors import ValueMissingError
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
@@ -28,6 +29,7 @@ class Task:
     labels: Sequence[str]
 
 
+@collecting_seldom()
 def build_program(
     name: str,
     ports: Sequence[Port],

@@ -7,6 +7,7 @@ divided by is what the values are divided by, with its guards, so that derivativ
 
 from collections.abc import Sequence
 
+from kane.collector import collecting_seldom
 from kane.dynamics.derivatives.closed import closed_slopes
 from kane.dynamics.derivatives.tree import acceleration_slopes
 from kane.dynamics.readings.left_out import nan_where_more
@@ -24,6 +25,7 @@ _SHORT = 30_000
 """Operations times columns up to which trees are differentiated as they stand, too, and the shorter form is taken."""
 
 
+@collecting_seldom()
 def slopes(solved: Solved, symbols: Sequence[Symbol]) -> Matrix:
     """J = ∂(q̇, u̇)/∂symbols, a row for each of q̇ and u̇; of trees by inverse dynamics, where that is shorter.
 

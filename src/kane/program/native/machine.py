@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from kane.collector import collecting_seldom
 from kane.program.emit.llvm import emit_llvm, hoists
 from kane.program.native.machine_code import Library, compile_text, target
 from kane.program.program import Program
@@ -28,7 +29,7 @@ class Settings:
 
 def build_library(programs: Sequence[Program], settings: Settings) -> Library:
     """Emit and compile as one module, or take the object from the cache. The names of all routines must differ."""
-    with working("Compiling"):
+    with working("Compiling"), collecting_seldom():
         on = target(settings.cpu, settings.features)
         text = emit_llvm(programs, settings.contract, on.lanes)
         routines = [r.name for program in programs for r in program.routines]
