@@ -38,6 +38,7 @@ from kane.errors import (
     ReactionError,
     SimulationError,
     SingularError,
+    SolutionFileError,
     SpaceError,
     SpeedsError,
     UnitError,
@@ -150,6 +151,7 @@ from kane.model.loads import (
 from kane.model.reactions import auxiliary_speed, reaction
 from kane.model.system import System
 from kane.motion.drives import Signal, signal
+from kane.motion.load import load_solution
 from kane.motion.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.motion.solution import Solution
 from kane.program.native.machine import Settings
@@ -216,7 +218,7 @@ __all__ = [
     "reaction", "JointReaction", "auxiliary_speed", "Event",
     "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",
     "Guess",
-    "signal", "Signal", "simulate", "Solution",
+    "signal", "Signal", "simulate", "Solution", "load_solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",
     "SpeedComparison", "SpeedSet", "plot", "report", "Check",
@@ -224,6 +226,6 @@ __all__ = [
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
-    "SingularError", "ValueMissingError", "SimulationError", "CornerError", "ProgramError", "ArgumentError", "NotFiniteError",
-    "KaneWarning", "show_versions", "__version__",
+    "SingularError", "ValueMissingError", "SimulationError", "CornerError", "SolutionFileError", "ProgramError", "ArgumentError",
+    "NotFiniteError", "KaneWarning", "show_versions", "__version__",
 ]  # fmt: skip

@@ -78,6 +78,10 @@ class CornerError(SimulationError):
     names: tuple[str, ...] = ()
 
 
+class SolutionFileError(KaneError, ValueError):
+    """A file holds no solution, one of another system, or one of another version; or none can be written there."""
+
+
 class ProgramError(KaneError, RuntimeError):
     """A program is not well formed, or cannot be compiled on this machine."""
 

@@ -85,7 +85,8 @@ def test_equations_and_motions_mean_the_same():
     assert np.array_equal(sol[eom.system["P"].position(eom.system["O"])], SOL[P.position(O)])
     assert sol.energy_check == SOL.energy_check
     with pytest.raises(
-        kn.SimulationError, match=r"among the samples for the input T of a pickled motion, got t = 0.0123"
+        kn.SimulationError,
+        match=r"among the samples for the input T of a motion that was saved or pickled, got t = 0.0123",
     ):
         sol.inputs[T](0.0123)
     with pytest.raises(kn.SpaceError, match="no common root"):  # another frame now, which is said

@@ -21,7 +21,10 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
+from kane.motion import tables
+from kane.motion.contents import contents, some
 from kane.motion.energy import EnergyCheck, energy_check
+from kane.motion.files import write
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
 
@@ -40,7 +43,7 @@ class Segment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorded:
-    """The values of an input at the samples of a motion: what a pickle keeps of its function."""
+    """The values of an input at the samples of a motion: what a file or a pickle keeps of its function."""
 
     name: str
     t: Array
@@ -52,8 +55,8 @@ class Recorded:
         if k < len(self.t) and self.t[k] == t:
             return self.values[k]
         raise SimulationError(
-            f"Expected a time among the samples for the input {self.name} of a pickled motion, got t = {t:.6g}: of its function "
-            "the values there were kept. Simulate again with the function."
+            f"Expected a time among the samples for the input {self.name} of a motion that was saved or pickled, got t = {t:.6g}: of "
+            "its function the values there were kept. Simulate again with the function."
         )
 
 
@@ -161,6 +164,38 @@ class Solution:
         inputs = {s: np.asarray([f(time) for time in t], dtype=float) for s, f in self.inputs.items()}
         values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t, held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
+
+    def rates(self) -> Array:
+        """(q̇, u̇) along the motion, n × (coordinates + speeds)."""
+        return np.stack(self.by_sample(lambda eom: eom.right_hand_side), axis=-1)
+
+    def save(self, path: Any) -> None:
+        """Write the motion to a file that `kn.load_solution(path, eom)` reads: .npz, or .zarr where the package zarr is installed.
+
+        It holds numbers and names and nothing that is executed; of inputs their values at the samples. It is written beside its
+        place and then renamed: at no time there is a part of a file.
+
+        Raises
+        ------
+        SolutionFileError
+            if the name ends otherwise, or there is no such folder
+        """
+        write(path, contents(self, lambda at: np.asarray(some(self, at).rates())))
+
+    def to_dataframe(self, outputs: Mapping[str, Any] | None = None) -> Any:
+        """A DataFrame of pandas over t: coordinates, speeds, inputs, and the expressions that `outputs` names.
+
+        Vectors have a column for each component along the inertial frame, "v.x", "v.y", "v.z". `attrs["units"]` has the unit
+        of every column, `attrs` the parameters and how the motion ended.
+        """
+        return tables.dataframe(self, outputs)
+
+    def to_xarray(self, outputs: Mapping[str, Any] | None = None) -> Any:
+        """A Dataset of xarray over t: coordinates, speeds, inputs, and the expressions that `outputs` names, with units.
+
+        Vectors have the dimension "axis" beside "t". `attrs` has the parameters and how the motion ended.
+        """
+        return tables.dataset(self, outputs)
 
     @cached_property
     def constraint_residuals(self) -> Mapping[Constraint, Array]:

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions as tables of pandas and xarray, with units."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import ArgumentError, cut
+from kane.expr.node import Expr
+from kane.numeric.arrays import Array
+
+_AXES = ("x", "y", "z")
+
+
+def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[Array, str, str]]:
+    """Values, unit and description by name: coordinates, speeds, inputs, then the outputs that were asked for."""
+    eom: Equations = motion.equations
+    own = (*eom.coordinates, *eom.speeds, *eom.inputs)
+    found = {s.name: (np.asarray(motion[s]), eom.unit(s), s.description) for s in own}
+    for name, what in _named(outputs).items():
+        if name in found or name == "t":
+            raise ArgumentError(
+                f"Expected a new name for an output, got {name!r}, which the motion has. Choose another."
+            )
+        found[name] = (np.asarray(motion[what]), eom.unit(what) if isinstance(what, Expr) else "", "")
+    return found
+
+
+def _named(outputs: Any) -> Mapping[str, Any]:
+    if outputs is None:
+        return {}
+    if isinstance(outputs, Mapping) and all(isinstance(name, str) for name in outputs):
+        return outputs
+    raise ArgumentError(
+        f"Expected outputs as a dict of names and expressions, got {cut(repr(outputs))}. Name each: {{'height': q1*kn.sin(q2)}}."
+    )
+
+
+def facts(motion: Any) -> dict[str, Any]:
+    """What is said of a motion as a whole: texts and numbers."""
+    own = {
+        name: getattr(motion, name) for name in ("status", "message", "method", "rtol", "atol", "steps", "evaluations")
+    }
+    return own | {f"parameter {p.name}": float(v) for p, v in motion.parameters.items()}
+
+
+def dataframe(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
+    """See Solution.to_dataframe."""
+    pandas = _package("pandas")
+    table: dict[str, Array] = {}
+    units: dict[str, str] = {}
+    for name, (values, unit, _) in columns(motion, outputs).items():
+        parts = values.reshape(len(values), -1)
+        ends = [""] if values.ndim == 1 else _labels(values.shape[1:])
+        for k, end in enumerate(ends):
+            table[name + end], units[name + end] = parts[:, k], unit
+    frame = pandas.DataFrame(table, index=pandas.Index(motion.t, name="t"))
+    frame.attrs = {"units": {"t": "s"} | units, **facts(motion)}
+    return frame
+
+
+def _labels(shape: tuple[int, ...]) -> list[str]:
+    """The ends of names of components: .x, .y, .z of vectors, .1.1 of others."""
+    if shape == (3,):
+        return [f".{a}" for a in _AXES]
+    return ["".join(f".{i + 1}" for i in place) for place in np.ndindex(*shape)]
+
+
+def dataset(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
+    """See Solution.to_xarray."""
+    xarray = _package("xarray")
+    variables = {}
+    for name, (values, unit, description) in columns(motion, outputs).items():
+        dims = ["t", *(["axis"] if values.shape[1:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim)])]
+        told = {"units": unit, "long_name": description or name}
+        variables[name] = xarray.Variable(dims, values, {k: v for k, v in told.items() if v})
+    coordinates: dict[str, Any] = {"t": xarray.Variable("t", motion.t, {"units": "s", "long_name": "time"})}
+    if any("axis" in v.dims for v in variables.values()):
+        coordinates["axis"] = list(_AXES)
+    return xarray.Dataset(variables, coordinates, facts(motion))
+
+
+def _package(name: str) -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            f"Expected the package {name}, got none. Install it, pip install 'kane[table]'; sol.t, sol.q, sol.u and sol[…] need none."
+        ) from error
