@@ -155,6 +155,7 @@ from kane.motion.load import load_solution
 from kane.motion.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.motion.solution import Solution
 from kane.program.native.machine import Settings
+from kane.space.attitude import Rotation, small_rotation
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
@@ -205,7 +206,7 @@ __all__ = [
     "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "time", "pi", "Rational",
     "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
     "min", "max", "where", "less",
-    "Frame", "Point", "Vector", "Dyadic",
+    "Frame", "Point", "Vector", "Dyadic", "Rotation", "small_rotation",
     "Joint", "pin", "slider", "cylindrical", "screw", "universal", "ball", "free", "planar", "weld",
     "RigidBody", "Particle", "inertia", "rod", "thin_disk", "ring", "solid_sphere", "spherical_shell", "solid_cylinder",
     "cylindrical_shell", "solid_cone", "box", "parallel_axis",

@@ -135,7 +135,7 @@ class Frame(Basis):
         """
         _check_name(name)
         frame = self
-        for k, (angle, i) in enumerate(zip(angles, _sequence(sequence, angles), strict=True)):
+        for k, (angle, i) in enumerate(zip(angles, turning_axes(sequence, angles), strict=True)):
             last = k == 2
             frame = frame.rotate(name if last else name + "'" * (k + 1), angle, (frame.x, frame.y, frame.z)[i])
         return frame
@@ -145,7 +145,7 @@ class Frame(Basis):
 
         Kane & Levinson 1985, appendix I, "space-three" and "space-two" angles.
         """
-        _sequence(sequence, angles)
+        turning_axes(sequence, angles)
         return self.rotate_body(name, tuple(reversed(tuple(angles))), sequence[::-1])
 
     def rotate_euler_parameters(self, name: str, parameters: Sequence[Coordinate]) -> Frame:
@@ -166,6 +166,29 @@ class Frame(Basis):
         quasi = tuple(QuasiRate.declare(f"w{k}({e0.name})", None, "rad/s", "", (*e, k)) for k in (1, 2, 3))
         rates: Triple = (quasi[0], quasi[1], quasi[2])
         return self._child(name, Orientation(self, rates, cosines=cosines, parameters=e, quasi=quasi))
+
+    def rotate_rodrigues_parameters(self, name: str, parameters: Sequence[Any]) -> Frame:
+        """A frame oriented by Rodrigues parameters ρ = λ tan θ/2, below half a turn: ᴬω^B = 2 (ρ̇ + ρ̇ × ρ)/(1 + ρ²) along its axes.
+
+        Kane, Likins & Levinson 1983, *Spacecraft Dynamics*, sec. 1.4 and 1.14.
+        """
+        _check_name(name)
+        rho = tuple(parameters)
+        if len(rho) != 3:
+            raise SpaceError(f"Expected three Rodrigues parameters, got {cut(repr(parameters))}.")
+        x, y, z = map(as_expr, rho)
+        a, b, c = map(time_derivative, (x, y, z))
+        square = ONE + x * x + y * y + z * z
+        one, two = ONE - x * x - y * y - z * z, constant(2)
+        rows = (
+            (one + two * x * x, two * (x * y - z), two * (x * z + y)),
+            (two * (x * y + z), one + two * y * y, two * (y * z - x)),
+            (two * (x * z - y), two * (y * z + x), one + two * z * z),
+        )
+        (p, q, r), (s, t, u), (v, w, k) = (tuple(e / square for e in row) for row in rows)
+        factor = two / square
+        rates = (factor * (a + b * z - c * y), factor * (b + c * x - a * z), factor * (c + a * y - b * x))
+        return self._child(name, Orientation(self, rates, cosines=((p, q, r), (s, t, u), (v, w, k))))
 
     def rotate_matrix(self, name: str, cosines: Any) -> Frame:
         """A frame oriented by its direction cosines: column j of `cosines` holds its j-th unit vector along these axes.
@@ -241,7 +264,8 @@ def _check_name(name: object) -> None:
         raise SpaceError(f"Expected a name for the frame, got {cut(repr(name))}.")
 
 
-def _sequence(sequence: str, angles: Sequence[Any]) -> tuple[int, ...]:
+def turning_axes(sequence: str, angles: Sequence[Any]) -> tuple[int, int, int]:
+    """The numbers of the axes that a sequence names, for three angles."""
     if not isinstance(sequence, str):
         raise SpaceError(f'Expected a sequence of three axes, such as "zxz" or "123", got {cut(repr(sequence))}.')
     if not isinstance(angles, Sequence):
@@ -254,7 +278,8 @@ def _sequence(sequence: str, angles: Sequence[Any]) -> tuple[int, ...]:
         raise SpaceError(f'Expected three axes, neighbours different, such as "zxz" or "123", got {sequence!r}.')
     if len(angles) != 3:
         raise SpaceError(f"Expected three angles for the sequence {sequence!r}, got {len(angles)}.")
-    return tuple(_AXES.index(c) for c in text)
+    a, b, c = map(_AXES.index, text)
+    return a, b, c
 
 
 def _number(e: Expr) -> float | None:
