@@ -34,6 +34,7 @@ from kane.errors import (
     ModelError,
     NotAffineError,
     NotFiniteError,
+    PotentialError,
     ProgramError,
     ReactionError,
     SimulationError,
@@ -227,6 +228,6 @@ __all__ = [
     "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
-    "SingularError", "ValueMissingError", "SimulationError", "CornerError", "SolutionFileError", "ProgramError", "ArgumentError",
-    "NotFiniteError", "KaneWarning", "show_versions", "__version__",
+    "PotentialError", "SingularError", "ValueMissingError", "SimulationError", "CornerError", "SolutionFileError", "ProgramError",
+    "ArgumentError", "NotFiniteError", "KaneWarning", "show_versions", "__version__",
 ]  # fmt: skip

@@ -54,6 +54,10 @@ class ReactionError(ModelError):
     """A reaction or auxiliary speed does not bring a force into evidence."""
 
 
+class PotentialError(KaneError, ValueError):
+    """Forces have no potential energy, or none that could be found."""
+
+
 class SingularError(KaneError, ArithmeticError):
     """A matrix that must be invertible is singular, structurally or at the given numbers."""
 

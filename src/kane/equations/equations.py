@@ -19,6 +19,7 @@ from kane.dynamics.lazy import read
 from kane.dynamics.readings import energy, programs
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
+from kane.dynamics.readings.potential_found import FoundPotential, find_potential
 from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
@@ -182,6 +183,25 @@ class Equations(Immutable):
         lambda e: energy.power(e.solved),
         "P with dE/dt = P: the power of the loads without a potential and of prescribed motions.",
     )
+
+    def find_potential(self, loads: Sequence[Any] | None = None) -> FoundPotential:
+        """V found from F_r = −Σ_s ∂V/∂q_s W_sr, whatever the speeds, also under constraints (Kane & Levinson 1985, sec. 5.1).
+
+        Parameters
+        ----------
+        loads : some of the system's loads, themselves or by name; all of them if left out
+
+        Returns
+        -------
+        FoundPotential
+            `.value` is V, and `.how` says how it was integrated
+
+        Raises
+        ------
+        PotentialError
+            if there is none, or none was found: says which forces depend on rates, or which coordinates' derivatives disagree where
+        """
+        return find_potential(self.derived, loads)
 
     def mass_center(self, origin: Point) -> Vector:
         """Position of the system's mass centre from `origin`."""

@@ -9,15 +9,22 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Reaction
+from kane.expr.symbols import QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body
 from kane.model.directions import check_unit
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
+
+_MOVING = Rate | QuasiRate | Speed | Reaction
+
+
+def is_given(s: Symbol) -> bool:
+    """Whether a symbol is an input, or a rate of one: a given function of time."""
+    return input_of(s) is not None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,13 +41,67 @@ class Slip(Immutable):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Load(Immutable):
-    """Forces on points and torques on frames that belong together; friction knows its `slip`."""
+    """Forces on points and torques on frames that belong together; friction knows its `slip`.
+
+    `scalar` is the function V or R that the load was made from; the `System` that it is listed in finds places for its forces.
+    """
 
     name: str
     forces: tuple[tuple[Point, Vector], ...] = ()
     torques: tuple[tuple[Frame, Vector], ...] = ()
     potential: Expr | None = None
     slip: Slip | None = None
+    scalar: Expr | None = None
+
+    @staticmethod
+    def from_potential(V: Any, name: str = "potential") -> "Load":
+        """The load whose generalized forces are F_r = −Σ_s ∂V/∂q_s W_sr (Kane & Levinson 1985, sec. 5.1).
+
+        Parameters
+        ----------
+        V : the potential energy, an expression of coordinates, parameters, inputs and time
+        name : what the load is called
+
+        Raises
+        ------
+        ModelError
+            if V holds rates, speeds or reactions
+        """
+        potential = as_expr(V)
+        found = [s for s in free_symbols([potential]) if isinstance(s, _MOVING) and not is_given(s)]
+        if found:
+            raise ModelError(
+                f"Expected a potential energy of coordinates, parameters and time, got {cut(potential)} with {found[0]}. What holds "
+                "rates or speeds is no potential: Load.from_dissipation(R) takes a function of these."
+            )
+        return Load(name, potential=potential, scalar=potential)
+
+    @staticmethod
+    def from_dissipation(R: Any, name: str = "dissipation") -> "Load":
+        """The load whose generalized forces are F_r = −∂R/∂u_r, as Rayleigh's (Kane & Levinson 1985, sec. 5.3).
+
+        Parameters
+        ----------
+        R : the dissipation function, an expression of rates or speeds, which may hold coordinates too: c*q.dt**2/2 for a damper
+        name : what the load is called
+
+        Raises
+        ------
+        ModelError
+            if R holds neither rates nor speeds, or reactions
+        """
+        function = as_expr(R)
+        own = free_symbols([function])
+        if not any(isinstance(s, Rate | Speed) and not is_given(s) for s in own):
+            raise ModelError(
+                f"Expected a dissipation function of rates or speeds, got {cut(function)}, which holds none. Write it by rates, as in "
+                "c*q.dt**2/2; a function of coordinates alone is a potential: Load.from_potential(V)."
+            )
+        if any(isinstance(s, Reaction) for s in own):
+            raise ModelError(
+                f"Expected a dissipation function without reactions, got {cut(function)}. Declare friction with kn.friction."
+            )
+        return Load(name, scalar=function)
 
     def __repr__(self) -> str:
         return f"Load({self.name!r})"

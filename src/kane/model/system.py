@@ -23,6 +23,7 @@ from kane.model.doubtful import warn_of_doubts
 from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
 from kane.model.plausible import check_turning
+from kane.model.scalar_loads import with_forces
 from kane.model.survey import contents, geometry, places
 from kane.model.units import check_units
 from kane.model.variables import (
@@ -81,20 +82,21 @@ class System(Declarations):
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
         checks.check_bodies(bodies)
         checks.check_loads(loads)
-        own = tuple(x for x in loads if isinstance(x, Load))
+        joints = listed("joints", joints)
+        checks.check_joints(joints)
+        told, first = with_joints(speeds, joints), (q for joint in joints for q in joint.coordinates)
+        own = with_forces((x for x in loads if isinstance(x, Load)), inertial, bodies, told)
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
-        events, joints = listed("events", events), listed("joints", joints)
+        events = listed("events", events)
         checks.check_listed("reactions", reactions, Reaction, "kn.reaction")
         checks.check_listed("auxiliary_speeds", auxiliary, AuxiliarySpeed, "kn.auxiliary_speed")
-        checks.check_joints(joints)
         checks.check_events(events)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
-        told, first = with_joints(speeds, joints), (q for joint in joints for q in joint.coordinates)
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
         definitions = speed_definitions(told, ordered, euler)
         matter = list(contents(bodies, own, gravities))

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A potential energy found from the forces: V with F_r = −Σ_s ∂V/∂q_s W_sr, or the reason why there is none.
+
+(Kane & Levinson 1985, sec. 5.1.) Whatever the speeds are, the forces Q_s of the rates tell: V exists where ∂Q_s/∂q_t = ∂Q_t/∂q_s.
+Under constraints C q̇ + c = 0 the forces Q + Cᵀλ do the same, and it is enough that some λ(q) makes these derivatives agree: along
+motions that the constraints allow dQ + Σ λ_k dC_k must vanish. Where no λ does that there is no V; where one may, coordinates are left
+out, one set after another. What is found is differentiated back.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, islice
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.derived import Derived
+from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
+from kane.errors import KaneError, PotentialError, cut
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.diff import diff
+from kane.expr.evaluate import free_symbols
+from kane.expr.immutable import Immutable
+from kane.expr.line_integral import NODES, line_integral
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.solve import invert
+from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
+from kane.expr.visit import substitute
+from kane.model.loads import Load
+from kane.numeric.arrays import Array
+
+_SETS = 24
+"""Sets of coordinates that are tried as those that V does without."""
+_SEEN = 8
+"""Configurations at which constraints are looked at."""
+_SLACK = 1e-7
+_LEAST = 2
+"""Places at which numbers must be finite."""
+
+Exprs = tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundPotential(Immutable):
+    """V of some loads, an expression of coordinates, and `how` it was integrated.
+
+    Attributes
+    ----------
+    value : V, with F_r = −Σ_s ∂V/∂q_s W_sr, or F̃_r likewise
+    how : "closed form", or by which rule and along which coordinates
+    loads : whose forces it is that of
+    """
+
+    value: Expr
+    how: str
+    loads: tuple[Load, ...]
+
+    def __repr__(self) -> str:
+        return f"FoundPotential({cut(self.value)}; {self.how})"
+
+
+def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> FoundPotential:
+    """See Equations.find_potential."""
+    own = derived.system.all_loads() if loads is None else tuple(_own(derived, x) for x in loads)
+    q = derived.system.coordinates
+    forces = _of_coordinates(by_rates(derived, own), own)
+    at = places([*forces, *q])
+    gap = _gap(forces, q, at)
+    if gap is None:
+        return _integrated(forces, q, own, at)
+    if not derived.constraints.constraints:
+        raise PotentialError(_reason(forces, q, own, *gap))
+    rows = rows_in_rates(derived)
+    _check_allowed(derived, forces, rows, own)
+    for kept, held in _without_some(forces, rows, q):
+        try:
+            if not _moved_by(held, [s for s in q if s not in set(kept)], at) and _gap(held, kept, at) is None:
+                return _integrated(held, kept, own, at)
+        except KaneError:
+            continue
+    raise PotentialError(
+        f"Expected a potential energy that some of the coordinates give, got none for {_names(own)}: the constraints may let one "
+        "exist, but it was not found by leaving out coordinates. Declare it: Load(…, potential=V) is compared with the forces."
+    )
+
+
+def _own(derived: Derived, load: Any) -> Load:
+    system = derived.system
+    listed, written = (*system.gravities, *system.loads), system.all_loads()
+    for x, meant in zip(listed, written, strict=True):
+        if any(load is y for y in (x, meant)) or (isinstance(load, str) and load == meant.name):
+            return meant
+    names = ", ".join(x.name for x in written) or "none"
+    raise PotentialError(f"Expected some of the loads of the system ({names}), got {cut(repr(load))}.")
+
+
+def _names(loads: Sequence[Load]) -> str:
+    return " and ".join(repr(x.name) for x in loads) or "no loads"
+
+
+def _of_coordinates(forces: Exprs, loads: Sequence[Load]) -> Exprs:
+    """The forces without rates and speeds, on which they must not depend."""
+    moving = [
+        s for s in free_symbols(forces) if isinstance(s, Rate | QuasiRate | Speed | Reaction) and input_of(s) is None
+    ]
+    at = places([*forces, *moving])
+    for s in moving:
+        values, sizes = measured([diff(f, s) for f in forces], at)
+        if differs(values, sizes).any():
+            kind = "the reaction" if isinstance(s, Reaction) else "the speed" if isinstance(s, Speed) else "the rate"
+            raise PotentialError(
+                f"Expected forces that follow from the coordinates, got {_names(loads)}, which depend on {kind} {s}: they have no "
+                "potential energy. Name the other loads, eom.find_potential([…]); what these do is power."
+            )
+    still: dict[Expr, Expr] = dict.fromkeys(moving, ZERO)
+    return tuple(substitute(f, still) for f in forces)
+
+
+def _gap(forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> tuple[int, int, int] | None:
+    """The pair of coordinates whose cross derivatives differ most, and the place; None where none do."""
+    pairs = list(combinations(range(len(q)), 2))
+    values, sizes = measured([sub(diff(forces[i], q[j]), diff(forces[j], q[i])) for i, j in pairs], at)
+    if not pairs:
+        return None
+    _check_finite(values)
+    wrong = differs(values, sizes)
+    if not wrong.any():
+        return None
+    with np.errstate(all="ignore"):
+        share = np.where(wrong, np.abs(values) / sizes, -1.0)
+    place, pair = np.unravel_index(int(np.argmax(share)), share.shape)
+    return int(place), *pairs[int(pair)]
+
+
+def _check_finite(values: Array) -> None:
+    if np.isfinite(values).all(axis=1).sum() < _LEAST:
+        raise PotentialError(
+            "Expected forces with finite derivatives, got infinity or NaN nearly everywhere that was looked at, with coordinates "
+            "between -1.2 and 1.2. Declare the potential: Load(…, potential=V)."
+        )
+
+
+def _reason(forces: Exprs, q: Sequence[Coordinate], loads: Sequence[Load], place: int, i: int, j: int) -> str:
+    a, b = diff(forces[i], q[j]), diff(forces[j], q[i])
+    at = places([*forces, *q])[place]
+    (left, right), _ = (row[0] for row in measured([a, b], [at]))
+    where = ", ".join(f"{s} = {at[s]:.4g}" for s in q if s in at)
+    return (
+        f"Expected forces with a potential energy, got {_names(loads)}, which have none: with Q the forces by rates, "
+        f"∂Q_{q[i]}/∂{q[j]} = {left:.6g} but ∂Q_{q[j]}/∂{q[i]} = {right:.6g} at {where}, so that their work depends on the way. Name "
+        "the other loads, eom.find_potential([…]); what these do is power."
+    )
+
+
+# Under constraints -------------------------------------------------------------------------------------------------------
+
+
+def _check_allowed(derived: Derived, forces: Exprs, rows: list[list[Expr]], loads: Sequence[Load]) -> None:
+    """Raise where no λ makes dQ + Σ λ_k dC_k vanish along the motions that the constraints allow, at some configuration.
+
+    Where λ = 0 is the only one, at all of them, Q itself would have to do, and does not.
+    """
+    q = derived.system.coordinates
+    n, at = len(q), derived.compared.at
+    own = places([*forces, *(x for row in rows for x in row), *q], [at.at(k) for k in range(min(at.count, _SEEN))])
+    c = measured([x for row in rows for x in row], own)[0].reshape(len(own), len(rows), n)
+    tables = [measured([diff(f[i], x) for i in range(n) for x in q], own) for f in (forces, *rows)]
+    alone: list[int] = []
+    for k in range(len(own)):
+        turns = [t[0][k].reshape(n, n) - t[0][k].reshape(n, n).T for t in tables]
+        if not np.isfinite(turns).all() or not np.isfinite(c[k]).all():
+            continue
+        free = _null(c[k])
+        inside = np.triu_indices(free.shape[1], 1)
+        within = [(free.T @ t @ free)[inside] for t in turns]
+        bound = _SLACK * np.linalg.norm((np.abs(free).T @ (2 * tables[0][1][k].reshape(n, n)) @ np.abs(free))[inside])
+        others = np.array(within[1:]).reshape(len(rows), -1).T
+        weights, _, rank, _ = np.linalg.lstsq(others, within[0], rcond=None)
+        if np.linalg.norm(within[0] - others @ weights) > bound:
+            raise PotentialError(_not_allowed(loads, q, own[k]))
+        alone.append(k if rank == len(rows) and np.linalg.norm(others @ weights) <= bound else -1)
+    if alone and min(alone) >= 0:
+        raise PotentialError(_not_allowed(loads, q, own[0]))
+
+
+def _not_allowed(loads: Sequence[Load], q: Sequence[Coordinate], at: Place) -> str:
+    where = ", ".join(f"{s} = {at[s]:.4g}" for s in q)
+    return (
+        f"Expected forces with a potential energy, got {_names(loads)}, which have none along the motions that the constraints allow: "
+        f"about {where} their work depends on the way, whatever forces of constraints are added. Name the other loads, "
+        "eom.find_potential([…]); what these do is power."
+    )
+
+
+def _null(c: Array) -> Array:
+    _, s, v = np.linalg.svd(c)
+    rank = int((s > 1e-9 * s.max(initial=0)).sum())
+    return np.asarray(v[rank:].T)
+
+
+def _without_some(
+    forces: Exprs, rows: list[list[Expr]], q: Sequence[Coordinate]
+) -> Iterator[tuple[tuple[Coordinate, ...], Exprs]]:
+    """Q + Cᵀλ with λ such that some coordinates have no force, and the other coordinates with theirs."""
+    m, n = len(rows), len(q)
+    for gone in islice(combinations(reversed(range(n)), m), _SETS):
+        kept = [i for i in range(n) if i not in gone]
+        try:
+            inverse = invert([[row[i] for row in rows] for i in gone]).rows
+        except KaneError:
+            continue
+        weights = [_sum(mul(x, forces[i]) for x, i in zip(line, gone, strict=True)) for line in inverse]
+        own = [sub(forces[i], _sum(mul(row[i], w) for row, w in zip(rows, weights, strict=True))) for i in kept]
+        yield tuple(q[i] for i in kept), tuple(own)
+
+
+def _sum(terms: Iterator[Expr]) -> Expr:
+    total = ZERO
+    for x in terms:
+        total = add(total, x)
+    return total
+
+
+def _moved_by(forces: Exprs, others: Sequence[Symbol], at: Sequence[Place]) -> bool:
+    values, sizes = measured([diff(f, s) for f in forces for s in others], at)
+    _check_finite(values)
+    return bool(differs(values, sizes).any())
+
+
+# Integrated --------------------------------------------------------------------------------------------------------------
+
+
+def _integrated(
+    forces: Sequence[Expr], q: Sequence[Coordinate], loads: tuple[Load, ...], at: Sequence[Place]
+) -> FoundPotential:
+    """V along lines, in a few orders of the coordinates and from two bases; the first that holds, in closed form if there is one."""
+    by_rule: FoundPotential | None = None
+    for base in (ZERO, ONE):
+        for order in (range(len(q)), range(len(q) - 1, -1, -1)):
+            try:
+                found = line_integral([neg(forces[i]) for i in order], [q[i] for i in order], base)
+            except KaneError:
+                continue
+            if not _holds(found.value, forces, q, at):
+                continue
+            if not found.by_rule:
+                return FoundPotential(found.value, "closed form", loads)
+            along = ", ".join(s.name for s in found.by_rule)
+            by_rule = by_rule or FoundPotential(found.value, f"Gauss's rule of {NODES} points along {along}", loads)
+    if by_rule is not None:
+        return by_rule
+    raise PotentialError(
+        f"Expected forces that can be integrated, got {_names(loads)}: they have a potential energy, but neither a closed form nor "
+        f"Gauss's rule of {NODES} points gives it. Declare it: Load(…, potential=V)."
+    )
+
+
+def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> bool:
+    slopes = [diff(v, s) for s in q]
+    values, sizes = measured([add(s, f) for s, f in zip(slopes, forces, strict=True)], at)
+    own = np.nan_to_num(measured(slopes, at)[1]) + np.nan_to_num(measured(list(forces), at)[1])
+    finite = np.isfinite(values).all(axis=1)
+    wrong = differs(values, np.maximum(sizes, own))
+    return int(finite.sum()) >= _LEAST and not wrong[finite].any()

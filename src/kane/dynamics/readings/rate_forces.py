@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Forces by the rates of the coordinates: Q_s = Σ F·∂v/∂q̇_s + Σ T·∂ω/∂q̇_s, so that F_r = Σ_s Q_s W_sr for any speeds.
+
+With them rows C of the constraints in the rates, C q̇ + c = 0, and the states at which both are looked at in numbers.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from kane.dynamics.derived import Derived
+from kane.errors import PotentialError
+from kane.expr.affine import affine_forms
+from kane.expr.build import add, mul
+from kane.expr.diff import time_derivative
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.node import ZERO, Expr
+from kane.expr.size import Sizes, size
+from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Symbol, rate
+from kane.model.loads import Load
+from kane.numeric.arrays import Array
+from kane.numeric.sample import draw
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+Exprs = tuple[Expr, ...]
+Place = dict[Expr, float]
+
+_SEED, _PLACES, _WIDE = 20111, 8, 1.2
+ZERO_SHARE = 1e-9
+"""Share of its terms below which a number is zero, where it is at all places."""
+
+
+def by_rates(derived: Derived, loads: Iterable[Load]) -> Exprs:
+    """Q, one a coordinate.
+
+    Raises
+    ------
+    PotentialError
+        if loads turn frames by Euler parameters, whose rates are not free
+    """
+    system = derived.system
+    q_dot = tuple(map(rate, system.coordinates))
+    quasi = [w for s in system.euler_parameters for w in s.quasi]
+    total: dict[Expr, Expr] = dict.fromkeys((*q_dot, *quasi), ZERO)
+    for load in loads:
+        acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
+        for place, vector in acting:
+            for s, share in _powers(place, vector, system.inertial, tuple(total)):
+                total[s] = add(total[s], share)
+        if any(total[w] is not ZERO for w in quasi):
+            raise PotentialError(
+                f"Expected forces in coordinates that are free, got those of {load.name!r}, which turn a frame by Euler parameters. "
+                "Describe its orientation by angles, or declare the potential: Load(…, potential=V)."
+            )
+    return tuple(total[r] for r in q_dot)
+
+
+def _powers(
+    place: Point | Frame, vector: Vector, inertial: Frame, rates: Sequence[Symbol | Expr]
+) -> Iterable[tuple[Expr, Expr]]:
+    motion = place.velocity(inertial) if isinstance(place, Point) else place.angular_velocity(inertial)
+    for frame, triple in vector.parts:
+        for x, (own, _) in zip(triple, affine_forms(motion.components(frame), rates), strict=True):
+            yield from ((s, mul(x, c)) for s, c in own.items())
+
+
+def rows_in_rates(derived: Derived) -> list[list[Expr]]:
+    """C of the constraints C q̇ + c = 0."""
+    q_dot = tuple(map(rate, derived.system.coordinates))
+    roots = [time_derivative(c.expr) if c.kind == "configuration" else c.expr for c in derived.constraints.constraints]
+    return [[own.get(r, ZERO) for r in q_dot] for own, _ in affine_forms(roots, q_dot)]
+
+
+def places(exprs: Iterable[Expr], known: Sequence[Mapping[Symbol, float]] = ()) -> list[Place]:
+    """Values of all symbols at a few places, those that are `known` first: coordinates on both sides of zero in every other one."""
+    symbols = free_symbols(exprs)
+    starts: Sequence[Mapping[Symbol, float]] = known or [{}] * _PLACES
+    return [{s: _value(s, k, start) for s in symbols} for k, start in enumerate(starts)]
+
+
+def _value(s: Symbol, k: int, known: Mapping[Symbol, float]) -> float:
+    if s in known:
+        return float(known[s])
+    if isinstance(s, Parameter) and s.default is not None:
+        return float(s.default)
+    wide = isinstance(s, Coordinate | QuasiRate) and k % 2
+    return draw(_SEED + k, s, -_WIDE if wide else 0.3, _WIDE)
+
+
+def measured(exprs: Sequence[Expr], at: Sequence[Place]) -> tuple[Array, Array]:
+    """Values and sizes of the terms of some expressions, each place a row; NaN where they are not finite."""
+    memo: Sizes = {}
+    both = [*exprs, *(size(e, memo) for e in exprs)]
+    with np.errstate(all="ignore"):
+        found = np.array([np.array(evaluate(both, dict(place)), dtype=float) for place in at]).reshape(len(at), -1)
+    found[~np.isfinite(found)] = np.nan
+    return found[:, : len(exprs)], found[:, len(exprs) :]
+
+
+def differs(values: Array, sizes: Array) -> Array:
+    """Where values are more than rounding leaves of their terms (places × expressions); False where they are not finite."""
+    return np.asarray(np.abs(values) > ZERO_SHARE * sizes)

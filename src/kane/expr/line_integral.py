@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""V with ∂V/∂x_k = p_k, along a way of lines, one a symbol: V = Σ_k ∫ p_k(x₁, …, x_{k−1}, s, b, …, b) ds, from the base b to x_k.
+
+Each part is an antiderivative where there is one in closed form, else Gauss's rule. That V is what it says is for the caller to see,
+by differentiation: where ∂p_i/∂x_k = ∂p_k/∂x_i every way gives the same, elsewhere none does.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.expr.antiderivative import antiderivative
+from kane.expr.build import add, mul, sub
+from kane.expr.collect import factored
+from kane.expr.count import price
+from kane.expr.evaluate import free_symbols
+from kane.expr.expand import expanded
+from kane.expr.node import ZERO, Expr, constant
+from kane.expr.symbols import Symbol
+from kane.expr.visit import substitute
+
+NODES = 20
+"""Of Gauss's rule."""
+
+
+class Integral(NamedTuple):
+    """A potential, and the symbols along which Gauss's rule was taken."""
+
+    value: Expr
+    by_rule: tuple[Symbol, ...]
+
+
+def line_integral(slopes: Sequence[Expr], symbols: Sequence[Symbol], base: Expr = ZERO) -> Integral:
+    """V from its `slopes` in the `symbols`, zero where these are the base, but for a constant of the first part."""
+    total, by_rule = ZERO, []
+    for k, (p, x) in enumerate(zip(slopes, symbols, strict=True)):
+        own = substitute(p, dict.fromkeys(symbols[k + 1 :], base))
+        part = antiderivative(own, x)
+        if part is None:
+            part = _by_gauss(own, x, base)
+            by_rule.append(x)
+        elif any(s in set(symbols[:k]) for s in free_symbols([part])):
+            part = sub(part, substitute(part, {x: base}))
+        total = add(total, part)
+    return Integral(_short(total), tuple(by_rule))
+
+
+def _by_gauss(e: Expr, x: Symbol, base: Expr) -> Expr:
+    """∫ e dx from the base by Gauss's rule."""
+    places, weights = np.polynomial.legendre.leggauss(NODES)
+    reach, total = sub(x, base), ZERO
+    for place, weight in zip(places, weights, strict=True):
+        at = add(base, mul(constant(float((1 + place) / 2)), reach))
+        total = add(total, mul(constant(float(weight / 2)), substitute(e, {x: at})))
+    return mul(reach, total)
+
+
+def _short(e: Expr) -> Expr:
+    """What cancels between the parts left out, where that is shorter."""
+    terms = expanded(e)
+    if terms is None:
+        return e
+    forms = [e, factored(terms)]
+    return min(forms, key=lambda form: price([form]))

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Potential energies found from forces alone, or refused with the reason."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+import kane as kn
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+x, y = kn.coordinates("x y")
+a, b = kn.coordinates("a b")
+u1, u2, u3, u4 = U = kn.speeds("u1:5")
+Q = (x, y, a, b)
+k, g, l = kn.parameter("k", 7.0), kn.parameter("g", 9.81), kn.parameter("l", 0.4)
+A = N.rotate("A", a, N.z)
+B = A.rotate("B", b, A.x)
+P = O.at("P", x * N.x + y * N.y)
+S = P.at("S", l * B.z + 0.2 * B.y)
+BODY = kn.RigidBody("body", frame=B, mass_center=P, mass=1.3, inertia=kn.inertia(B, 1.0, 2.0, 2.5))
+
+
+def random_speeds(rng: random.Random) -> dict[kn.Speed, kn.Expr]:
+    """u = (L + small functions of q) q̇ + z, invertible near where it is looked at."""
+    mixed = {}
+    for i, u in enumerate(U):
+        definition = 3 * Q[i].dt + (rng.choice([0, kn.time, x * a]) if rng.random() < 0.3 else 0)
+        for q in rng.sample(Q, 2):
+            definition += rng.uniform(-0.5, 0.5) * rng.choice([1, kn.cos(a), kn.sin(b - a), kn.cos(y)]) * q.dt
+        mixed[u] = definition
+    return mixed
+
+
+def random_potential(rng: random.Random) -> kn.Expr:
+    """A sum of products of what energies are made of."""
+    total = kn.Rational(0)
+    for _ in range(rng.randint(1, 3)):
+        p, q = rng.sample(Q, 2)
+        total += rng.choice([
+            k * p**rng.randint(1, 4) * q**rng.randint(0, 2),
+            g * kn.sin(p) * kn.cos(q) ** rng.randint(1, 3),
+            k * p**2 * kn.cos(2 * q - p),
+            rng.uniform(1, 4) * (p - 0.3) * kn.sin(p + q),
+            k * (kn.sqrt(p**2 + l**2 + q**2) - l) ** 2 / 2,
+            g * kn.exp(-(p**2)) * q,
+            kn.tanh(p) * kn.cos(q),
+            k * kn.sqrt(l**2 + 1 - 2 * l * kn.cos(p - q)),
+        ])  # fmt: skip
+    return total
+
+
+PULLS = {
+    "spring": lambda: kn.linear_spring(S, O, k, 0.3),
+    "gravity": lambda: kn.gravity(-g * N.y),
+    "central": lambda: kn.Force(P, -P.position(O) * k / (P.position(O).dot(P.position(O)) + 1) ** 2, "central"),
+    "constant": lambda: kn.Force(S, 3 * N.x - N.y, "constant"),
+    "torsion": lambda: kn.Torque(A, -k * a**3 * N.z, "torsion"),
+}
+
+
+def bare(load: kn.Load | kn.Gravity) -> kn.Load | kn.Gravity:
+    """Without the potential that it declares."""
+    return kn.Load(load.name, load.forces, load.torques) if isinstance(load, kn.Load) else load
+
+
+def agrees(eom: kn.Equations, found: kn.Expr, seed: int) -> None:
+    """F_r = −Σ ∂V/∂q_s W_sr at random states."""
+    rng = np.random.default_rng(seed)
+    for _ in range(3):
+        state = {"q": rng.uniform(0.2, 1.1, 4), "u": rng.uniform(-1, 1, 4), "t": 0.3}
+        slopes = np.array(eom.evaluate(kn.gradient(found, Q), **state))
+        forces, w = np.array(eom.evaluate(eom.Fr, **state)), eom.evaluate(eom.W, **state)
+        assert forces == pytest.approx(-slopes @ w, rel=1e-9, abs=1e-9 * np.abs(slopes).max())
+
+
+def conservative(seed: int) -> None:
+    rng = random.Random(seed)
+    own = [kn.Load.from_potential(random_potential(rng), "V"), bare(PULLS[rng.choice(list(PULLS))]())]
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds=random_speeds(rng), loads=own, coordinates=Q))
+    agrees(eom, eom.find_potential().value, seed)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_found_for_random_loads(seed):
+    conservative(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12, 50))
+def test_found_for_many_random_loads(seed):
+    conservative(seed)
+
+
+SPOILS = {
+    "follower": lambda f: kn.Force(S, f * B.y, "spoil"),
+    "whirl": lambda f: kn.Force(P, f * (y * N.x - x * N.y), "spoil"),
+    "one way": lambda f: kn.Torque(A, f * x * N.z, "spoil"),
+    "damper": lambda f: kn.torsional_damper(A, N, f, N.z, "spoil"),
+    "magnet": lambda f: kn.Force(P, f * N.z.cross(P.velocity(N)), "spoil"),
+}  # fmt: skip
+
+
+def refused(seed: int) -> None:
+    rng = random.Random(seed)
+    kind = rng.choice(list(SPOILS))
+    own = [kn.Load.from_potential(random_potential(rng), "V"), SPOILS[kind](10 ** rng.uniform(-4, 4))]
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds=random_speeds(rng), loads=own, coordinates=Q))
+    rates = kind in ("damper", "magnet")
+    with pytest.raises(kn.PotentialError, match="depend on the rate" if rates else r"∂Q_\w/∂\w = .* but ∂Q_"):
+        eom.find_potential()
+    agrees(kn.derive(eom.system.replace(loads=own[:1])), eom.find_potential(["V"]).value, seed)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_refused_for_random_loads(seed):
+    refused(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12, 50))
+def test_refused_for_many_random_loads(seed):
+    refused(seed)
+
+
+def test_closed_forms_say_so_and_rules_too():
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[kn.Load.from_potential(k * x**2 * kn.cos(a))]))
+    assert eom.find_potential().how == "closed form"
+    assert str(eom.find_potential().value) == "k*x^2*cos(a)"
+    rough = kn.Force(P, -kn.exp(-(x**2)) * N.x, "wall")
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[rough]))
+    found = eom.find_potential()
+    assert found.how == "Gauss's rule of 20 points along x"
+    assert kn.evaluate(found.value, {x: 0.7}) == pytest.approx(0.6006856690, abs=1e-9)  # √π/2 erf 0.7
+
+
+def test_a_gradient_in_another_unit_is_judged_alike():
+    small = kn.Force(P, 1e-12 * (y * N.x + 1.0001 * x * N.y), "whirl")
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[small]))
+    with pytest.raises(kn.PotentialError, match="∂Q_x/∂y"):
+        eom.find_potential()
+
+
+def test_loads_are_known_by_name_only_if_they_are_the_systems():
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[kn.gravity(-g * N.y)]))
+    with pytest.raises(kn.PotentialError, match="Expected some of the loads of the system \\(gravity\\), got 'wind'"):
+        eom.find_potential(["wind"])
+
+
+# Under constraints -------------------------------------------------------------------------------------------------------
+
+
+def skate(load: kn.Load) -> kn.Equations:
+    blade = kn.motion_constraint("blade", P.velocity(N).dot(A.y))
+    return kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[load], nonholonomic=[blade], coordinates=Q))
+
+
+def test_forces_that_the_blade_holds_do_not_count():
+    """Across the blade a force that depends on the angle has no work: F̃_r = 0, and V is a constant of the others."""
+    eom = skate(kn.Load("across", ((P, 5 * x * A.y),), ((A, -3 * a * N.z),)))
+    found = eom.find_potential()
+    assert kn.evaluate(kn.diff(found.value, a), {a: 0.4}) == pytest.approx(1.2)
+    assert {str(s) for s in kn.free_symbols([found.value])} == {"a"}
+
+
+def test_along_the_blade_a_drive_has_none():
+    with pytest.raises(kn.PotentialError, match="along the motions that the constraints allow"):
+        skate(kn.Load("drive", ((P, 5 * A.x),))).find_potential()
+
+
+def test_on_a_circle_every_force_of_the_angle_has_one():
+    """x = cos a, y = sin a: a follower force of constant size does 2 per rad."""
+    bead = kn.Particle("bead", P, 1.0)
+    spin = kn.RigidBody("wheel", frame=A, mass_center=O, mass=1, inertia=kn.inertia(A, 1, 1, 1))
+    ring = (kn.configuration_constraint("cx", x - kn.cos(a)), kn.configuration_constraint("cy", y - kn.sin(a)))
+    follower = kn.Load("follower", ((P, 2 * A.y),))
+    eom = kn.derive(
+        kn.System(N, bodies=[bead, spin], speeds="rates", loads=[follower], holonomic=ring, coordinates=(x, y, a))
+    )
+    found = eom.find_potential().value
+    here = {x: np.cos(0.3), y: np.sin(0.3), a: 0.3}
+    ways = kn.gradient(found, (x, y, a))
+    moved = kn.evaluate(list(ways), here) @ np.array([-np.sin(0.3), np.cos(0.3), 1.0])
+    assert moved == pytest.approx(-2.0)

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loads made from a potential energy or a dissipation function."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import pendulums
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+x = kn.coordinate("x")
+q1, q2 = kn.coordinates("q1 q2")
+u1, u2, u3 = kn.speeds("u1:4")
+k, c = kn.parameter("k", 3.0), kn.parameter("c", 0.4)
+A = N.rotate("A", q1, N.z)
+B = A.rotate("B", q1 + q2, A.x)
+P = O.at("P", x * A.x)
+BODY = kn.RigidBody("b", frame=B, mass_center=P, mass=2, inertia=kn.inertia(B, 1, 2, 3))
+MIXED = {u1: q1.dt + x * q2.dt, u2: q2.dt, u3: 2 * x.dt + q1.dt}
+V = k * q1**2 * kn.cos(q2) * x
+R = c * q1.dt**2 / 2 + c * (x.dt - q2.dt) ** 4
+
+
+def test_generalized_forces_are_minus_the_slopes():
+    """F_r = −Σ ∂V/∂q_s W_sr and F_r = −∂R/∂u_r, with R written by speeds or by rates."""
+    eom = kn.derive(
+        kn.System(N, bodies=[BODY], speeds=MIXED, loads=[kn.Load.from_potential(V), kn.Load.from_dissipation(R)])
+    )
+    state = {"q": [0.3, 0.4, 0.5], "u": [0.6, -0.7, 0.8]}
+    slopes, w = np.array(eom.evaluate(kn.gradient(V, eom.coordinates), **state)), eom.evaluate(eom.W, **state)
+    lost = np.array(eom.evaluate(kn.gradient(eom.in_speeds(R), eom.speeds), **state))
+    assert np.array(eom.evaluate(eom.Fr, **state)) == pytest.approx(-slopes @ w - lost, rel=1e-12)
+    by_speeds = eom.system.replace(loads=[kn.Load.from_potential(V), kn.Load.from_dissipation(eom.in_speeds(R))])
+    other = kn.derive(by_speeds)
+    assert np.array(other.evaluate(other.Fr, **state)) == pytest.approx(-slopes @ w - lost, rel=1e-12)
+
+
+def test_energy_and_power_know_them():
+    eom = kn.derive(
+        kn.System(N, bodies=[BODY], speeds=MIXED, loads=[kn.Load.from_potential(V), kn.Load.from_dissipation(R)])
+    )
+    state = {"q": [0.3, 0.4, 0.5], "u": [0.6, -0.7, 0.8]}
+    rate, power = eom.evaluate([eom.time_derivative(eom.energy), eom.power], **state)
+    assert rate == pytest.approx(power, rel=1e-12)
+    assert eom.potential_energy is V
+
+
+def test_a_spring_and_a_damper_are_the_same_by_their_functions():
+    declared = [kn.torsional_spring(A, N, q1, k, N.z), kn.torsional_damper(A, N, c, N.z)]
+    scalar = [kn.Load.from_potential(k * q1**2 / 2), kn.Load.from_dissipation(c * q1.dt**2 / 2)]
+    one, other = (kn.derive(kn.System(N, bodies=[BODY], speeds=MIXED, loads=own)) for own in (declared, scalar))
+    assert list(map(str, one.Fr)) == list(map(str, other.Fr))
+
+
+def test_recursion_stays_where_forces_have_a_place():
+    """A chain by joint angles is solved by recursion with a potential of them as without."""
+    plain = (
+        pendulums.system(7, relative=True)
+        if "relative" in pendulums.system.__code__.co_varnames
+        else pendulums.system(7)
+    )
+    own = kn.Load.from_potential(k * plain.coordinates[3] ** 2 / 2)
+    eom = kn.derive(plain.replace(loads=(*plain.gravities, *plain.loads, own)))
+    assert eom.route == kn.derive(plain).route
+
+
+def test_with_euler_parameters():
+    e = kn.coordinates("e0:4")
+    C = N.rotate_euler_parameters("C", e)
+    body = kn.RigidBody("body", frame=C, mass_center=O, mass=1, inertia=kn.inertia(C, 1, 2, 3))
+    level = C.x.dot(N.z)
+    eom = kn.derive(
+        kn.System(
+            N,
+            bodies=[body],
+            speeds=dict(zip((u1, u2, u3), C.angular_velocity(N).components(C), strict=True)),
+            loads=[kn.Load.from_potential(k * level)],
+        )
+    )
+    q = np.array([0.5, -0.1, 0.7, 0.2])
+    state = {"q": q / np.linalg.norm(q), "u": [0.3, 0.2, -0.5]}
+    rate, power = eom.evaluate([eom.time_derivative(eom.energy), eom.power], **state)
+    assert rate == pytest.approx(power, abs=1e-13)
+    assert np.array(eom.evaluate(eom.Fr, **state)) == pytest.approx(
+        np.array(eom.evaluate(C.x.cross(N.z).components(C), **state)) * -3.0, abs=1e-12
+    )
+
+
+def test_pickles_and_other_speeds_keep_them():
+    eom = kn.derive(kn.System(N, bodies=[BODY], speeds=MIXED, loads=[kn.Load.from_dissipation(c * u1**2 / 2)]))
+    other = kn.derive(eom.system.replace(speeds="rates"))
+    state = {"q": [0.3, 0.4, 0.5], "u": [0.6, -0.7, 0.8]}
+    rates = eom.evaluate(eom.rates, **state)
+    assert eom.evaluate(eom.power, **state) == pytest.approx(
+        other.evaluate(other.power, q=state["q"], u=rates), rel=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: kn.Load.from_potential(k * x.dt), "Load.from_dissipation"),
+        (lambda: kn.Load.from_potential(k * u1), "with u1"),
+        (lambda: kn.Load.from_dissipation(k * x), "Load.from_potential"),
+    ],
+)
+def test_functions_of_the_wrong_kind(make, said):
+    with pytest.raises(kn.ModelError, match=said):
+        make()
+
+
+def test_lengths_have_units():
+    """A coordinate in m gets a force in N; one without a unit is a length where no frame turns by it."""
+    r, s = kn.coordinate("r", unit="m"), kn.coordinate("s")
+    stiff, far = kn.parameter("kappa", 5.0, "N/m"), kn.parameter("d", 0.2, "m")
+    bead = kn.Particle("bead", O.at("Q", (r + far) * N.x + (s + far) * N.y), kn.parameter("m", 2.0, "kg"))
+    own = kn.Load.from_potential(stiff * (r**2 + s**2 + r * s) / 2)
+    eom = kn.derive(kn.System(N, bodies=[bead], speeds="rates", loads=[own]))
+    assert np.array(eom.evaluate(eom.Fr, q=[0.3, 0.4], u=[0, 0])) == pytest.approx([-2.5, -2.75])
