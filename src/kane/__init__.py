@@ -110,6 +110,7 @@ from kane.model.declarations import Event
 from kane.model.friction import dry_friction, friction
 from kane.model.inertia import (
     box,
+    central_inertia,
     cylindrical_shell,
     inertia,
     parallel_axis,
@@ -149,7 +150,30 @@ from kane.model.loads import (
     torsional_damper,
     torsional_spring,
 )
+from kane.model.mass import (
+    composite,
+    inertia_about,
+    inertia_matrix,
+    inertia_vector,
+    mass_center,
+    moment_of_inertia,
+    product_of_inertia,
+    radius_of_gyration,
+)
+from kane.model.principal import Principal, principal
 from kane.model.reactions import auxiliary_speed, reaction
+from kane.model.solids import (
+    circular_arc,
+    circular_sector,
+    ellipsoid,
+    frustum,
+    half_cylinder,
+    hemisphere,
+    rectangular_plate,
+    right_triangle,
+    torus,
+    triangular_plate,
+)
 from kane.model.system import System
 from kane.motion.drives import Signal, signal
 from kane.motion.load import load_solution
@@ -210,7 +234,10 @@ __all__ = [
     "Frame", "Point", "Vector", "Dyadic", "Rotation", "small_rotation",
     "Joint", "pin", "slider", "cylindrical", "screw", "universal", "ball", "free", "planar", "weld",
     "RigidBody", "Particle", "inertia", "rod", "thin_disk", "ring", "solid_sphere", "spherical_shell", "solid_cylinder",
-    "cylindrical_shell", "solid_cone", "box", "parallel_axis",
+    "cylindrical_shell", "solid_cone", "box", "ellipsoid", "torus", "frustum", "half_cylinder", "hemisphere", "rectangular_plate",
+    "right_triangle", "triangular_plate", "circular_sector", "circular_arc", "parallel_axis", "central_inertia",
+    "mass_center", "inertia_about", "inertia_matrix", "inertia_vector", "moment_of_inertia", "product_of_inertia",
+    "radius_of_gyration", "composite", "principal", "Principal",
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "action_reaction", "torque_pair", "friction", "dry_friction",
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling", "configuration_constraint",

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from kane.errors import ModelError, cut
+from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Parameter
+from kane.model.inertia import central_inertia
 from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -84,7 +87,10 @@ class Particle(Immutable):
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class RigidBody(Immutable):
-    """A rigid body: frame, mass centre, mass and central inertia dyadic."""
+    """A rigid body: frame, mass centre, mass and central inertia dyadic.
+
+    `inertia=(dyadic, point)` takes the inertia about another point of the body; the body keeps the central one.
+    """
 
     name: str
     frame: Frame
@@ -92,12 +98,16 @@ class RigidBody(Immutable):
     mass: Expr
     inertia: Dyadic
 
-    def __init__(self, name: str, *, frame: Frame, mass_center: Point, mass: Any, inertia: Dyadic) -> None:
+    def __init__(
+        self, name: str, *, frame: Frame, mass_center: Point, mass: Any, inertia: Dyadic | tuple[Dyadic, Point]
+    ) -> None:
         m = as_expr(mass)
         check_mass(name, m)
         _check_center(name, mass_center)
         if not isinstance(frame, Frame):
             raise ModelError(f"Expected a Frame for the body {name}, got {cut(repr(frame))}.")
+        if isinstance(inertia, tuple):
+            inertia = _central(name, frame, mass_center, m, inertia)
         if not isinstance(inertia, Dyadic):
             raise ModelError(
                 f"Expected an inertia dyadic for {name}, such as kn.inertia({frame.name}, Ixx, Iyy, Izz), got "
@@ -118,6 +128,24 @@ class RigidBody(Immutable):
 
     def __repr__(self) -> str:
         return f"RigidBody({self.name!r}, frame {self.frame.name}, mass centre {self.mass_center.name})"
+
+
+def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[Any, ...]) -> Dyadic:
+    """The central inertia of a body whose inertia is given about another point of it."""
+    if len(about) != 2 or not isinstance(about[0], Dyadic) or not isinstance(about[1], Point):
+        raise ModelError(
+            f"Expected inertia=dyadic, about the mass centre, or inertia=(dyadic, point) for {name}, got {cut(repr(about))}."
+        )
+    dyadic, point = about
+    frame._check(point.frame)
+    offset = center.position(point).express(frame)
+    moving = [str(s) for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter)]
+    if moving:
+        raise ModelError(
+            f"Expected the inertia of {name} about a point fixed in {frame.name}, got it about {point.name}, whose place there depends "
+            f"on {', '.join(moving)}. Give it about a point that moves with the body, or about the mass centre {center.name}."
+        )
+    return central_inertia(dyadic, mass, offset)
 
 
 def _restored(name: str, frame: Frame, mass_center: Point, mass: Expr, inertia: Dyadic) -> RigidBody:

@@ -19,7 +19,7 @@ def inertia(frame: Frame, Ixx: Any, Iyy: Any, Izz: Any, Ixy: Any = 0, Iyz: Any =
     return Dyadic.of(frame, ((Ixx, Ixy, Izx), (Ixy, Iyy, Iyz), (Izx, Iyz, Izz)))
 
 
-def _axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
+def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
     """Inertia of a body of revolution: `about` its axis, `across` it."""
     if not isinstance(axis, Vector):
         raise ModelError(f"Expected an axis of the body as a unit vector, such as B.x, got {cut(repr(axis))}.")
@@ -38,12 +38,16 @@ def _axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
 
 
 class Shape(NamedTuple):
-    """What a solid looks like: a kind, its dimensions (m), the axis of a body of revolution, and the frame that it is fixed in."""
+    """What a solid looks like: a kind, its dimensions (m), the axis of a body of revolution, and the frame that it is fixed in.
+
+    `centroid` leads from the place that the solid's function names (a corner, the middle of a base) to the mass centre.
+    """
 
     kind: str
     sizes: Mapping[str, Expr]
     axis: Vector | None
     frame: Frame
+    centroid: Vector = Vector()
 
 
 class Inertia(Dyadic):
@@ -81,7 +85,7 @@ def _revolved(kind: str, frame: Frame, mass: Any, axis: Vector | None, **sizes: 
     """A body of revolution; a sphere has no axis."""
     dimensions = {name: as_expr(size) for name, size in sizes.items()}
     about, across = _REVOLVED[kind](as_expr(mass), *dimensions.values())
-    dyadic = inertia(frame, about, about, about) if axis is None else _axial(frame, about, across, axis)
+    dyadic = inertia(frame, about, about, about) if axis is None else axial(frame, about, across, axis)
     return Inertia(dyadic, Shape(kind, dimensions, axis, frame))
 
 
@@ -121,8 +125,12 @@ def cylindrical_shell(frame: Frame, mass: Any, radius: Any, height: Any, axis: V
 
 
 def solid_cone(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector) -> Dyadic:
-    """Uniform cone about its mass centre (h/4 above the base): 3 m R²/10 about its axis, 3 m (4 R² + h²)/80 across."""
-    return _revolved("solid cone", frame, mass, axis, radius=radius, height=height)
+    """Uniform cone about its mass centre (h/4 above the base): 3 m R²/10 about its axis, 3 m (4 R² + h²)/80 across.
+
+    `shape.centroid` leads from the middle of the base to the mass centre, with the apex along `axis`.
+    """
+    made = _revolved("solid cone", frame, mass, axis, radius=radius, height=height)
+    return Inertia(made, made.shape._replace(centroid=axis * (as_expr(height) / 4)))
 
 
 def box(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Dyadic:
@@ -132,10 +140,18 @@ def box(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Dyadic:
     return Inertia(inertia(frame, m * (b2 + c2), m * (c2 + a2), m * (a2 + b2)), Shape("box", edges, None, frame))
 
 
+def central_inertia(about: Dyadic, mass: Any, offset: Vector) -> Dyadic:
+    """Central inertia from that about another point: I − m (r² 1 − r r), `offset` r from that point to the mass centre, or back.
+
+    Kane & Levinson 1985, sec. 3.6.
+    """
+    return parallel_axis(about, -as_expr(mass), offset)
+
+
 def parallel_axis(central: Dyadic, mass: Any, offset: Vector) -> Dyadic:
     """Inertia about another point: I + m (r² 1 − r r), `offset` r from that point to the mass centre, or back.
 
-    Written along the frame of `offset`.
+    Written along the frame of `offset`; `central_inertia` is the way back. Kane & Levinson 1985, sec. 3.6.
     """
     if not isinstance(offset, Vector):
         raise ModelError(
