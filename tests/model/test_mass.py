@@ -71,7 +71,7 @@ def test_of_many_particles(cloud):
 
 
 def test_parallel_axes_there_and_back(cloud):
-    N, O, bodies, points, masses = cloud
+    N, O, bodies, _points, masses = cloud
     r = kn.mass_center(bodies, O)
     total = float(masses.sum())
     center = O.at("S", r)
@@ -97,7 +97,7 @@ def test_composites_are_sums(cloud):
 
 def test_holes_are_cut_out(arm):
     """A disk with a round hole is a disk less a disk (areas R² and r²)."""
-    N, O, B, *_ = arm
+    _N, O, B, *_ = arm
     disk = kn.RigidBody("disk", frame=B, mass_center=O.at("D", 0), mass=4, inertia=kn.thin_disk(B, 4, 2, B.z))
     hole = kn.RigidBody("hole", frame=B, mass_center=O.at("H", B.x), mass=1, inertia=kn.thin_disk(B, 1, 1, B.z))
     left = kn.composite("left", disk, B, without=hole)
@@ -112,7 +112,10 @@ def test_a_composite_moves_as_its_bodies_do(arm):
     """The same equations of motion from the pendulum as one body and as two."""
     N, _, B, rod, tip = arm
     g = kn.gravity(-9.81 * N.y)
-    made = [kn.derive(kn.System(N, bodies=b, speeds="rates", loads=[g])) for b in ([rod, tip], [kn.composite("c", [rod, tip], B)])]
+    made = [
+        kn.derive(kn.System(N, bodies=b, speeds="rates", loads=[g]))
+        for b in ([rod, tip], [kn.composite("c", [rod, tip], B)])
+    ]
     one, other = (e.evaluate(e.accelerations, q=[0.4], u=[0.2]) for e in made)
     np.testing.assert_allclose(one, other, rtol=1e-13)
 

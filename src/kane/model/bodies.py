@@ -142,7 +142,7 @@ def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[An
     moving = [str(s) for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter)]
     if moving:
         raise ModelError(
-            f"Expected the inertia of {name} about a point fixed in {frame.name}, got it about {point.name}, whose place there depends "
+            f"Expected the inertia of {name} about a point fixed in {frame.name}, got one about {point.name}, whose place depends "
             f"on {', '.join(moving)}. Give it about a point that moves with the body, or about the mass centre {center.name}."
         )
     return central_inertia(dyadic, mass, offset)

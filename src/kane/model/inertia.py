@@ -14,13 +14,23 @@ from kane.space.vector import Dyadic, Vector
 _SLACK = 1e-12
 
 
+def check_frame(frame: object) -> None:
+    """A ModelError unless it is a frame, along whose axes an inertia is written."""
+    if not isinstance(frame, Frame):
+        raise ModelError(
+            f"Expected the Frame of the body, along whose axes its inertia is written, got {cut(repr(frame))}."
+        )
+
+
 def inertia(frame: Frame, Ixx: Any, Iyy: Any, Izz: Any, Ixy: Any = 0, Iyz: Any = 0, Izx: Any = 0) -> Dyadic:
     """Inertia dyadic Σ I_ij a_i a_j along the axes of `frame`; Ixy = −∫ x y dm is the measure number, not the product."""
+    check_frame(frame)
     return Dyadic.of(frame, ((Ixx, Ixy, Izx), (Ixy, Iyy, Iyz), (Izx, Iyz, Izz)))
 
 
 def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
     """Inertia of a body of revolution: `about` its axis, `across` it."""
+    check_frame(frame)
     if not isinstance(axis, Vector):
         raise ModelError(f"Expected an axis of the body as a unit vector, such as B.x, got {cut(repr(axis))}.")
     direction = axis.components(frame)

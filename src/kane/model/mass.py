@@ -14,7 +14,7 @@ from kane.expr.build import add
 from kane.expr.collect import collected
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.node import ZERO, Expr
 from kane.expr.operators import sqrt
 from kane.expr.symbols import Parameter
 from kane.model.bodies import Body, Part, RigidBody, parts_of

@@ -7,7 +7,6 @@ Kane & Levinson 1985, sec. 3.8, 3.9. Numbers are taken where the matrix is made 
 two and one.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -61,14 +60,14 @@ class Principal(Immutable):
         values = [constant_value(x) for x in self.moments]
         if any(v is None for v in values):
             raise ModelError(
-                f"Expected principal moments that are numbers, got {', '.join(cut(x, 40) for x in self.moments)}: which is the greatest "
-                "depends on the symbols. Give their values: kn.principal(inertia, values={…}); {} takes the defaults."
+                f"Expected principal moments that are numbers, got {', '.join(cut(x, 40) for x in self.moments)}: which is the "
+                "greatest depends on symbols. Give their values: kn.principal(inertia, values={…}); {} takes the defaults."
             )
         k = sorted(range(3), key=lambda i: float(values[i] or 0))[place]
         return self.moments[k], self.axes[k]
 
     def ellipsoid(self, scale: Any = 1) -> tuple[Expr, ...]:
-        """Semi-axes scale/√I_k of the inertia ellipsoid, along the axes; from its centre to its surface √I is scale over the distance."""
+        """Semi-axes scale/√I_k of the inertia ellipsoid; along any line √I is `scale` over the distance to its surface."""
         if any(x is ZERO for x in self.moments):
             raise ModelError(
                 "Expected principal moments above zero for the inertia ellipsoid, got 0: along that axis it has no end."
@@ -124,14 +123,15 @@ def principal(inertia: Dyadic, frame: Frame | None = None, *, values: Mapping[An
     return _ordered(pairs)
 
 
-def _home(inertia: Dyadic, frame: Frame | None) -> Frame:
+def _home(inertia: Dyadic, frame: object) -> Frame:
     if isinstance(frame, Frame):
         return frame
     frames = [f for f in inertia.frames() if isinstance(f, Frame)]
     if frame is not None or len(frames) != 1:
-        got = cut(repr(frame)) if frame is not None else f"a dyadic along {', '.join(f.name for f in frames) or 'none'}"
+        names = ", ".join(f.name for f in frames) or "none"
         raise ModelError(
-            f"Expected one frame for the principal axes, got {got}. Name it: kn.principal(inertia, B)."
+            f"Expected one frame for the principal axes, got {cut(repr(frame))} with a dyadic along {names}. Name "
+            "it: kn.principal(inertia, B)."
         )
     return frames[0]
 
@@ -188,7 +188,9 @@ def _ordered(pairs: Pairs) -> Principal:
     if all(v is not None for v in values):
         sizes = [float(v or 0) for v in values]
         order.sort(key=lambda i: (sizes[i], i))
-        pairs = [(ZERO if abs(x) <= SLACK * max(sizes) and x < 0 else m, n) for x, (m, n) in zip(sizes, pairs, strict=True)]
+        pairs = [
+            (ZERO if abs(x) <= SLACK * max(sizes) and x < 0 else m, n) for x, (m, n) in zip(sizes, pairs, strict=True)
+        ]
     (p, x), (q, y), (r, z) = (pairs[i] for i in order)
     return Principal((p, q, r), (x, y, z if order in _CYCLIC else -z))
 

@@ -7,11 +7,11 @@ Where the mass centre is no obvious place, `inertia.shape.centroid` leads to it 
 from collections.abc import Sequence
 from typing import Any
 
-from kane.errors import ModelError
+from kane.errors import ModelError, cut
 from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr, pi
 from kane.model.directions import check_unit, is_unit
-from kane.model.inertia import Inertia, Shape, axial, inertia, parallel_axis
+from kane.model.inertia import Inertia, Shape, axial, check_frame, inertia, parallel_axis
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic, Vector, axes
 
@@ -25,7 +25,7 @@ def ellipsoid(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Inertia:
 
 
 def torus(frame: Frame, mass: Any, radius: Any, tube: Any, axis: Vector) -> Inertia:
-    """Solid torus, R the radius of its centre line and r that of the tube: m (R² + 3 r²/4) about its axis, m (R²/2 + 5 r²/8) across."""
+    """Solid torus with the radius R of its centre line and r of its tube: m (R² + 3 r²/4) about its axis, m (R²/2 + 5 r²/8) across."""
     m, big, small = as_expr(mass), as_expr(radius), as_expr(tube)
     about = m * (big * big + 3 * small * small / 4)
     across = m * (big * big / 2 + 5 * small * small / 8)
@@ -60,7 +60,7 @@ def half_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vecto
     plain = m * (3 * r * r + h * h) / 12
     off = m * shift * shift
     moments = (m * r * r / 2 - off, plain, plain - off)
-    dyadic = _along(frame, _crossed(axis, towards), moments)
+    dyadic = _along(frame, _crossed(frame, axis, towards), moments)
     return Inertia(dyadic, Shape("half cylinder", {"radius": r, "height": h}, axis, frame, towards * shift))
 
 
@@ -99,6 +99,12 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
 
     The mass centre is (p + q)/3 from that corner; the inertia is that of m/12 at each corner, seen from there.
     """
+    check_frame(frame)
+    if not all(isinstance(v, Vector) for v in (p, q)):
+        raise ModelError(
+            f"Expected the other corners of a triangle as two Vectors from the first, got {cut(repr(p))}, {cut(repr(q))}. Give "
+            "them directions: a*B.x, b*B.y."
+        )
     third = as_expr(mass) / 12
     center = (p + q) / 3
     total = Dyadic()
@@ -136,17 +142,20 @@ def _round(
     lean = div(mul(sin(alpha), cos(alpha)), alpha)
     along, across = polar / 2 * add(ONE, lean), polar / 2 * sub(ONE, lean)
     off = m * shift * shift
-    dyadic = _along(frame, _crossed(normal, towards), (polar - off, across, along - off))
+    dyadic = _along(frame, _crossed(frame, normal, towards), (polar - off, across, along - off))
     return Inertia(dyadic, Shape(kind, {"radius": r, "half_angle": alpha}, normal, frame, towards * shift))
 
 
-def _crossed(axis: Vector, towards: Vector) -> tuple[Vector, Vector, Vector]:
+def _crossed(frame: Frame, axis: Vector, towards: Vector) -> tuple[Vector, Vector, Vector]:
     """Axis, `towards` and the unit vector across both."""
+    check_frame(frame)
     check_unit(axis, "axis of the solid")
     check_unit(towards, "direction of its round side")
     third = axis.cross(towards)
     if not is_unit(third):
-        raise ModelError(f"Expected the round side of the solid across its axis {axis}, got {towards}. Take a unit vector across it.")
+        raise ModelError(
+            f"Expected the round side of the solid across its axis {axis}, got {towards}. Take a unit vector across it."
+        )
     return axis, towards, third
 
 

@@ -325,3 +325,15 @@ def test_nothing_heavy_is_imported() -> None:
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert {"sympy", "matplotlib", "jinja2", "scipy.integrate", "llvmlite", "IPython"} & set(loaded) == set()
+
+
+def test_principal_moments_are_a_table_of_formulas():
+    frame = kn.Frame("F$<")
+    shown = Shown(
+        kn.principal(
+            kn.inertia(frame, kn.parameter("a<i>"), kn.parameter("b$"), 3, Ixy=kn.parameter("c"))
+        )._repr_html_()
+    )
+    assert shown.rows[0] == ["principal moment", "axis"]
+    assert len(shown.rows) == 4
+    assert len(shown.formulas) == 6

@@ -12,10 +12,12 @@ from kane.equations.equations import Equations
 from kane.equations.handle import Handle
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
+from kane.model.principal import Principal
 from kane.model.system import System
 from kane.motion.solution import Solution
 from kane.present.notebook.equations import equations_html
 from kane.present.notebook.linear import linear_html
+from kane.present.notebook.principal import principal_html
 from kane.present.notebook.program import program_html, routine_html
 from kane.present.notebook.solution import solution_html
 from kane.present.notebook.speeds import speeds_html
@@ -40,5 +42,6 @@ show.HTML.update(
         Solution: solution_html,
         Linear: linear_html,
         SpeedComparison: speeds_html,
+        Principal: principal_html,
     }
 )
