@@ -3,7 +3,8 @@
 
 "jacobian" is all of ∂(q̇, u̇)/∂(q, u), "inverse dynamics" M u̇ − f. "total" counts the
 expressions, "emitted" the instructions of the compiled program, which trade divisions for multiplications.
-`counts.json` holds what the code gives now, `limits.json` what it may give at most; a test holds both.
+`counts.json` holds what the code gives now, `limits.json` what it may give at most: total and emitted, or what is named after a
+colon; a test holds both.
 """
 
 import json

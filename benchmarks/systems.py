@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The systems whose operations are counted: name → system."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import kane as kn
 from benchmarks.random_trees import BRANCHES, LIMBS, random_tree
@@ -37,6 +37,31 @@ def arm(axes: str) -> kn.System:
     return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.z)])
 
 
+def wrist_arm(lengths: Sequence[float] = (0.3, 0, 0.4, 0, 0.4, 0, 0.1)) -> kn.System:
+    """Seven pins about z, each seat turned by ±90° about x, as robots have them: axes meet in shoulder, elbow and wrist.
+
+    Masses, mass centres, all six moments and products of inertia and lengths, but those that are 0, are parameters.
+    """
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81, "m/s^2")
+    at, frame, joints, bodies = kn.Point("O", fixed_in=N), N, [], []
+    for k, length in enumerate(lengths, 1):
+        if length:
+            at = at.at(f"P{k}", kn.parameter(f"l{k}", length, "m") * frame.z)
+        seat = frame if k == 1 else frame.rotate(f"A{k}", kn.pi / 2 if k % 2 else -kn.pi / 2, frame.x)
+        joints.append(kn.pin(f"joint{k}", at, seat, axis=seat.z))
+        at, frame = joints[-1].point, joints[-1].frame
+        c = kn.parameters(f"cx{k} cy{k} cz{k}", 0.1, "m")
+        center = at.at(f"C{k}", c[0] * frame.x + c[1] * frame.y + c[2] * frame.z)
+        inertia = kn.inertia(
+            frame,
+            *kn.parameters(f"Ixx{k} Iyy{k} Izz{k}", 0.1, "kg*m^2"),
+            *kn.parameters(f"Ixy{k} Iyz{k} Izx{k}", 0.01, "kg*m^2"),
+        )
+        m = kn.parameter(f"m{k}", 1.0, "kg")
+        bodies.append(kn.RigidBody(f"link {k}", frame=frame, mass_center=center, mass=m, inertia=inertia))
+    return kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-g * N.z)])
+
+
 COUNTED: dict[str, Callable[[], kn.System]] = {
     "planar pendulum, absolute angles, 2 rods": lambda: pendulums.system(2),
     "planar pendulum, absolute angles, 10 rods": lambda: pendulums.system(10),
@@ -44,6 +69,7 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "planar pendulum on a cart, 10 rods": lambda: pendulums.system(10, cart=True),
     "rolling disk, sliding": rolling_disk.system,
     "7R arm": lambda: arm("zyzyzyz"),
+    "7R arm with wrist, full inertias": wrist_arm,
     "7R arm, general axes": lambda: random_tree(range(-1, 6), 1),
     "tree of 20 bodies, general axes": lambda: random_tree(BRANCHES, 1),
     "free-flyer of 30 freedoms, general axes": lambda: random_tree(LIMBS, 1, floating=True),

@@ -86,3 +86,44 @@ def test_links_know_their_joints_and_massless_ones_are_left_out():
         assert frame is link.basis
         assert x is y
         assert len(link.twists([z])) == 1
+
+
+def wrist(order=(0, 1, 2), twist=1.0, offset=0, at_each=True):
+    """Bodies on pins whose axes meet at a point, declared in any order; `at_each` pin has a point of its own there."""
+    N = kn.Frame("N")
+    at, frame, bodies = kn.Point("O", fixed_in=N), N, []
+    for k in range(1, 4):
+        if at_each or k == 1:
+            at = at.at(f"P{k}", offset * frame.y)
+        seat = frame.rotate(f"A{k}", twist, frame.x)
+        frame = seat.rotate(f"B{k}", kn.coordinate(f"q{k}"), seat.z)
+        center = at.at(f"C{k}", 0.1 * k * frame.x + 0.2 * frame.y)
+        inertia = kn.inertia(frame, 1, 2, 2.5)
+        bodies.append(kn.RigidBody(f"b{k}", frame=frame, mass_center=center, mass=k, inertia=inertia))
+    gravity = kn.gravity(-9.81 * N.x)
+    return kn.System(N, bodies=[bodies[k] for k in order], speeds="rates", loads=[gravity])
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
+@pytest.mark.parametrize("at_each", [True, False])
+def test_links_whose_axes_meet_at_a_point_hang_on_each_other(order, at_each):
+    ground, *links = links_of(wrist(order, at_each=at_each))
+    assert ground.parent is None
+    assert [link.parent for link in links] == [0, 1, 2]
+    assert [part.name for link in links for part, _ in link.parts] == ["b1", "b2", "b3"]
+    assert all(link.offset.is_zero for link in links)
+
+
+def test_points_at_one_place_of_a_body_are_one_link():
+    """What hangs on a point of its own there hangs on the body."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    A = N.rotate("A", kn.coordinate("q1"), N.z)
+    B = A.rotate("B", kn.coordinate("q2"), A.x)
+    P, Q = O.at("P", N.x), O.at("Q", N.x)
+    seat = Q.at("S", A.y)
+    bodies = [
+        kn.RigidBody(n, frame=f, mass_center=c, mass=1, inertia=kn.inertia(f, 1, 1, 1))
+        for n, f, c in (("a", A, P.at("a*", A.x)), ("b", B, seat.at("b*", B.y)))
+    ]
+    assert [link.parent for link in links_of(kn.System(N, bodies=bodies, speeds="rates"))] == [None, 0, 1]

@@ -77,9 +77,11 @@ def _body(rng: np.random.Generator, name: str, point: kn.Point, frame: kn.Frame)
     )
 
 
-def system(seed: int, bodies: int, kinds: Sequence[str] = KINDS, parents: Sequence[int] | None = None) -> kn.System:
-    """A tree of `bodies`, drawn with the seed; its speeds are those of its joints."""
-    rng = np.random.default_rng(seed)
+def system(
+    seed: int, bodies: int, kinds: Sequence[str] = KINDS, parents: Sequence[int] | None = None, meeting: float = 0.0
+) -> kn.System:
+    """A tree of `bodies`, drawn with the seed; its speeds are those of its joints. Of a share `meeting` the seat has no offset."""
+    rng, other = np.random.default_rng(seed), np.random.default_rng((seed, 1))
     N = kn.Frame("N")
     w, length, drag = kn.parameter("w", 1.3), kn.parameter("d", 0.3), kn.parameter("c", 0.3)
     places = [(kn.Point("O", fixed_in=N), N)]
@@ -88,8 +90,9 @@ def system(seed: int, bodies: int, kinds: Sequence[str] = KINDS, parents: Sequen
     loads: list[Any] = [kn.gravity(vector(N, 10 * rng.normal(size=3)))]
     for i in range(1, bodies + 1):
         name = str(i)
-        at, seat = places[rng.integers(len(places)) if parents is None else parents[i - 1]]
-        at, seat = _seat(rng, name, at, seat)
+        before, seat = places[rng.integers(len(places)) if parents is None else parents[i - 1]]
+        at, seat = _seat(rng, name, before, seat)
+        at = before if other.random() < meeting else at
         kind = str(rng.choice(kinds))
         if kind == "driven":
             seat = seat.rotate(f"D{i}", kn.sin(w * kn.time) + 0.2 * i, (seat.x, seat.y, seat.z)[rng.integers(3)])

@@ -6,9 +6,9 @@ the origin in the parent, `offset`, and the rotation of the basis in the parent'
 rotations stand in these (`aligned`); neither speaks of coordinates alone, which several joints may share (absolute angles).
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from kane.expr.affine import affine_forms
 from kane.expr.diff import time_derivative
@@ -20,7 +20,7 @@ from kane.model.joints.joint import Joint, Twist
 from kane.model.system import System
 from kane.space.point import Point
 from kane.space.rotation import Basis
-from kane.space.vector import Vector, angular_velocity
+from kane.space.vector import Parts, Vector, angular_velocity
 
 
 class Carried(NamedTuple):
@@ -76,23 +76,28 @@ class _Place(NamedTuple):
     moving: bool = False
 
 
+_Begun: TypeAlias = tuple[Basis, int | None, Vector]
+"""The basis of a link, the number of the one before, and where it begins there."""
+
+
 class _Links:
     """The links as they are met, the ground first."""
 
     def __init__(self, inertial: Basis, aligned: Aligned, split: Collection[Point]) -> None:
         self.aligned, self.split = aligned, split
-        self.begun: list[tuple[Basis, int | None, Vector]] = [(inertial, None, Vector())]
-        self.numbers: dict[tuple[Basis, Point, int], int] = {}
+        self.begun: list[_Begun] = [(inertial, None, Vector())]
+        self.numbers: dict[tuple[Basis, int, Parts], int] = {}
         self.places: dict[Point, _Place] = {}
 
-    def attached(self, basis: Basis, place: _Place, key: tuple[Point, int]) -> _Place:
+    def attached(self, basis: Basis, place: _Place) -> _Place:
         """What is fixed in `basis` at a place: there already, or the origin of another link."""
         if not place.moving and basis is self.begun[place.link][0]:
             return place
-        if (basis, *key) not in self.numbers:
-            self.numbers[basis, *key] = len(self.begun)
+        key = basis, place.link, place.arm.parts
+        if key not in self.numbers:
+            self.numbers[key] = len(self.begun)
             self.begun.append((basis, place.link, place.arm))
-        return _Place(self.numbers[basis, *key], Vector())
+        return _Place(self.numbers[key], Vector())
 
     def place(self, point: Point) -> _Place:
         """Where a point is: along the offsets from the root, each in a link with its basis."""
@@ -104,12 +109,12 @@ class _Links:
                 continue
             place = self.places[p.parent]
             if p.body is not None:  # a particle moves as its body does, wherever in it it is now
-                held = self.attached(self.aligned.rates(p.body)[0], place, (p.parent, 0))
+                held = self.attached(self.aligned.rates(p.body)[0], place)
                 self.places[p] = _Place(held.link, held.arm + self.aligned.vector(p.offset))
                 continue
-            for k, (frame, numbers) in enumerate(p.offset.parts):
+            for frame, numbers in p.offset.parts:
                 basis, r = self.aligned.triple(frame, numbers)
-                place = self.attached(basis, place, (p.parent if k == 0 else p, k))
+                place = self.attached(basis, place)
                 place = _Place(
                     place.link, place.arm + Vector(((basis, r),)), place.moving or not is_constant_in_time(r)
                 )
@@ -136,25 +141,63 @@ def tree_of(
     for part in parts_of(system.bodies):
         place = links.place(part.mass_center)
         basis = links.begun[place.link][0] if part.frame is None else aligned.rates(part.frame)[0]
-        place = links.attached(basis, place, (part.mass_center, 0))
+        place = links.attached(basis, place)
         carried.setdefault(place.link, []).append(Carried(part, place.arm))
-    joints = {
-        links.attached(aligned.rates(j.frame)[0], links.place(j.point), (j.point, 0)).link: j for j in system.joints
-    }
+    joints = {links.attached(aligned.rates(j.frame)[0], links.place(j.point)).link: j for j in system.joints}
     places: dict[Point, tuple[int, Vector]] = {}
     for point in points:
         place = links.place(point)
-        place = links.attached(links.begun[place.link][0], place, (point, 0))
+        place = links.attached(links.begun[place.link][0], place)
         places[point] = place.link, place.arm
+    begun, number = _in_turn(links.begun)
+    own = {number[k]: tuple(parts) for k, parts in carried.items()}
+    of_joint = {number[k]: j for k, j in joints.items()}
     whole = tuple(
         Link(
             basis,
             parent,
             offset,
-            Vector() if parent is None else angular_velocity(basis, links.begun[parent][0]),
-            tuple(carried.get(k, ())),
-            joints.get(k),
+            Vector() if parent is None else angular_velocity(basis, begun[parent][0]),
+            own.get(k, ()),
+            of_joint.get(k),
         )
-        for k, (basis, parent, offset) in enumerate(links.begun)
+        for k, (basis, parent, offset) in enumerate(begun)
     )
-    return Tree(whole, places)
+    return Tree(whole, {point: (number[link], arm) for point, (link, arm) in places.items()})
+
+
+def _in_turn(begun: Sequence[_Begun]) -> tuple[list[_Begun], list[int]]:
+    """Links that begin at one place, each in the one that its basis turns on from: axes that intersect. Parents first; new numbers."""
+    parents, offsets = [parent for _, parent, _ in begun], [offset for _, _, offset in begun]
+    together: dict[tuple[int, Parts], dict[Basis, int]] = {}
+    for k, (basis, parent, offset) in enumerate(begun):
+        if parent is not None and basis is not begun[parent][0]:
+            together.setdefault((parent, offset.parts), {}).setdefault(basis, k)
+    for (parent, _), turned in together.items():
+        for basis, k in turned.items() if len(turned) > 1 else ():
+            before = _nearest(basis, turned, begun[parent][0])
+            if before is not None:
+                parents[k], offsets[k] = before, Vector()
+    order: dict[int, None] = {}
+    for k in range(len(begun)):
+        way: list[int] = []
+        at: int | None = k
+        while at is not None and at not in order:
+            way.append(at)
+            at = parents[at]
+        order.update(dict.fromkeys(reversed(way)))
+    number = [0] * len(begun)
+    for new, k in enumerate(order):
+        number[k] = new
+    found = [(begun[k][0], None if (p := parents[k]) is None else number[p], offsets[k]) for k in order]
+    return found, number
+
+
+def _nearest(basis: Basis, among: Mapping[Basis, int], base: Basis) -> int | None:
+    """The number of the nearest of some bases that a basis is turned in, short of `base`."""
+    b: Basis | None = basis
+    while b is not None and b is not base:
+        b = b.orientation.base if b.orientation is not None else None
+        if b is not None and b is not base and b in among:
+            return among[b]
+    return None

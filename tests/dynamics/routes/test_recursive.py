@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 
 import kane as kn
 from benchmarks.random_trees import random_tree
-from benchmarks.systems import COUNTED
+from benchmarks.systems import COUNTED, wrist_arm
 from kane.dynamics.derived import Derived, derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying
 from kane.gallery import four_bar, pendulums, rattleback
 from kane.kinematics.freedoms import Unsuited
 from tests.examples import examples
+from tests.kinematics.test_tree import wrist
 from tests.oracles import kane_tree
 from tests.oracles.compare import tolerance
 from tests.oracles.tree import trees
@@ -105,6 +106,14 @@ def test_trees_of_any_joints(seed, bodies):
     assert off is None or off <= 1
 
 
+@examples(0.1)
+@given(st.integers(0, 10**6), st.integers(2, 5))
+def test_trees_of_joints_that_meet(seed, bodies):
+    """Several begin at one point."""
+    off = difference(jointed.system(seed, bodies, meeting=0.7))
+    assert off is None or off <= 1
+
+
 @examples(0.2)
 @given(st.integers(0, 10**6), st.integers(1, 5))
 def test_trees_of_any_joints_by_any_speeds(seed, bodies):
@@ -131,6 +140,23 @@ def test_large_trees_by_articulated_and_by_composite_inertias(seed, bodies, mixe
 @pytest.mark.parametrize("seed", range(8))
 def test_no_joint_and_no_choice_of_speeds_is_left(seed):
     assert difference(jointed.by_mixed_speeds(jointed.system(seed, 2 + seed % 4), seed)) <= 1
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1)])
+@pytest.mark.parametrize(("twist", "offset"), [(1.0, 0), (0.0, 0), (1.0, 0.3), (kn.pi / 2, 0)])
+def test_axes_that_meet(order, twist, offset):
+    assert difference(wrist(order, twist, offset)) <= 1
+
+
+def test_an_arm_with_a_wrist_takes_fewer_operations_than_one_without():
+    """Shoulder, elbow and wrist whose axes meet: by recursion, shorter than with offsets between all of them."""
+    own, other = (kn.derive(wrist_arm(lengths)) for lengths in ((0.3, 0, 0.4, 0, 0.4, 0, 0.1), (0.3,) * 7))
+    assert own.route == other.route == "composite"
+    assert own.operations.state <= 1_106 < other.operations.state
+    usual = kn.derive(wrist_arm(), route="classical")
+    values = state([*own.accelerations, *usual.accelerations], 1)
+    a, b = (np.array(kn.evaluate(list(e.accelerations), values)) for e in (own, usual))
+    np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9 * np.abs(b).max())
 
 
 @pytest.mark.parametrize("axis", ["z", "tilted"])
