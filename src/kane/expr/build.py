@@ -14,7 +14,8 @@ import numpy as np
 from kane.errors import ExpressionError, cut
 from kane.expr.node import ONE, TWO, ZERO, Expr, Number, constant, constant_value, intern_node, precedes
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
-from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2
+from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2, turns_sine
+from kane.expr.surd import Surd, root, times
 
 _MAX_EXPANDED_POWER = 16
 
@@ -115,7 +116,7 @@ def mul(a: Expr, b: Expr) -> Expr:
         if a is ZERO or b is ZERO:
             return ZERO
         if ao is bo:
-            return constant(number_of(a) * number_of(b))
+            return constant(times(number_of(a), number_of(b)))
         return _scaled(a, b) if ao is CONST else _scaled(b, a)
     if ao is NEG:
         return mul(a.args[0], b.args[0]) if bo is NEG else neg(mul(a.args[0], b))
@@ -159,7 +160,7 @@ def _scaled(c: Expr, x: Expr) -> Expr:
     if x.op is NEG:
         return neg(mul(c, x.args[0]))
     if x.op is MUL and x.args[0].op is CONST:
-        return mul(constant(value * number_of(x.args[0])), x.args[1])
+        return mul(constant(times(value, number_of(x.args[0]))), x.args[1])
     return intern_node(MUL, c, x)
 
 
@@ -200,6 +201,8 @@ def _over_number(a: Expr, value: Number) -> Expr | None:
         raise ExpressionError(f"Division of {cut(a, 80)} by the constant 0.")
     if isinstance(value, (int, Fraction)):
         return mul(constant(Fraction(1) / value), a)
+    if isinstance(value, Surd):
+        return mul(constant(value.reciprocal()), a)
     if a.op is CONST:
         return constant(number_of(a) / value)
     return neg(div(a, constant(-value))) if value < 0 else None
@@ -235,16 +238,13 @@ def power(a: Expr, p: Expr) -> Expr:
 
 
 def sqrt(a: Expr) -> Expr:
-    """Square root; exact for squares of rationals."""
+    """Square root; exact for rationals of ordinary size, as a surd where they are no squares."""
     value = constant_value(a)
     if value is None:
         return intern_node(SQRT, a)
     if value < 0:
         raise ExpressionError(f"Square root of the negative constant {value}.")
-    ratio = Fraction(value)
-    top, bottom = math.isqrt(ratio.numerator), math.isqrt(ratio.denominator)
-    exact = top * top == ratio.numerator and bottom * bottom == ratio.denominator
-    return constant(Fraction(top, bottom)) if exact else constant(math.sqrt(value))
+    return constant(root(value))
 
 
 def sin(a: Expr) -> Expr:
@@ -263,14 +263,20 @@ def _sine(a: Expr) -> Expr:
     if a.op is NEG:
         return neg(_sine(a.args[0]))
     value = constant_value(a)
-    return intern_node(SIN, a) if value is None else constant(math.sin(value))
+    if value is None:
+        known = turns_sine(a, 0)
+        return intern_node(SIN, a) if known is None else constant(known)
+    return constant(math.sin(value))
 
 
 def _cosine(a: Expr) -> Expr:
     if a.op is NEG:
         a = a.args[0]
     value = constant_value(a)
-    return intern_node(COS, a) if value is None else constant(math.cos(value))
+    if value is None:
+        known = turns_sine(a, 1)
+        return intern_node(COS, a) if known is None else constant(known)
+    return constant(math.cos(value))
 
 
 def _signed(a: Expr, negative: bool) -> Expr:

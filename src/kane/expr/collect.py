@@ -17,6 +17,7 @@ from kane.expr.build import add, div, mul, neg
 from kane.expr.node import ONE, ZERO, Expr, Number, constant, precedes
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
 from kane.expr.patterns import number_of
+from kane.expr.surd import times
 from kane.expr.symbols import Parameter
 
 _MOST = 12
@@ -95,7 +96,7 @@ def _product(e: Expr) -> Term:
             waiting += ((a, power), (b, power))
         elif op is CONST and x is not ZERO:
             value = number_of(x)
-            number, divisor = (number * value, divisor) if power > 0 else (number, divisor * value)
+            number, divisor = (times(number, value), divisor) if power > 0 else (number, times(divisor, value))
         elif op is DIV and _of_parameters(x.args[1]):  # a tangent stays one
             waiting += ((x.args[0], power), (x.args[1], -power))
         elif op is NEG:

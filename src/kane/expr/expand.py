@@ -15,6 +15,7 @@ from kane.expr.collect import Powers, Term, factored, ordered
 from kane.expr.count import price
 from kane.expr.node import Expr, Number, constant_value
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB, TAN
+from kane.expr.surd import times
 from kane.expr.visit import fold
 
 MOST = 48
@@ -116,7 +117,7 @@ def _times(a: Polynomial, b: Polynomial) -> Polynomial:
             for x, p in g:
                 powers[x] = powers.get(x, 0) + p
             key = _powers(powers)
-            value = _added(total.pop(key, 0), n * k)
+            value = _added(total.pop(key, 0), times(n, k))
             if value:
                 total[key] = value
     return total

@@ -23,6 +23,7 @@ import numpy as np
 from kane import show
 from kane.errors import ExpressionError, cut
 from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
+from kane.expr.surd import Surd
 
 Number = int | float | Fraction
 T = TypeVar("T", covariant=True)
@@ -226,7 +227,7 @@ def sweep() -> int:
 def constant(value: Number | np.number[Any]) -> Expr:
     """The constant node of a real, finite number."""
     exact = _exact(value)
-    name = (CONST, exact)
+    name = (CONST, exact) if type(exact) is not Surd else (CONST, exact.ratio, exact.radicand)
     node = _table.get(name)
     if node is not None:
         return node
@@ -235,8 +236,8 @@ def constant(value: Number | np.number[Any]) -> Expr:
     return enter(name, fresh)
 
 
-def _number_key(value: Number) -> tuple[int, int]:
-    return value.as_integer_ratio()
+def _number_key(value: Number) -> tuple[int, ...]:
+    return (*value.ratio.as_integer_ratio(), value.radicand) if isinstance(value, Surd) else value.as_integer_ratio()
 
 
 _SHORT = 1024
@@ -245,6 +246,10 @@ _WIDE = 2**53
 
 def _exact(value: Any) -> Number:
     """Canonical number: int, Fraction with a short denominator, or float; each value has one form."""
+    if type(value) is Surd:
+        return (
+            value if max(abs(value.ratio.numerator), value.ratio.denominator, value.radicand) <= _WIDE else float(value)
+        )
     if isinstance(value, (bool, np.bool_)):
         raise ExpressionError(f"Expected a number, got the truth value {value!r}.")
     if isinstance(value, (int, np.integer)):

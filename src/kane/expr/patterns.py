@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from kane.expr.node import ONE, ZERO, Expr, Number, constant_value, pi
 from kane.expr.ops import ADD, CONST, COS, MUL, NEG, SIN, SUB
+from kane.expr.surd import sine_of_turns
 
 _CIRCULAR = (SIN, COS)
 
@@ -119,6 +120,12 @@ def quarter_turns(a: Expr) -> tuple[int, Expr, bool]:
         if turns is not None:
             return sign * turns % 4, x, False
     return 0, a, False
+
+
+def turns_sine(a: Expr, quarters: int) -> Number | None:
+    """sin(a + quarters · π/2) where a is a multiple of π whose sine is a fraction or a surd, else None."""
+    ratio = constant_value(a.args[0]) if a.op is MUL and a.args[1] is pi else None
+    return sine_of_turns(ratio + Fraction(quarters, 2)) if isinstance(ratio, int | Fraction) else None
 
 
 def _pi_halves(a: Expr) -> int | None:

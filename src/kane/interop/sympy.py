@@ -13,6 +13,7 @@ from kane.expr.build import NODE_BUILDERS, add, div, mul, power
 from kane.expr.node import ONE, ZERO, Expr, Number, as_expr, constant, constant_value, pi, postorder
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.regular import unguarded
+from kane.expr.surd import Surd
 from kane.expr.symbols import Parameter, Rate, Symbol, Time
 
 
@@ -136,6 +137,8 @@ def _number(value: Number | None) -> Any:
         return sympy.pi
     if isinstance(value, Fraction):
         return sympy.Rational(value.numerator, value.denominator)
+    if isinstance(value, Surd):
+        return _number(value.ratio) * sympy.sqrt(value.radicand)
     return sympy.Integer(value) if isinstance(value, int) else sympy.Float(value)
 
 

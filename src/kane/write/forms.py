@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from kane.expr.node import Expr, Number, digest
 from kane.expr.ops import CONST
+from kane.expr.surd import Surd, times
 from kane.expr.symbols import Symbol
 from kane.write.trees import (
     LAST,
@@ -39,6 +40,11 @@ def number_tree(value: Number) -> NumberTree:
 def size_of(value: Number) -> Number:
     """|value|, exact."""
     return -value if value < 0 else value
+
+
+def _raised(value: Number, exponent: int) -> Number:
+    power: Number = (value if isinstance(value, Surd) else Fraction(value)) ** exponent
+    return power
 
 
 def _plain(value: Number) -> Number:
@@ -92,7 +98,7 @@ def product_form(negative: bool, coefficient: Number, factors: Sequence[tuple[Si
         if isinstance(shown, NumberTree) and node.op is not CONST and (shown.value or exponent > 0):
             if not shown.value:
                 return False, number_tree(0)
-            coefficient = coefficient * Fraction(shown.value) ** exponent
+            coefficient = times(coefficient, _raised(shown.value, exponent))
             negative ^= minus and exponent % 2 == 1
             continue
         if isinstance(shown, Sum) and shown.leads_with_minus:
@@ -120,9 +126,9 @@ def scaled(coefficient: Number, form: Signed) -> Signed:
     if isinstance(tree, Sum) and tree.leads_with_minus:
         negative, tree = not negative, tree.flipped()
     if isinstance(tree, NumberTree):
-        return negative, number_tree(coefficient * tree.value)
+        return negative, number_tree(times(coefficient, tree.value))
     if isinstance(tree, Product):
-        return negative, Product(_plain(coefficient * tree.coefficient), tree.above, tree.below, tree.tokens)
+        return negative, Product(_plain(times(coefficient, tree.coefficient)), tree.above, tree.below, tree.tokens)
     return negative, Product(_plain(coefficient), ((tree, 1),), (), tree.tokens)
 
 

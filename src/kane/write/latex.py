@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import ClassVar
 
 from kane.expr.node import Expr, Number
+from kane.expr.surd import Surd
 from kane.write.notation import ATOM, COMPARISON, POWER, PREFIX, PRODUCT, SUM, Notation, Pieces
 from kane.write.trees import Call, Name, NumberTree, Product, Tree, split_coefficient
 
@@ -123,6 +124,10 @@ class _Latex(Notation):
         return unit_vector_latex(frame, axis)
 
     def number(self, value: Number) -> str:
+        if isinstance(value, Surd):
+            over, under = split_coefficient(value.ratio)
+            top = ("" if over == 1 else f"{over} ") + rf"\sqrt{{{value.radicand}}}"
+            return top if under == 1 else rf"\frac{{{top}}}{{{under}}}"
         if isinstance(value, Fraction):
             return rf"\frac{{{value.numerator}}}{{{value.denominator}}}"
         mantissa, e, exponent = repr(value).partition("e")

@@ -18,6 +18,7 @@ from kane.expr.node import Expr, Number, constant_value, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN
 from kane.expr.patterns import number_of
 from kane.expr.regular import unguarded
+from kane.expr.surd import times
 from kane.expr.symbols import Symbol
 from kane.write.forms import PI_NAME, call, name_tree, number_tree, product_form, scaled, size_of, sum_form, unsigned
 from kane.write.trees import Signed, Tree
@@ -242,7 +243,7 @@ def _folded(coefficient: Number, value: Number, exponent: int) -> Number | None:
     if abs(exponent) > _MAX_FOLDED:
         return None
     try:
-        product = coefficient * (value if isinstance(value, float) else Fraction(value)) ** exponent
+        product = times(coefficient, (value if isinstance(value, float) else Fraction(value)) ** exponent)
     except (ArithmeticError, ValueError):
         return None
     return product if product and -math.inf < product < math.inf else None

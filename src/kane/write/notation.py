@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import ClassVar, TypeAlias
 
 from kane.expr.node import Expr, Number, as_expr
+from kane.expr.surd import Surd
 from kane.write.layout import layout
 from kane.write.trees import Call, Minus, Name, NumberTree, Power, Product, Sum, Tree
 
@@ -58,7 +59,7 @@ class Notation(ABC):
         if isinstance(tree, Call):
             return self.calls.get(tree.name, self.calls[""])
         if isinstance(tree, NumberTree):
-            return PRODUCT if isinstance(tree.value, Fraction) else ATOM
+            return PRODUCT if isinstance(tree.value, Fraction | Surd) else ATOM
         return PRODUCT if isinstance(tree, Product) else POWER if isinstance(tree, Power) else ATOM
 
     def within(self, tree: Tree, least: int) -> Pieces:

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from kane import show
 from kane.expr.node import Expr, Number
+from kane.expr.surd import Surd
 from kane.write.notation import ATOM, COMPARISON, POWER, Notation, Pieces
 from kane.write.trees import Call, Product, Tree, split_coefficient
 
@@ -33,6 +34,9 @@ class _Text(Notation):
         return f"{frame}.{axis}"
 
     def number(self, value: Number) -> str:
+        if isinstance(value, Surd):
+            over, under = split_coefficient(value.ratio)
+            return ("" if over == 1 else f"{over}*") + f"sqrt({value.radicand})" + ("" if under == 1 else f"/{under}")
         return repr(value) if isinstance(value, float) else str(value)
 
     def call(self, tree: Call) -> Pieces:

@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from kane.expr.node import Number
+from kane.expr.surd import Surd
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -176,4 +177,6 @@ def joined(head: Token | None, parts: Iterable[Tokens]) -> Tokens:
 
 def split_coefficient(value: Number) -> tuple[Number, int]:
     """A positive coefficient as what is written above and below the line."""
+    if isinstance(value, Surd):
+        return Surd(Fraction(value.ratio.numerator), value.radicand), value.ratio.denominator
     return (value.numerator, value.denominator) if isinstance(value, Fraction) else (value, 1)
