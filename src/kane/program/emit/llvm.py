@@ -45,7 +45,7 @@ def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4
 
 def hoists(programs: Sequence[Program]) -> list[str]:
     """The names of the functions that hoist, one a Program."""
-    return [f"hoist{f'.{k}' if k else ''}" for k in range(len(programs))]
+    return [f"hoist{k or ''}" for k in range(len(programs))]  # its pieces are hoist.0, hoist.1, …
 
 
 @dataclass(frozen=True, slots=True)
