@@ -93,6 +93,9 @@ from kane.expr.symbols import (
     speeds,
     time,
 )
+from kane.model.beams.beam import Beam
+from kane.model.beams.section import tapered
+from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import (
     Constraint,
@@ -238,6 +241,7 @@ __all__ = [
     "right_triangle", "triangular_plate", "circular_sector", "circular_arc", "parallel_axis", "central_inertia",
     "mass_center", "inertia_about", "inertia_matrix", "inertia_vector", "moment_of_inertia", "product_of_inertia",
     "radius_of_gyration", "composite", "principal", "Principal",
+    "Beam", "mode_shapes", "ModeShapes", "tapered",
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "action_reaction", "torque_pair", "friction", "dry_friction",
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling", "configuration_constraint",

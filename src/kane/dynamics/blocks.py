@@ -82,16 +82,18 @@ def mass_rows(bodies: Sequence[Moving], speeds: Sequence[Expr], auxiliary: Seque
     shifts: dict[Place, dict[Vector, dict[Vector, Expr]]] = {}  # v_r → (v_s → Σ m) over the bodies that both move
     turns: dict[Place, dict[Vector, Vector]] = {}  # ω_r → Σ I·ω_s over the bodies that both turn
     for b in reversed(bodies):
-        moved = _numbered(b.center, symbols, vectors)
-        for i, j in _pairs(moved, n):
-            masses = shifts.setdefault((i, j), {}).setdefault(moved[i], {})
-            v = moved[j]
-            masses[v] = add(masses[v], b.part.mass) if v in masses else b.part.mass
+        met = _numbered(b.center, symbols, vectors)
+        for motion, mass in b.momenta:
+            moved = met if motion is b.center else _numbered(motion, symbols, vectors)
+            for i, j in _pairs(met, moved, n):
+                masses = shifts.setdefault((i, j), {}).setdefault(met[i], {})
+                v = moved[j]
+                masses[v] = add(masses[v], mass) if v in masses else mass
         if b.rotation is None:
             continue
         turned = _numbered(b.rotation.motion, symbols, vectors)
         momenta = {j: b.rotation.inertia.times(w) for j, w in turned.items() if j < n}
-        for i, j in _pairs(turned, n):
+        for i, j in _pairs(turned, turned, n):
             group, w = turns.setdefault((i, j), {}), turned[i]
             group[w] = (group[w] + momenta[j]).gathered() if w in group else momenta[j]
     rows: Rows = []
@@ -111,9 +113,9 @@ def _numbered(motion: Motion, symbols: Sequence[Expr], vectors: dict[Parts, Vect
     return {i: vectors.setdefault(partials[s].parts, partials[s]) for i, s in enumerate(symbols) if s in partials}
 
 
-def _pairs(partials: Iterable[int], n: int) -> list[Place]:
+def _pairs(met: Iterable[int], moved: Iterable[int], n: int) -> list[Place]:
     """The entries on and above the diagonal, and those of auxiliary rows, to which a body adds."""
-    return [(i, j) for i in partials for j in partials if j < n and (i <= j or i >= n)]
+    return [(i, j) for i in met for j in moved if j < n and (i <= j or i >= n)]
 
 
 def _carried(masses: Mapping[Vector, Expr], vectors: dict[tuple[Any, ...], Vector]) -> Vector:

@@ -14,7 +14,7 @@ from kane.errors import ModelError
 from kane.expr.count import count_operations
 from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ZERO
+from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Parameter
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.motion import Kinematics, Motion
@@ -74,12 +74,21 @@ class Turning(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """A part of a body with the motion of its mass centre and, if it is extended, its rotation."""
+    """A part of a body with the motion of its mass centre and, if it is extended, its rotation.
+
+    `shared` are the motions and masses that its momentum is a sum of, where it is not that of its mass at its mass centre.
+    """
 
     body: Body
     part: Part
     center: Motion
     rotation: Turning | None
+    shared: tuple[tuple[Motion, Expr], ...] = ()
+
+    @property
+    def momenta(self) -> tuple[tuple[Motion, Expr], ...]:
+        """The momentum as Σ m v: motions, each with its mass."""
+        return self.shared or ((self.center, self.part.mass),)
 
 
 Inertias = list[tuple[Body, Part, ConstantInertia | None]]
@@ -112,6 +121,7 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
             p,
             kinematics.point(p.mass_center),
             _turning(p.frame, inertia, kinematics) if p.frame is not None and inertia is not None else None,
+            tuple((kinematics.point(point), mass) for point, mass in p.momenta),
         )
         for b, p, inertia in inertias
     )

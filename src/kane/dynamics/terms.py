@@ -48,8 +48,9 @@ def active_terms(load: Load, kinematics: Kinematics) -> tuple[Term, ...]:
 
 def inertia_terms(moving: Moving) -> tuple[Term, ...]:
     """−m a at the mass centre and −(I·α + ω × I·ω) on the frame of one part of a body, in u̇."""
-    _, part, center, rotation = moving
-    shift = Term(part.mass_center, acceleration_form(center) * -part.mass, center)
+    part, center, rotation = moving.part, moving.center, moving.rotation
+    force = sum((acceleration_form(m) * -mass for m, mass in moving.momenta), start=Vector())
+    shift = Term(part.mass_center, force, center)
     if rotation is None:
         return (shift,)
     return shift, Term(rotation.frame, -rotation.torque(acceleration_form(rotation.motion)), rotation.motion)
@@ -65,11 +66,9 @@ def bias_terms(
         by_place[term.place] = term if before is None else term._replace(vector=before.vector + term.vector)
     forces: list[Term] = []
     torques: list[Term] = []
-    for _, part, center, rotation in reversed(bodies):
-        own = (fall - center.bias).gathered()
-        if u_dot:
-            own = (own - _acceleration(center, u_dot)).gathered()
-        own = own * part.mass
+    for moving in reversed(bodies):
+        part, center, rotation = moving.part, moving.center, moving.rotation
+        own = _inertia_force(moving, fall, u_dot)
         load = by_place.pop(part.mass_center, None)
         forces.append(Term(part.mass_center, (own if load is None else own + load.vector).gathered(), center))
         if rotation is not None:
@@ -82,6 +81,17 @@ def bias_terms(
     forces += [term for place, term in by_place.items() if isinstance(place, Point)]
     torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
     return [*forces, *torques]
+
+
+def _inertia_force(moving: Moving, fall: Vector, u_dot: Mapping[Expr, Expr]) -> Vector:
+    """Σ m (g − a) at u̇ = 0 or `u_dot`."""
+    total = Vector()
+    for motion, mass in moving.momenta:
+        own = (fall - motion.bias).gathered()
+        if u_dot:
+            own = (own - _acceleration(motion, u_dot)).gathered()
+        total = total + own * mass
+    return total.gathered() if moving.shared else total
 
 
 def _acceleration(motion: Motion, u_dot: Mapping[Expr, Expr]) -> Vector:

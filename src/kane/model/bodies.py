@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Bodies: what has mass, as parts that each have a mass centre and, where they are extended, a frame and an inertia."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -9,7 +9,7 @@ from kane.errors import ModelError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Parameter
+from kane.expr.symbols import Coordinate, Parameter, Speed
 from kane.model.inertia import central_inertia
 from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
@@ -18,13 +18,18 @@ from kane.space.vector import Dyadic
 
 
 class Part(NamedTuple):
-    """What moves as one in the body `name`: a mass at a mass centre, and the frame of a central inertia dyadic, if it has any."""
+    """What moves as one in the body `name`: a mass at a mass centre, and the frame of a central inertia dyadic, if it has any.
+
+    A point of a flexible body whose momentum is not m v has `momenta`: Σ μ v of these points, itself among them, where μ of P for Q is
+    that of Q for P, and the mass is Σ μ. The kinetic energy is then ½ Σ μ v^P·v^Q over all pairs.
+    """
 
     name: str
     mass: Expr
     mass_center: Point
     frame: Frame | None = None
     inertia: Dyadic | None = None
+    momenta: tuple[tuple[Point, Expr], ...] = ()
 
 
 @runtime_checkable
@@ -39,9 +44,34 @@ class Body(Protocol):
         """What has mass, motion and inertia."""
 
 
+@runtime_checkable
+class Deforming(Body, Protocol):
+    """A body with coordinates of its own, the rates of these as speeds, and loads that belong to it."""
+
+    coordinates: tuple[Coordinate, ...]
+    speeds: Mapping[Speed, Expr]
+
+    @property
+    def own_loads(self) -> tuple[Any, ...]:
+        """The loads that its deformation exerts."""
+
+    def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
+        """Whether some of the definitions hold a rate of it."""
+
+
 def parts_of(bodies: Iterable[Body]) -> Iterator[Part]:
     """The parts of all bodies."""
     return (part for body in bodies for part in body.parts())
+
+
+def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
+    """The bodies with coordinates of their own."""
+    return tuple(body for body in bodies if isinstance(body, Deforming))
+
+
+def brought_loads(bodies: Iterable[Body]) -> tuple[Any, ...]:
+    """The loads that bodies bring with them."""
+    return tuple(load for body in deforming(bodies) for load in body.own_loads)
 
 
 def _check_center(name: str, point: Any) -> None:

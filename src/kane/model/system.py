@@ -15,7 +15,7 @@ from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, Symbols
 from kane.model import checks
-from kane.model.bodies import Body, Part, RigidBody, parts_of
+from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, parts_of
 from kane.model.checks import listed
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.declarations import Declarations, Event
@@ -82,13 +82,13 @@ class System(Declarations):
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
         checks.check_bodies(bodies)
         checks.check_loads(loads)
-        joints = listed("joints", joints)
+        events, joints = listed("events", events), listed("joints", joints)
         checks.check_joints(joints)
-        told, first = with_joints(speeds, joints), (q for joint in joints for q in joint.coordinates)
-        own = with_forces((x for x in loads if isinstance(x, Load)), inertial, bodies, told)
+        movers = (*joints, *deforming(bodies))
+        told, first = with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
+        own = with_forces((x for x in (*loads, *brought_loads(bodies)) if isinstance(x, Load)), inertial, bodies, told)
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
-        events = listed("events", events)
         checks.check_listed("reactions", reactions, Reaction, "kn.reaction")
         checks.check_listed("auxiliary_speeds", auxiliary, AuxiliarySpeed, "kn.auxiliary_speed")
         checks.check_events(events)
@@ -139,15 +139,20 @@ class System(Declarations):
 
     def replace(self, **changes: Any) -> System:
         """The same system with some arguments of `System(…)` changed: `system.replace(speeds="rates")`."""
-        values = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": (*self.gravities, *self.loads)}
+        values = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": self._given_loads()}
         unknown = changes.keys() - values.keys()
         if unknown:
             raise ModelError(f"Expected some of {', '.join(values)} to replace, got {', '.join(sorted(unknown))}.")
         return System(self.inertial, **(values | changes))
 
     def __reduce__(self) -> tuple[Callable[..., System], tuple[Any, ...]]:
-        arguments = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": (*self.gravities, *self.loads)}
+        arguments = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": self._given_loads()}
         return _restored, (self.frames, self.points, self.inertial, arguments)
+
+    def _given_loads(self) -> tuple[Load | Gravity, ...]:
+        """The loads but for those that bodies bring with them."""
+        brought = brought_loads(self.bodies)
+        return (*self.gravities, *(x for x in self.loads if all(x is not y for y in brought)))
 
     def redefined(self, speeds: Mapping[Speed, Expr]) -> System:
         """The same system by other generalized speeds, made of its own and not checked; none is dependent."""

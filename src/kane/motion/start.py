@@ -26,7 +26,7 @@ _SLIPLESS = 1e-9
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
     """No mass below zero with the parameters' values."""
     for part in parts_of(eom.system.bodies):
-        if all(s in constants for s in free_symbols([part.mass])):
+        if not part.momenta and all(s in constants for s in free_symbols([part.mass])):
             value = float(evaluate(part.mass, constants))
             if value < 0:
                 raise SimulationError(

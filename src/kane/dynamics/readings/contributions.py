@@ -83,10 +83,12 @@ def mass_contributions(derived: Derived, r: Expr | str, s: Expr | str) -> tuple[
     """See Equations.mass_contributions."""
     r, s = _own(derived, r), _own(derived, s)
     shares = dict.fromkeys(derived.system.bodies, (ZERO, ZERO))
-    for body, part, center, rotation in derived.bodies:
+    for b in derived.bodies:
+        body, center, rotation = b.body, b.center, b.rotation
         translated, rotated = shares[body]
-        if r in center.partials and s in center.partials:
-            translated = add(translated, mul(part.mass, center.partials[r].dot(center.partials[s])))
+        for motion, mass in b.momenta:
+            if r in center.partials and s in motion.partials:
+                translated = add(translated, mul(mass, center.partials[r].dot(motion.partials[s])))
         turns = {} if rotation is None else rotation.motion.partials
         if rotation is not None and r in turns and s in turns:
             rotated = add(rotated, turns[r].dot(rotation.inertia.times(turns[s])))

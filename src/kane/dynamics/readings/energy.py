@@ -30,7 +30,8 @@ def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
     """½ Σ m v·v + ω·I·ω."""
     twice = ZERO
     for b in bodies:
-        twice = add(twice, mul(b.part.mass, b.center.total.dot(b.center.total)))
+        for motion, mass in b.momenta:
+            twice = add(twice, mul(mass, b.center.total.dot(motion.total)))
         if b.rotation is not None:
             w = _along_inertia(b.rotation, b.rotation.motion.total)
             twice = add(twice, w.dot(b.rotation.inertia.times(w)))
@@ -52,7 +53,8 @@ def kinetic_energy_in_speeds(bodies: Sequence[Moving]) -> Expr:
     twice = ZERO
     for b in bodies:
         v = velocity_form(b.center).gathered()
-        twice = add(twice, mul(b.part.mass, v.dot(v)))
+        for motion, mass in b.momenta:
+            twice = add(twice, mul(mass, v.dot(v if motion is b.center else velocity_form(motion).gathered())))
         if b.rotation is not None:
             w = _along_inertia(b.rotation, velocity_form(b.rotation.motion))
             twice = add(twice, w.dot(b.rotation.inertia.times(w)))
@@ -88,7 +90,8 @@ def power(solved: Solved) -> Expr:
                 total = add(total, motion.total.dot(vector))
             total = add(total, neg(motion.rest.dot(vector)))
     for b in () if still else derived.bodies:
-        total = add(total, b.center.rest.dot(acceleration_form(b.center) * b.part.mass))
+        for motion, mass in b.momenta:
+            total = add(total, b.center.rest.dot(acceleration_form(motion) * mass))
         if b.rotation is not None and not b.rotation.motion.rest.is_zero:
             torque = b.rotation.torque(acceleration_form(b.rotation.motion))
             total = add(total, b.rotation.motion.rest.dot(torque))
@@ -127,7 +130,8 @@ def angular_momentum(bodies: Sequence[Moving], about: Point) -> Vector:
     """Σ I·ω + r × m v about a point fixed in the inertial frame."""
     total = Vector()
     for b in bodies:
-        total = total + b.part.mass_center.position(about).cross(b.center.total * b.part.mass)
+        for motion, mass in b.momenta:
+            total = total + b.part.mass_center.position(about).cross(motion.total * mass)
         if b.rotation is not None:
             total = total + b.rotation.inertia.times(b.rotation.motion.total)
     return total

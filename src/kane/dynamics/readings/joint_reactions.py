@@ -227,7 +227,7 @@ def _balance(solved: Solved, side: _Side) -> JointReaction:
 
     check_placed(f"reaction {side.name} feels", derived.system.constraints, _CLOSED)
     _check_determinate(solved, side.name, share)
-    moved = [(b.part.mass_center, acceleration_form(b.center) * b.part.mass) for b in derived.bodies]
+    moved = [(b.part.mass_center, acceleration_form(m) * mass) for b in derived.bodies for m, mass in b.momenta]
     rotations = [b.rotation for b in derived.bodies if b.rotation is not None]
     turned = [(r.frame, r.torque(acceleration_form(r.motion))) for r in rotations]
     force, torque = _gathered(side, moved, turned)

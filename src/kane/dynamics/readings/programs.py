@@ -83,7 +83,8 @@ def centroidal_momentum_matrix(solved: Solved) -> Matrix:
     about = Vector()
     for b in bodies:
         arm = b.part.mass_center.position(origin) - center
-        about = about + arm.cross(b.center.total * b.part.mass)
+        for motion, mass in b.momenta:
+            about = about + arm.cross(motion.total * mass)
         if b.rotation is not None:
             about = about + b.rotation.inertia.times(b.rotation.motion.total)
     rows = [weighted([x], [ONE], d.speeds) for x in (*p.components(frame), *about.components(frame))]

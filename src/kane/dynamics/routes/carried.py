@@ -49,6 +49,8 @@ def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) ->
         if number == 0:
             continue
         for part, arm in link.parts:
+            if part.momenta:
+                raise Unsuited(f"{part.name}, a point of a flexible body")
             r = summed(arm.components(link.basis), segments.steps[number].shift)
             if not is_constant_in_time((part.mass, *r)):
                 raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")

@@ -62,8 +62,8 @@ def _translating(derived: Derived) -> tuple[Point, dict[Speed, Vector]] | None:
     """The mass centre of the only body, and the speeds that translate the body as a whole, with their directions."""
     if len(derived.bodies) != 1:
         return None
-    ((_, part, centre, rotation),) = derived.bodies
-    if rotation is None:
+    ((_, part, centre, rotation, shared),) = derived.bodies
+    if rotation is None or shared:
         return None
     turns, shifts = rotation.motion.partials, centre.partials
     directions = {u: shifts[u] for u in derived.speeds if u in shifts and u not in turns and _fixed(derived, shifts[u])}

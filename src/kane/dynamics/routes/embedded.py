@@ -82,9 +82,10 @@ def _by_momenta(derived: Derived, bodies: Sequence[Moving], speed: Expr) -> Expr
     """Σ (m ṽ_r)·(g − a_b) − (I·ω̃_r)·α_b − ω̃_r·(ω × I·ω)."""
     total = ZERO
     fall = sum((g.acceleration for g in derived.system.gravities), start=Vector())
-    for _, part, center, rotation in bodies:
-        if speed in center.partials:
-            total = add(total, (center.partials[speed] * part.mass).dot((fall - center.bias).gathered()))
+    for b in bodies:
+        center, rotation = b.center, b.rotation
+        for motion, mass in b.momenta if speed in center.partials else ():
+            total = add(total, (center.partials[speed] * mass).dot((fall - motion.bias).gathered()))
         if rotation is not None and speed in rotation.motion.partials:
             w, turned = rotation.motion.partials[speed], rotation.motion
             spin = turned.total.express(rotation.inertia.frame)

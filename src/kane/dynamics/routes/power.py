@@ -30,7 +30,9 @@ _HALF = constant(0.5)
 
 
 def homogeneous(derived: Derived, e: Embedding) -> bool:
-    """Whether velocities are u_I times what depends on the configuration and time, with one u_I."""
+    """Whether velocities are u_I times what depends on the configuration and time, with one u_I, and momenta are m v."""
+    if any(m.shared for m in derived.bodies):
+        return False
     moving = [m.center for m in derived.bodies] + [m.rotation.motion for m in derived.bodies if m.rotation]
     return len(e.independent) == 1 and all(m.rest.is_zero for m in moving) and all(x is ZERO for x in e.b_n)
 
@@ -54,7 +56,8 @@ def power(derived: Derived, e: Embedding) -> Solved:
 def still(m: Moving) -> Moving:
     """The same body as if it had no acceleration at u̇ = 0."""
     turning = m.rotation and m.rotation._replace(bias=Vector())
-    return m._replace(center=replace(m.center, bias=Vector()), rotation=turning)
+    shared = tuple((replace(motion, bias=Vector()), mass) for motion, mass in m.shared)
+    return m._replace(center=replace(m.center, bias=Vector()), rotation=turning, shared=shared)
 
 
 def _gained(derived: Derived, e: Embedding, every: Sequence[Expr]) -> Expr:

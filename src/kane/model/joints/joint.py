@@ -8,7 +8,7 @@ by name are angles in rad, lengths in m, and their rates.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from kane.errors import ModelError, UnitError, cut
 from kane.expr.evaluate import free_symbols, is_constant_in_time
@@ -249,7 +249,18 @@ def mirrored(v: Vector, frame: Frame, other: Frame) -> Vector:
     return Vector(((other, v.components(frame)),))
 
 
-def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Joint]) -> Mapping[Speed, Any] | str:
+class Moves(Protocol):
+    """A joint, or a body that deforms: speeds with their definitions."""
+
+    @property
+    def speeds(self) -> Mapping[Speed, Expr]:
+        """The speeds with their definitions."""
+
+    def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
+        """Whether some of the definitions hold a rate of it."""
+
+
+def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Moves]) -> Mapping[Speed, Any] | str:
     """The definitions of the speeds: the joints' own, or those of their rates in `speeds`, joint by joint, then the others."""
     if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
         return speeds  # what is no mapping is refused where the definitions are read

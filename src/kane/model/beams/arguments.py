@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a beam is declared with, read and checked: directions, sections, mode shapes, and the coordinates that they get."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from kane.errors import ModelError, cut
+from kane.expr.symbols import Coordinate
+from kane.model.beams.deformation import Field
+from kane.model.beams.integrals import check_independent, fine
+from kane.model.beams.section import Tapered, section
+from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet
+from kane.model.joints.joint import across, fixed, numbers
+from kane.space.frame import Frame
+from kane.space.vector import Vector
+
+SUPPORTS: dict[str, tuple[int, ...]] = {"clamped": (0, 1), "pinned": (0,), "free": ()}
+"""What must vanish at the root in the beam's frame: the value (0) and the slope (1) of deflections."""
+_USUAL = {"clamped": "clamped-free", "pinned": "pinned", "free": "free-free"}
+
+
+def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, Vector, Vector]:
+    """e₁ along the beam, e₂ along which it bends in its plane, e₃."""
+    e1 = fixed(axis, frame, f"axis of {name}")
+    e2 = across(e1, frame)[0] if along is None else fixed(along, frame, f"along= of {name}")
+    e3 = e1.cross(e2).express(frame)
+    if along is not None and not _perpendicular(e1, e2):
+        raise ModelError(
+            f"Expected along= perpendicular to the axis of {name}, got {along} with the axis {axis}. It is the direction of the first "
+            "deflection."
+        )
+    return e1, e2, e3
+
+
+def _perpendicular(a: Vector, b: Vector) -> bool:
+    return abs(numbers([a.dot(b)])[0]) <= 1e-9
+
+
+def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector) -> list[Field]:
+    """The deflections v along e₂ and, where EI or modes are two, w along e₃."""
+    if support not in SUPPORTS:
+        raise ModelError(f"Expected support= of {name} to be one of {', '.join(SUPPORTS)}, got {cut(repr(support))}.")
+    both = [x for x in (EI, modes) if _is_pair(x)]
+    stiff = EI if _is_pair(EI) else (EI,) * (2 if both else 1)
+    given = modes if _is_pair(modes) else (modes,) * len(stiff)
+    e = ((e2, e3), (e3, -e2))
+    found = []
+    for stem, (along, turn), k, m in zip("vw", e, stiff, given, strict=False):
+        if _is_none(m) and both:
+            continue
+        shapes = _shapes(name, "modes", m, _USUAL[support])
+        wrong = unmet(shapes, SUPPORTS[support])
+        if wrong:
+            raise ModelError(
+                f"Expected modes of {name} that are zero where its root is {support}, "
+                f"{'in value and slope' if support == 'clamped' else 'in value'}, got {shapes.label} of which {wrong[0]} at the root. "
+                'Take others, such as kn.mode_shapes("clamped-free", 3), or another support=.'
+            )
+        check_independent(name, shapes, fine([shapes]))
+        found.append(
+            _field(
+                name,
+                stem,
+                along,
+                turn,
+                shapes,
+                section(name, "EI", k, stem if len(set(map(id, stiff))) > 1 else ""),
+                "m",
+            )
+        )
+    return found
+
+
+def axial(name: str, stem: str, what: str, value: Any, modes: Any, e1: Vector) -> list[Field]:
+    """The stretch s, or the twist t, none without a stiffness; their functions are zero at the root."""
+    if value is None:
+        if not _is_none(modes):
+            raise ModelError(
+                f"Expected {what} of {name} for its {'stretch' if stem == 's' else 'torsion'}=, got none. Give both or neither."
+            )
+        return []
+    shapes = _shapes(name, "stretch" if stem == "s" else "torsion", 1 if _is_none(modes) else modes, "rod")
+    wrong = unmet(shapes, (0,))
+    if wrong:
+        raise ModelError(
+            f"Expected functions of the {'stretch' if stem == 's' else 'twist'} of {name} that are zero at the root, got "
+            f'{shapes.label} of which {wrong[0]} there. Take kn.mode_shapes("rod", 2), or ("legendre rod", 2).'
+        )
+    check_independent(name, shapes, fine([shapes]))
+    return [_field(name, stem, e1, None, shapes, section(name, what, value), "m" if stem == "s" else "rad")]
+
+
+def _is_pair(x: Any) -> bool:
+    return isinstance(x, tuple | list) and not isinstance(x, Tapered) and len(x) == 2 and not callable(x[0])
+
+
+def _is_none(modes: Any) -> bool:
+    return modes is None or (isinstance(modes, int) and not isinstance(modes, bool) and modes == 0)
+
+
+def _shapes(name: str, what: str, modes: Any, usual: str) -> ModeShapes:
+    if isinstance(modes, ModeShapes):
+        return modes
+    if _is_none(modes) or (isinstance(modes, Sequence) and len(modes) == 0):
+        raise ModelError(
+            f"Expected at least one function as {what}= of {name}, got {cut(repr(modes))}. A beam without any is a rigid body: "
+            "kn.RigidBody."
+        )
+    if isinstance(modes, Sequence) and not isinstance(modes, str):
+        return mode_shapes(modes)
+    if isinstance(modes, str):
+        raise ModelError(
+            f"Expected {what}= of {name} as a number of {usual} functions or as kn.mode_shapes({modes!r}, …), got {modes!r}."
+        )
+    return mode_shapes(usual, modes)
+
+
+def _field(
+    name: str, stem: str, along: Vector, turn: Vector | None, shapes: ModeShapes, value: Tapered, unit: str
+) -> Field:
+    tag = "_".join(name.split())
+    what = {"v": "deflection", "w": "deflection", "s": "stretch", "t": "twist"}[stem]
+    coordinates = tuple(
+        Coordinate.declare(f"{stem}{k}_{tag}", None, unit, f"{what} of {name}, function {k}")
+        for k in range(1, shapes.count + 1)
+    )
+    return Field(stem, along, turn, shapes, coordinates, value)

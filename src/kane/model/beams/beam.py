@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`Beam`: a straight flexible beam by assumed modes, a body like any other."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from kane.errors import ModelError, cut
+from kane.expr.build import div
+from kane.expr.evaluate import free_symbols
+from kane.expr.immutable import Immutable
+from kane.expr.node import Expr, as_expr, constant_value
+from kane.expr.symbols import Coordinate, Speed, rate
+from kane.model.beams.arguments import axial, bending, directions
+from kane.model.beams.damping import damping_of
+from kane.model.beams.deformation import Fields
+from kane.model.beams.elastic import Gauges, elasticity
+from kane.model.beams.masses import Matter, particles, sharing, slices
+from kane.model.beams.section import Tapered, measure, section
+from kane.model.bodies import Part
+from kane.model.joints.joint import check_named
+from kane.model.loads import Load
+from kane.space.frame import Frame
+from kane.space.point import Point
+
+_FORMS = ("linearized", "nonlinear")
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
+class Beam(Immutable):
+    """A straight flexible beam, a body: its deformation is a sum of functions of ξ = x/L times coordinates.
+
+    The axis is e₁ of `frame` from `root` on; a point of it is at (L ξ + s + u₂) e₁ + v e₂ + w e₃, with the stretch s along the
+    deformed axis, the deflections v and w and the foreshortening u₂ = −∫ (v'² + w'²) dx/2 (Yoo, Ryan & Scott 1995), so that
+    what stiffens a beam that spins stands in the partial velocities. It bends as Euler and Bernoulli have it; sections are stiff
+    in shear and have no inertia of rotation but about the axis, if `polar` is given.
+
+    Parameters
+    ----------
+    name : of the body; coordinates are v1_name, …, w1_name, …, s1_name, …, t1_name, …, speeds their rates
+    root, frame : a point and a frame to which the end ξ = 0 belongs
+    axis : unit vector fixed in the frame, along the undeformed beam
+    length, mass_per_length, EI : parameters or numbers; the latter two, and EA, GJ and polar, may be `kn.tapered`. Two EI for bending
+        along e₂ and e₃: a beam in space
+    modes : number of functions of each deflection, or `kn.mode_shapes`, or two of these
+    along : e₂, the direction of v; e₃ = e₁ × e₂
+    EA, stretch : stiffness and functions of s; without them the axis keeps its length
+    GJ, torsion, polar : stiffness and functions of the twist, and the moment of inertia about the axis per length
+    support : "clamped", "pinned" or "free": what the frame follows at the root
+    form : "linearized", kinetic energy to second order in the deformation, as in the literature; or "nonlinear", that of the hybrid
+        variables as it is, for large deflections
+    stiffening : without it the foreshortening is left out, as premature linearization does: right for slow motions only
+    damping : {"mass": α, "stiffness": β} of C = α M + β K, or {"ratio": ζ} of the beam's own modes at rest
+
+    Raises
+    ------
+    ModelError
+        for lengths, masses or stiffnesses that are not above zero, and modes that are none, dependent, or not zero at the root
+    """
+
+    name: str
+    root: Point
+    frame: Frame
+    length: Expr
+    deformation: Fields
+    form: str
+    coordinates: tuple[Coordinate, ...]
+    speeds: Mapping[Speed, Expr]
+    own_loads: tuple[Load, ...]
+    _parts: tuple[Part, ...]
+    _arguments: Mapping[str, Any]
+    _places: dict[float, tuple[Point, Frame]] = field(repr=False)
+
+    def __init__(
+        self,
+        name: str,
+        root: Point,
+        *,
+        frame: Frame,
+        axis: Any,
+        length: Any,
+        mass_per_length: Any,
+        EI: Any,
+        modes: Any = 3,
+        along: Any = None,
+        EA: Any = None,
+        stretch: Any = None,
+        GJ: Any = None,
+        torsion: Any = None,
+        polar: Any = None,
+        support: str = "clamped",
+        form: str = "linearized",
+        stiffening: bool = True,
+        damping: Mapping[str, Any] | None = None,
+    ) -> None:
+        arguments = {k: v for k, v in locals().items() if k not in ("self", "name", "root")}
+        _check(name, root, frame, form)
+        L = measure(name, "length", length)
+        e1, e2, e3 = directions(name, frame, axis, along)
+        fields = (
+            *axial(name, "s", "EA", EA, stretch, e1),
+            *bending(name, support, EI, modes, e2, e3),
+            *axial(name, "t", "GJ", GJ, torsion, e1),
+        )
+        whole = Fields(L, e1, fields, bool(stiffening))
+        matter = Matter(section(name, "mass_per_length", mass_per_length), _polar(name, polar, fields))
+        make = sharing if form == "linearized" else particles
+        parts = (*make(name, root, whole, matter), *slices(name, root, frame, whole, matter))
+        coordinates = tuple(q for f in fields for q in f.coordinates)
+        speeds = {Speed.declare(f"u_{q.name}", None, _rate_unit(q), ""): rate(q) for q in coordinates}
+        gauges = Gauges(name, root, L, fields)
+        loads = (elasticity(name, gauges, L, fields), *damping_of(name, gauges, whole, matter, damping))
+        values: tuple[Any, ...] = (name, root, frame, L, whole, form, coordinates, speeds, loads, parts, arguments, {})
+        for slot, value in zip(self.__slots__, values, strict=True):
+            object.__setattr__(self, slot, value)
+
+    def __reduce__(self) -> tuple[Callable[..., "Beam"], tuple[Any, ...]]:
+        return _restored, (self.name, self.root, self._arguments)
+
+    def parts(self) -> tuple[Part, ...]:
+        """What has mass: stations, or points that share momentum."""
+        return self._parts
+
+    def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
+        """Whether some of the definitions hold a rate of a coordinate of the beam."""
+        own = {rate(q) for q in self.coordinates}
+        return any(s in own for s in free_symbols(definitions.values()))
+
+    def point_at(self, xi: Any) -> Point:
+        """The point of the axis at ξ = x/L, from 0, the root, to 1, the tip; a length such as L/2 serves, too."""
+        return self._place(xi)[0]
+
+    def frame_at(self, xi: Any) -> Frame:
+        """The frame of the section at ξ = x/L: `frame` turned by the slopes v' and −w', and by the twist."""
+        return self._place(xi)[1]
+
+    def _place(self, xi: Any) -> tuple[Point, Frame]:
+        share = self._share(xi)
+        if share not in self._places:
+            self._places[share] = self._made(share)
+        return self._places[share]
+
+    def _share(self, xi: Any) -> float:
+        value = constant_value(as_expr(xi)) if not isinstance(xi, Expr) or constant_value(xi) is not None else None
+        if value is None:
+            value = constant_value(div(as_expr(xi), self.length))
+        if value is None or not 0 <= float(value) <= 1:
+            raise ModelError(
+                f"Expected a place of {self.name} as ξ = x/L from 0, its root, to 1, its tip, got {cut(xi)}. Divide x by the length, "
+                f"or give it as a share of it: {cut(self.length)}/2."
+            )
+        return float(value)
+
+    def _made(self, xi: float) -> tuple[Point, Frame]:
+        whole, name = self.deformation, f"{self.name} at {xi:.6g}"
+        point = self.root.at(name, whole.place(xi))
+        turned = self.frame
+        for f in whole.bending:
+            axis = _within(f.turn.components(self.frame), turned)  # type: ignore[union-attr]
+            turned = turned.rotate(f"{name} {f.stem}" if f is not whole.fields[-1] else name, whole.slope(f, xi), axis)
+        for f in whole.fields:
+            if f.stem == "t":
+                axis = _within(f.along.components(self.frame), turned)
+                turned = turned.rotate(name, whole.slope(f, xi), axis)
+        return point, turned
+
+    def __repr__(self) -> str:
+        n = ", ".join(f"{len(f.coordinates)} of {f.stem}" for f in self.deformation.fields)
+        return f"Beam({self.name!r}, from {self.root.name} in {self.frame.name}; {n})"
+
+
+def _restored(name: str, root: Point, arguments: Mapping[str, Any]) -> Beam:
+    """A beam that was pickled."""
+    return Beam(name, root, **arguments)
+
+
+def _within(components: Any, frame: Frame) -> Any:
+    """The vector with these measure numbers along a frame."""
+    return frame.x * components[0] + frame.y * components[1] + frame.z * components[2]
+
+
+def _check(name: Any, root: Any, frame: Any, form: Any) -> None:
+    check_named("beam", name)
+    if not isinstance(root, Point) or root.body is not None:
+        raise ModelError(
+            f"Expected a geometric point as the root of {name}, got {cut(repr(root))}. Make one with at(…)."
+        )
+    if not isinstance(frame, Frame):
+        raise ModelError(f"Expected frame=Frame for the beam {name}, got {cut(repr(frame))}.")
+    root.frame._check(frame)
+    if form not in _FORMS:
+        raise ModelError(f"Expected form= of {name} to be one of {', '.join(_FORMS)}, got {cut(repr(form))}.")
+
+
+def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
+    if polar is None:
+        if any(f.stem == "t" for f in fields):
+            raise ModelError(
+                f"Expected polar=moment of inertia about the axis per length of {name}, which twists, got none. For a round section "
+                "it is mass_per_length times r²/2."
+            )
+        return None
+    return section(name, "polar", polar)
+
+
+def _rate_unit(q: Coordinate) -> str:
+    return f"{q.unit}/s"

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Damping of a beam: C = α M + β K (Rayleigh), or a ratio ζ for each mode of the beam with its root held.
+
+With M = ρA L m and K = k EI/L³ in numbers m, k and their modes mΦ: ΦᵀmΦ = 1, ΦᵀkΦ = λ², the ratio ζ has
+C = 2 ζ √(ρA L EI/L³) · mΦ diag(λ) Φᵀm.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kane.errors import ModelError, alike, cut
+from kane.expr.build import mul, sqrt
+from kane.expr.node import Expr, as_expr
+from kane.model.beams.deformation import Field, Fields
+from kane.model.beams.elastic import Gauges, damper, stiffness, stiffness_value
+from kane.model.beams.integrals import fine
+from kane.model.beams.masses import Matter
+from kane.model.loads import Load
+from kane.numeric.arrays import Array
+
+_KINDS = ("mass", "stiffness", "ratio")
+
+
+def damping_of(
+    name: str, gauges: Gauges, whole: Fields, matter: Matter, damping: Mapping[str, Any] | None
+) -> tuple[Load, ...]:
+    """The load of the damping, if there is any."""
+    if damping is None:
+        return ()
+    given: object = damping
+    if not isinstance(given, Mapping) or not damping:
+        raise ModelError(
+            f'Expected damping= of {name} as {{"mass": α, "stiffness": β}} or {{"ratio": ζ}}, got {cut(repr(damping))}.'
+        )
+    for kind in damping:
+        if kind not in _KINDS:
+            raise ModelError(
+                f"Expected damping= of {name} by some of {', '.join(_KINDS)}, got {kind!r}.{alike(str(kind), _KINDS)}"
+            )
+    return (damper(name, gauges, [(f, _terms(f, whole, matter, damping)) for f in whole.fields]),)
+
+
+def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Any]) -> list[tuple[Expr, Array]]:
+    share = matter.polar if f.stem == "t" else matter.mass
+    assert share is not None
+    rule = fine([f.shapes])
+    values = f.shapes.evaluate(rule.places, 0)
+    m, k = rule.gram(values, values, share.share(rule.places)), stiffness(f)
+    size = np.sqrt(np.diag(m))
+    m[np.abs(m) < 1e-13 * np.multiply.outer(size, size)] = 0.0
+    mass, stiff = mul(share.value, whole.length), stiffness_value(f, whole.length)
+    terms = []
+    if "mass" in damping:
+        terms.append((mul(as_expr(damping["mass"]), mass), m))
+    if "stiffness" in damping:
+        terms.append((mul(as_expr(damping["stiffness"]), stiff), k))
+    if "ratio" in damping:
+        lower = np.linalg.cholesky(m)
+        inverse = np.linalg.inv(lower)
+        squares, modes = np.linalg.eigh(inverse @ k @ inverse.T)
+        c = lower @ modes @ np.diag(np.sqrt(np.maximum(squares, 0.0))) @ modes.T @ lower.T
+        c[np.abs(c) < 1e-12 * np.abs(c).max()] = 0.0
+        terms.append((mul(2 * as_expr(damping["ratio"]), sqrt(mul(mass, stiff))), c))
+    return terms

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`mode_shapes`: the functions of ξ = x/L that a deformation of a beam is a sum of, by family, as functions or by a table."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+
+from kane.errors import ModelError, alike, cut
+from kane.expr.immutable import Immutable
+from kane.model.beams.functions import FAMILIES, Evaluate
+from kane.numeric.arrays import Array
+
+_DEGREES = (16, 32, 64, 128)
+"""Degrees at which a function is interpolated, until its last coefficients are rounding."""
+_ROUNDING = 1e-13
+_ZERO = 1e-6
+"""Share of its largest value (slope) up to which a function counts as zero at an end: tables are rounded."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModeShapes(Immutable):
+    """`count` functions of ξ = x/L from 0, the root, to 1, the tip; `evaluate(ξ (m), order)` gives derivatives by ξ (m × count).
+
+    `breaks` are the places at which they are less smooth; `label` says what they are.
+    """
+
+    label: str
+    count: int
+    evaluate: Evaluate
+    breaks: tuple[float, ...] = (0.0, 1.0)
+
+    def __repr__(self) -> str:
+        return f"ModeShapes({self.label}, {self.count})"
+
+    def at(self, xi: float, order: int = 0) -> Array:
+        """The values, or derivatives by ξ, at one place (count)."""
+        values: Array = self.evaluate(np.array([float(xi)]), order)[0]
+        return values
+
+
+def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None) -> ModeShapes:
+    """Functions of ξ = x/L for a beam: a family by name, functions of one's own, or the tabulated modes of another program.
+
+    Parameters
+    ----------
+    kind : "clamped-free", "pinned" or "free-free" (eigenfunctions of bending of a uniform beam), "rod" (of stretch and torsion);
+        "legendre" or "legendre rod" (ξ² or ξ times Legendre polynomials), "polynomials" or "rod polynomials" (orthonormal ones of the
+        same span, by which the mass matrix of a uniform beam is diagonal); or a list of functions of ξ, called with an array
+    count : how many of a family
+    table : (ξ, values) or (ξ, values, slopes) of a finite element model: places from 0 to 1 (m), values and dφ/dξ (m × n)
+
+    Raises
+    ------
+    ModelError
+        for another name, no functions, functions that are no numbers, or a table of wrong shape
+    """
+    if table is not None:
+        return _tabulated(table)
+    if isinstance(kind, str):
+        if kind not in FAMILIES:
+            raise ModelError(
+                f"Expected mode shapes by name, one of {', '.join(map(repr, FAMILIES))}, got {kind!r}.{alike(kind, FAMILIES)}"
+            )
+        return ModeShapes(kind, _count(count), FAMILIES[kind].make(_count(count)))
+    functions = [kind] if callable(kind) else list(kind) if isinstance(kind, Sequence) else []
+    if not functions or not all(callable(f) for f in functions):
+        raise ModelError(
+            "Expected mode shapes as a name and a count, as a list of functions of ξ = x/L, or as table=(ξ, values), got "
+            f'{cut(repr(kind))}. For example kn.mode_shapes("clamped-free", 3).'
+        )
+    series = [_interpolated(f, k) for k, f in enumerate(functions, 1)]
+    return ModeShapes("own functions", len(series), _of_series(series))
+
+
+def _count(count: Any) -> int:
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
+        raise ModelError(f"Expected a number of modes of at least 1, got {cut(repr(count))}.")
+    return int(count)
+
+
+def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
+    """A function as the shortest Chebyshev series that has it to rounding, so that it can be differentiated."""
+
+    def numbers(x: Array) -> Array:
+        values = np.asarray(f(x), dtype=float)
+        if values.shape not in (x.shape, ()) or not np.isfinite(values).all():
+            raise ModelError(
+                f"Expected function {k} of the mode shapes to give a finite number for each ξ from 0 to 1, got the shape "
+                f"{values.shape} for {x.shape}, or numbers that are not finite. Write it with NumPy: lambda x: 1 - np.cos(np.pi*x)."
+            )
+        return np.broadcast_to(values, x.shape)
+
+    for degree in _DEGREES:
+        series: Chebyshev = Chebyshev.interpolate(numbers, degree, domain=[0, 1])
+        size = np.abs(series.coef).max()
+        if np.abs(series.coef[-4:]).max() <= _ROUNDING * size:
+            kept = np.nonzero(np.abs(series.coef) > _ROUNDING * size)[0]
+            return Chebyshev(series.coef[: kept[-1] + 1] if len(kept) else [0.0], domain=[0, 1])
+    raise ModelError(
+        f"Expected smooth functions as mode shapes, got function {k}, which a polynomial of degree {_DEGREES[-1]} does not follow. "
+        "Give what has kinks as table=(ξ, values)."
+    )
+
+
+def _of_series(series: Sequence[Chebyshev]) -> Evaluate:
+    derivatives = [[p.deriv(k) if k else p for p in series] for k in range(3)]
+
+    def evaluate(x: Array, order: int) -> Array:
+        return np.array([p(x) for p in derivatives[order]]).T
+
+    return evaluate
+
+
+def _tabulated(table: Any) -> ModeShapes:
+    """Cubic splines through a table: with slopes Hermite's, as the elements of a beam have them."""
+    from scipy.interpolate import CubicHermiteSpline, CubicSpline
+
+    parts = [np.asarray(x, dtype=float) for x in table] if isinstance(table, Sequence) and len(table) in (2, 3) else []
+    if not parts:
+        raise ModelError(f"Expected table=(ξ, values) or (ξ, values, slopes), got {cut(repr(table))}.")
+    x, values = parts[0], parts[1]
+    if x.ndim != 1 or len(x) < 3 or x[0] != 0 or x[-1] != 1 or not (np.diff(x) > 0).all():
+        raise ModelError(
+            f"Expected places ξ = x/L that rise from 0 to 1, three at least, in table=, got {cut(x)}. Divide them by the length."
+        )
+    for what, v in zip(("values", "slopes"), parts[1:], strict=False):
+        if v.ndim != 2 or v.shape[0] != len(x) or v.shape[1] < 1 or v.shape != values.shape:
+            raise ModelError(
+                f"Expected {what} of the tabulated modes as an array of {len(x)} places × modes, got the shape {v.shape}. One column "
+                "is one mode; transpose it if modes are rows."
+            )
+        if not np.isfinite(v).all():
+            raise ModelError(f"Expected finite {what} of the tabulated modes, got {cut(v[~np.isfinite(v)][0])}.")
+    spline = CubicHermiteSpline(x, values, parts[2]) if len(parts) == 3 else CubicSpline(x, values)
+
+    def evaluate(at: Array, order: int) -> Array:
+        found: Array = spline(at, order)
+        return found
+
+    return ModeShapes("table", values.shape[1], evaluate, tuple(map(float, x)))
+
+
+def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
+    """Which functions do not vanish at the root, in value (order 0) or slope (1)."""
+    grid = np.linspace(0, 1, 101)
+    wrong = []
+    for order in orders:
+        size = np.abs(shapes.evaluate(grid, order)).max(axis=0)
+        end = np.abs(shapes.at(0, order))
+        noun = "slope" if order else "value"
+        wrong += [f"mode {k + 1} has the {noun} {end[k]:.3g}" for k in np.nonzero(end > _ZERO * size)[0]]
+    return wrong

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Beams: what they hold, and what they refuse."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.errors import ModelError
+from tests.systems.beams import spinning
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+USUAL: dict[str, Any] = {"frame": N, "axis": N.x, "length": 2.0, "mass_per_length": 3.0, "EI": 5.0}
+
+
+def beam(**changes: Any) -> Any:
+    return kn.Beam("arm", O, **(USUAL | changes))
+
+
+def test_coordinates_and_speeds() -> None:
+    b = beam(modes=2, EA=7.0, stretch=1)
+    assert [q.name for q in b.coordinates] == ["s1_arm", "v1_arm", "v2_arm"]
+    assert [str(u) for u in b.speeds] == ["u_s1_arm", "u_v1_arm", "u_v2_arm"]
+    assert repr(b) == "Beam('arm', from O in N; 1 of s, 2 of v)"
+
+
+def test_a_beam_in_space() -> None:
+    b = beam(EI=(5.0, 6.0), modes=(2, 1), GJ=2.0, polar=0.1)
+    assert [q.name for q in b.coordinates] == ["v1_arm", "v2_arm", "w1_arm", "t1_arm"]
+
+
+@pytest.mark.parametrize("form", ["linearized", "nonlinear"])
+def test_mass_and_mass_centre(form: str) -> None:
+    """All parts together weigh ρA L, half way along the straight beam."""
+    system = kn.System(N, bodies=[beam(form=form)])
+    eom = kn.derive(system)
+    rest = {"q": dict.fromkeys(system.coordinates, 0.0), "u": dict.fromkeys(system.speeds, 0.0)}
+    mass = sum((p.mass for p in system.bodies[0].parts()), start=kn.parameter("none", 0.0) * 0)
+    assert eom.evaluate([mass], **rest)[0] == pytest.approx(6.0, rel=1e-12)
+    center = eom.evaluate(list(eom.mass_center(O).components(N)), **rest)
+    np.testing.assert_allclose(center, [1.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_places_along_it() -> None:
+    b = beam(length=kn.parameter("L", 2.0, "m"))
+    assert b.point_at(1) is b.point_at(b.length)
+    assert b.point_at(0.5) is b.point_at(b.length / 2)
+    assert b.frame_at(1).parent is N
+    for wrong in (1.5, -0.1, 2 * b.length, kn.parameter("x", 1.0, "m")):
+        with pytest.raises(ModelError, match=r"a place of arm as ξ = x/L from 0, its root, to 1, its tip"):
+            b.point_at(wrong)
+
+
+def test_pickled_with_its_system() -> None:
+    _, system = spinning(modes=2)
+    again = pickle.loads(pickle.dumps(system))
+    assert [q.name for q in again.coordinates] == ["v1_beam", "v2_beam"]
+    assert len(again.loads) == len(system.loads) == 1
+    assert len(system.replace(speeds="rates").loads) == 1
+
+
+WRONG = [
+    ({"length": 0.0}, "length of arm above zero, got 0"),
+    ({"length": -1.0}, "length of arm above zero, got -1"),
+    ({"EI": 0.0}, "EI of arm above zero, got 0"),
+    ({"EI": kn.parameter("EI", -2.0)}, "EI of arm above zero, got EI = -2"),
+    ({"EA": -1.0, "stretch": 1}, "EA of arm above zero"),
+    ({"mass_per_length": 0}, "mass_per_length of arm above zero"),
+    ({"EI": kn.coordinate("q9")}, "EI of arm in parameters and numbers, got q9"),
+    ({"modes": 0}, "at least one function as modes= of arm, got 0"),
+    ({"modes": []}, "at least one function as modes= of arm"),
+    ({"modes": "legendre"}, r"kn\.mode_shapes\('legendre', …\)"),
+    ({"modes": kn.mode_shapes("pinned", 2)}, "its root is clamped, in value and slope, got pinned of which mode 1 has the slope"),
+    ({"modes": [lambda x: 1 + x]}, "mode 1 has the value 1 at the root"),
+    ({"modes": [lambda x: x**2, lambda x: x**3, lambda x: x**2 - 2 * x**3]}, "got 3 of rank 2: modes 1, 2, 3 depend on each other"),
+    ({"modes": [lambda x: x**2, lambda x: 0 * x]}, "mode 2, which is zero"),
+    ({"support": "welded"}, "support= of arm to be one of clamped, pinned, free"),
+    ({"form": "exact"}, "form= of arm to be one of linearized, nonlinear"),
+    ({"stretch": 2}, "Expected EA of arm for its stretch=, got none"),
+    ({"EA": 1.0, "stretch": kn.mode_shapes("free-free", 1)}, "stretch of arm that are zero at the root"),
+    ({"GJ": 1.0, "torsion": 1}, "polar=moment of inertia about the axis per length of arm"),
+    ({"along": N.x}, "along= perpendicular to the axis of arm"),
+    ({"axis": N.x + N.y}, "axis of 'arm'|axis of arm"),
+    ({"damping": {"zeta": 0.01}}, "damping= of arm by some of mass, stiffness, ratio, got 'zeta'"),
+    ({"damping": 0.01}, "damping= of arm as"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "said"), WRONG, ids=[said[:40] for _, said in WRONG])
+def test_refused(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(ModelError, match=said):
+        beam(**changes)
+
+
+def test_cures_work() -> None:
+    beam(modes=kn.mode_shapes("legendre", 2))
+    beam(modes=kn.mode_shapes("pinned", 2), support="pinned")
+    beam(modes=[lambda x: x**2, lambda x: x**3])
+    beam(EA=1.0, stretch=kn.mode_shapes("rod", 2))

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rotating beams by other ways, written without `kane`: spectral collocation for frequencies, Legendre–Ritz for motions.
+
+Collocation at Chebyshev points has the highest derivative as its unknown, the lower ones as integrals from the end where they vanish,
+so that all end conditions hold and nothing is differentiated. Lengths in L, times in √(ρA L⁴/EI).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial import Chebyshev, Legendre
+from scipy.linalg import eig
+
+
+def _integrals(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points in (0, 1), and the matrices of ∫₀^ξ and ∫_ξ^1 of what is interpolated there."""
+    x = (1 - np.cos(np.pi * (np.arange(n) + 0.5) / n)) / 2
+    to_series = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * x - 1, n - 1))
+    up, down = np.zeros((n, n)), np.zeros((n, n))
+    for k in range(n):
+        whole = Chebyshev.basis(k, domain=[0, 1]).integ(lbnd=0)
+        up[:, k] = whole(x)
+        down[:, k] = whole(1) - whole(x)
+    return x, up @ to_series, down @ to_series
+
+
+def flapwise(gamma: float, hub: float = 0.0, *, chordwise: bool = False, n: int = 48) -> np.ndarray:
+    """Frequencies: w'''' − γ² (T w')' [− γ² w in the plane of rotation] = ω² w, T = (1 − ξ²)/2 + δ (1 − ξ)."""
+    x, up, down = _integrals(n)
+    d2 = down @ down
+    d1 = up @ d2
+    d0 = up @ d1
+    tension, slope = (1 - x**2) / 2 + hub * (1 - x), -x - hub
+    a = np.eye(n) - gamma**2 * (tension[:, None] * d2 + slope[:, None] * d1)
+    if chordwise:
+        a -= gamma**2 * d0
+    squares = eig(a, d0, right=False)
+    squares = squares[np.isfinite(squares) & (np.abs(squares.imag) < 1e-6 * np.abs(squares))].real
+    found: np.ndarray = np.sqrt(np.sort(squares[squares > 0]))
+    return found
+
+
+def in_plane(gamma: float, hub: float, slenderness: float, n: int = 40) -> np.ndarray:
+    """Frequencies with stretch: s̈ − 2γ v̇ − γ² s = α² s'', v̈ + 2γ ṡ − γ² v + v'''' − γ² (T v')' = 0."""
+    x, up, down = _integrals(n)
+    d2 = down @ down
+    d1 = up @ d2
+    d0 = up @ d1
+    s0 = -up @ down  # of s'' with s(0) = s'(1) = 0
+    tension, slope = (1 - x**2) / 2 + hub * (1 - x), -x - hub
+    bend = np.eye(n) - gamma**2 * (tension[:, None] * d2 + slope[:, None] * d1) - gamma**2 * d0
+    stretch = -(slenderness**2) * np.eye(n) - gamma**2 * s0
+    zero = np.zeros((n, n))
+    mass, stiff = np.block([[s0, zero], [zero, d0]]), np.block([[stretch, zero], [zero, bend]])
+    turn = 2 * gamma * np.block([[zero, -d0], [s0, zero]])
+    one = np.eye(2 * n)
+    left = np.block([[np.zeros_like(mass), one], [-stiff, -turn]])
+    right = np.block([[one, np.zeros_like(mass)], [np.zeros_like(mass), mass]])
+    values = eig(left, right, right=False)
+    values = values[np.isfinite(values) & (np.abs(values.real) < 1e-6 * np.abs(values))].imag
+    return np.sort(values[values > 0])
+
+
+def spin_up(
+    angle_rates: Callable[[float], tuple[float, float]],
+    times: np.ndarray,
+    *,
+    length: float,
+    EA: float,
+    EI: float,
+    rhoA: float,
+    bending: int = 5,
+    stretch: int = 2,
+    step: float = 5e-3,
+) -> np.ndarray:
+    """Deflection of the tip (m) at times: the equations of Yoo, Ryan and Scott (1995), by x² and x times Legendre polynomials."""
+    z, w = np.polynomial.legendre.leggauss(40)
+    x, w = length * (z + 1) / 2, w * length / 2
+    ramp = np.polynomial.Polynomial([0, 1])
+    legendre = [
+        Legendre.basis(k, domain=[0, length]).convert(kind=np.polynomial.Polynomial)
+        for k in range(max(bending, stretch))
+    ]
+    phi, psi = [ramp**2 * p for p in legendre[:bending]], [ramp * p for p in legendre[:stretch]]
+
+    def values(functions: list, order: int) -> np.ndarray:
+        return np.array([(f.deriv(order) if order else f)(x) for f in functions])
+
+    f, g = values(phi, 0), values(psi, 0)
+    f1, f2, g1 = values(phi, 1), values(phi, 2), values(psi, 1)
+    mass = rhoA * np.block(
+        [[(g * w) @ g.T, np.zeros((stretch, bending))], [np.zeros((bending, stretch)), (f * w) @ f.T]]
+    )
+    cross = rhoA * (g * w) @ f.T
+    turn = np.block([[np.zeros((stretch, stretch)), -cross], [cross.T, np.zeros((bending, bending))]])
+    tension = rhoA * (f1 * w * (length**2 - x**2) / 2) @ f1.T
+    stiff = np.zeros_like(mass)
+    stiff[:stretch, :stretch] = EA * (g1 * w) @ g1.T
+    stiff[stretch:, stretch:] = EI * (f2 * w) @ f2.T
+    spun = -mass
+    spun[stretch:, stretch:] += tension
+    out, across = np.zeros(stretch + bending), np.zeros(stretch + bending)
+    out[:stretch], across[stretch:] = rhoA * (g * w) @ x, rhoA * (f * w) @ x
+    inverse = np.linalg.inv(mass)
+    n = stretch + bending
+    unit, zero = np.eye(n), np.zeros((n, n))
+
+    def linear(t: float) -> tuple[np.ndarray, np.ndarray]:
+        """A and b of ẏ = A y + b."""
+        omega, alpha = angle_rates(t)
+        springs = inverse @ (stiff + omega**2 * spun + alpha * turn)
+        a = np.block([[zero, unit], [-springs, -2 * omega * (inverse @ turn)]])
+        return a, np.concatenate([np.zeros(n), inverse @ (omega**2 * out - alpha * across)])
+
+    y = _gauss(linear, np.zeros(2 * n), times, step)
+    tip: np.ndarray = np.array([p(length) for p in phi]) @ y[stretch:n]
+    return tip
+
+
+def _gauss(linear: Callable, y: np.ndarray, times: np.ndarray, step: float) -> np.ndarray:
+    """ẏ = A(t) y + b(t) by Gauss's method of two stages, equal steps between the times."""
+    found, at, root = [y], times[0], np.sqrt(3) / 6
+    for t in times[1:]:
+        count = max(1, round((t - at) / step))
+        h = (t - at) / count
+        for k in range(count):
+            (a, f), (b, g) = (linear(at + h * (k + c)) for c in (0.5 - root, 0.5 + root))
+            one = np.eye(len(y))
+            left = np.block([[one - h / 4 * a, -h * (0.25 - root) * a], [-h * (0.25 + root) * b, one - h / 4 * b]])
+            slopes = np.linalg.solve(left, np.concatenate([a @ y + f, b @ y + g]))
+            y = y + h / 2 * (slopes[: len(y)] + slopes[len(y) :])
+        at = t
+        found.append(y)
+    return np.array(found).T
