@@ -181,7 +181,7 @@ class TestRankDrops(Parallelogram):
         eom = self.derive()
         flat = {self.q[0]: -0.3, self.q[1]: 0.0, self.q[2]: np.pi - 0.3}
         found = kn.assemble(eom, q=flat, u={eom.speeds[0]: 1.0})
-        sol = kn.simulate(eom, (0, 1), q=found.q, u=found.u, rtol=1e-10, atol=1e-10)
+        sol = kn.simulate(eom, (0, 1), q=found.q, u=found.u, rtol=1e-12, atol=1e-12)
         assert residual(sol) < 1e-9
         np.testing.assert_allclose(sol["u1"], 1, atol=1e-6)
         np.testing.assert_allclose(sol["q2"], 0, atol=1e-6)

@@ -56,6 +56,14 @@ def watching(stepper: Stepper, t: float, y: Array) -> Given:
     }
 
 
+def after(given: Given) -> Array:
+    """The end of the step on its constraints, but for the last component."""
+    n = len(given["y"])
+    first = 4 * STAGES * n + STAGES + n
+    found: Array = given["work"][first : first + n].copy()
+    return found
+
+
 def polynomial(given: Given, h: float, start: float) -> Callable[[Array], Array]:
     """The state along the step of length h from `start` that a collocation kernel has found, as a function of times (k): k × n."""
     y, lag, work, pairs, free = (given[name] for name in ("y", "lag", "work", "pairs", "free"))

@@ -11,7 +11,9 @@ from typing import Any
 from kane.errors import SimulationError
 from kane.motion.drives import constant
 from kane.motion.formulas import CORNERS, Formula
+from kane.motion.holding import unheld
 from kane.motion.steppers.table import INTEGRATORS, Integrator
+from kane.motion.stepping import STEPPED
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.program.emit.llvm_forms import LIBRARY
@@ -21,8 +23,6 @@ SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 """SciPy's."""
 AUTO = "auto"
 METHODS = (AUTO, *INTEGRATORS, *SOLVERS)
-_STEPPED = "DOP853"
-"""What "auto" is where a motion does not run in machine code."""
 _WIDE, _NARROW = "gauss16", "dop853"
 """What it is in machine code: by rates on lanes, or where the machine has few of them, the library is called lane by lane, or rates
 or inputs may have corners, which collocation's estimate does not see."""
@@ -30,7 +30,11 @@ _LANES = 4
 _NOT_WIDE = {*LIBRARY, *CORNERS}
 
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
-    (lambda stepper, drives, by: stepper.manifold is not None, "constraints are kept"),
+    (lambda stepper, drives, by: stepper.manifold is not None and not by.holds, "constraints are kept"),
+    (
+        lambda stepper, drives, by: bool(unheld(stepper)),
+        "constraints bend or lose rank, or W has poles that the motion has not",
+    ),
     (lambda stepper, drives, by: bool(switches(stepper.eom)), "loads switch"),
     (lambda stepper, drives, by: _asked(drives) and not by.driven, "inputs are functions of time"),
     (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
@@ -55,7 +59,7 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float
         return native
     reasons = [text for holds, text in _IN_PYTHON if holds(stepper, drives, INTEGRATORS[native])]
     if reasons and method == AUTO:
-        return _STEPPED
+        return STEPPED
     if reasons:
         raise SimulationError(
             f'Expected a motion that runs in machine code for method="{method}", got one in which {" and ".join(reasons)}. Take '

@@ -24,13 +24,15 @@ from kane.motion.steps import Stepper, share_of_rank
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 
+STEPPED = "DOP853"
+"""What "auto" is where a motion does not run in machine code."""
 _IMPLICIT = ("Radau", "BDF", "LSODA")
 """Those that take derivatives of the rates."""
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 """Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
 _DRIFT = 10.0
 """Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
-_NARROW = 1e-12
+NARROW = 1e-12
 """Share of the time below which a step is not halved any more."""
 _AHEAD = 1e-3
 """Share of the time after which a motion that broke off is asked whether its constraints can be held there."""
@@ -111,6 +113,16 @@ class Course:
         """How far the motion is, in words."""
         return f"t = {self.solver.t:.4g} of {self.span[1]:.4g} s"
 
+    @property
+    def name(self) -> str:
+        """The method."""
+        return self.method.name
+
+    @property
+    def clear(self) -> bool:
+        """Whether no place lies ahead at which constraints are singular, so far as was seen."""
+        return bool(np.isinf(self._jump))
+
     def advance(self) -> End | None:
         """One step."""
         solver, stepper, span = self.solver, self.stepper, self.span
@@ -127,7 +139,7 @@ class Course:
             told = chattering(stepper.now, self.pace)
             return self._stopped(broken_off(stepper, before, last, span, failure, told))
         dense = solver.dense_output()
-        narrow, tolerances = _NARROW * max(abs(solver.t), span[1] - span[0]), (self.method.rtol, self.method.atol)
+        narrow, tolerances = NARROW * max(abs(solver.t), span[1] - span[0]), (self.method.rtol, self.method.atol)
         bent = stepper.bent(dense, before, solver.t, tolerances)
         if bent is not None:  # closed in on from before, as no state beyond belongs to the motion
             ahead = bent.t - before

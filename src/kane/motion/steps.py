@@ -6,6 +6,7 @@ of the constraints drops at a configuration, the accelerations are those of leas
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -163,10 +164,10 @@ class Stepper:
             return None
         return self.kinks.ahead(dense, start, end, lambda t: (self.now.p, self.now.inputs(t)), tolerances)
 
-    def crosses(self, dense: Callable[[Any], Array], start: float, end: float) -> bool:
+    def crosses(self, dense: Callable[[Any], Array], start: float, end: float, rank_alone: bool = False) -> bool:
         """Whether a step leads across a state at which rank is lost, or at which the dependent speeds do not follow.
 
-        Such a state at one of its ends is what `settle` sees.
+        Such a state at one of its ends is what `settle` sees. With `rank_alone` it does not count which speeds are dependent.
         """
         embedding, kept = self.eom.embedding, self.manifold
         if embedding is None or kept is None:
@@ -174,7 +175,8 @@ class Stepper:
 
         def along(t: Array) -> Along:
             a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t)).a
-            return looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
+            found = looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
+            return replace(found, side=np.ones_like(found.side)) if rank_alone else found
 
         return crosses(along, start, end)
 

@@ -7,11 +7,13 @@ import pytest
 import kane as kn
 from kane.gallery import pendulums
 from kane.motion.collocated import watching
+from kane.motion.holding import Holding, holding
 from kane.motion.steppers.outline import Back
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
 from tests.motion.steppers.runs import arguments, languages, spring
 from tests.program.kernel.kernels import EXACT, agree
+from tests.systems import four_bar
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +31,30 @@ def test_every_language_gives_the_same_bits(name, pendulum, tmp_path):
     limit = 6 if INTEGRATORS[name].width == 1 else 3
     kernel = INTEGRATORS[name].kernel()
     assert agree(kernel, languages(given, routine) | {"limit": limit}, tmp_path / "k.c") == Back.LIMIT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["gauss16", "dop853"])
+def test_constraints_are_held_with_the_same_bits(name, tmp_path):
+    """A few steps of a four-bar linkage, sampled."""
+    x = np.array([*four_bar.state()["q"].values(), *four_bar.state()["u"].values()])
+    given, routine = arguments(four_bar.EOM, EXACT, name, x, 9.0, 0.05, 1e-9, np.linspace(0.01, 0.2, 30))
+    stepper = Stepper(four_bar.EOM, np.zeros(0), (), EXACT)
+    stepper.keep(0.0, given["y"])
+    held = Holding(stepper, 0.0, given["y"])
+    held.begin(given["s"])
+    code = held.given.pop("constraints")
+    numbers = four_bar.EOM.numeric(EXACT).routine(holding).flat
+    count = len(numbers.routine.results)
+
+    def constraints(t, x, p, r, h, out):
+        out[:count] = numbers(float(t), x[:6], p[:0], None)
+
+    given = languages(given | held.given, routine) | {"held_marks": np.zeros(31), "limit": 2}
+    given["constraints"] = {"interpret": constraints, "llvm": code, "c": code.library.address(code.symbol)}
+    given["held_drive"] = given["drive"]
+    kernel = INTEGRATORS[name].kernel(held=True)
+    assert agree(kernel, given, tmp_path / "k.c") == Back.LIMIT
 
 
 def test_a_look_at_events_gives_the_same_bits(tmp_path):

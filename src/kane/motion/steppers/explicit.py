@@ -2,23 +2,27 @@
 """The kernel of an explicit embedded method, from its tableau."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 
-from kane.motion.steppers.outline import RATE, At, Outline, add_exactly
+from kane.motion.steppers.held import Held
+from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.write import Term, Variable, Writer
+from kane.program.kernel.write import Array, Term, Variable, Writer
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0
 """The next step is so much shorter than the error allows; it changes by these factors at most."""
 _TINY, _HUGE = 2.0**-1000, 1e300
 
 
-def explicit_kernel(tableau: Tableau) -> Kernel:
+def explicit_kernel(tableau: Tableau, held: bool = False) -> Kernel:
     """The kernel that goes on by adaptive steps: each component's error is held to rtol |y| + atol by itself.
+
+    Where constraints are `held`, the end of each step and each sample are moved onto them.
 
     `work` holds `rows(tableau)` rows of n: the k, the state of a stage, y' and what rounding leaves of it, dense output.
     """
-    return _Explicit(tableau).kernel()
+    return _Explicit(tableau, held).kernel()
 
 
 def rows(tableau: Tableau) -> int:
@@ -29,8 +33,9 @@ def rows(tableau: Tableau) -> int:
 class _Explicit:
     """A kernel while it is written."""
 
-    def __init__(self, tableau: Tableau) -> None:
+    def __init__(self, tableau: Tableau, held: bool) -> None:
         self.tableau, self.outline = tableau, Outline(tableau.name)
+        self.held = Held(self.outline) if held else None
         self.writer = self.outline.writer
         self.rhs = self.writer.callee("rhs", *RATE)
         self.outline.drives(*RATE)
@@ -41,7 +46,7 @@ class _Explicit:
     def kernel(self) -> Kernel:
         """Step after step until there is a reason to come back."""
         w, o = self.writer, self.outline
-        held = w.variable("held", INT)
+        shorter = w.variable("shorter", INT)
         with w.when(o.get(At.FRESH) > 0.0):
             o.rate(self.rhs, o.get(At.TIME), o.y, 0, 0)
             o.put(At.FRESH, 0.0)
@@ -49,7 +54,7 @@ class _Explicit:
             h, last = o.length()
             self.stages(h)
             error = self.error(h)
-            self.decide(h, last, error, held)
+            self.decide(h, last, error, shorter)
         return w.finished(o.back)
 
     def stages(self, h: Term) -> None:
@@ -95,28 +100,52 @@ class _Explicit:
         allowed = o.get(At.ATOL) + o.get(At.RTOL) * size
         return _joined(w, [w.compute("abs", h * self.combined(row, i)) / allowed for row in self.tableau.errors])
 
-    def decide(self, h: Term, last: Term, error: Term, held: Variable) -> None:
+    def decide(self, h: Term, last: Term, error: Term, shorter: Variable) -> None:
         """The step is gone on from, or taken again."""
         w, o = self.writer, self.outline
         finite = error < _HUGE
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), self.tableau.exponent)
         factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
         with w.when(error <= 1.0):
-            o.sample(h, lambda: self.prepare(h), self.dense)
-            o.advance(h, last)
-            with w.count(o.n) as i:
-                o.y[i] = o.work[self.after + i]
-                o.lag[i] = o.work[self.after_lag + i]
-                o.work[i] = o.work[o.row(self.tableau.stages) + i]
-            most = w.select(held.get() > 0, 1.0, _MOST)
-            longer = h * w.compute("min", factor, most)
-            # what is left before the end says nothing of the step that would do
-            with w.when(~last):
-                o.put(At.STEP, longer)
-            held.put(0)
+            look = self.looked_at(h, last)
+            with nullcontext() if look is None else w.when(~look):
+                self.go_on(h, last, h * w.compute("min", factor, w.select(shorter.get() > 0, 1.0, _MOST)))
+                shorter.put(0)
         with w.otherwise():
-            held.put(1)
+            shorter.put(1)
             o.shorten(h * w.compute("min", factor, 1.0), finite)
+
+    def looked_at(self, h: Term, last: Term) -> Term | None:
+        """The end of the step on the constraints; whether Python looks at the step before it is gone on from. None without them."""
+        w, o, held = self.writer, self.outline, self.held
+        if held is None:
+            return None
+        begin = o.get(At.TIME)
+        self.prepare(h)
+        held.end(w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG))), o.work, self.after)
+        held.passage(begin, h, self.dense)
+        look = (held.doubt.get() > 0) & (o.get(At.LOOKED) < 1.0)
+        with w.when(look):
+            o.put(At.HELD, 1.0)
+            o.back.put(int(Back.LOOK))
+        return look
+
+    def go_on(self, h: Term, last: Term, longer: Term) -> None:
+        """y at the end of the step; the next one is to be `longer`."""
+        w, o, held = self.writer, self.outline, self.held
+        o.sample(h, lambda: self.prepare(h) if held is None else None, self.sampled)
+        o.advance(h, last)
+        with w.count(o.n) as i:
+            o.y[i] = o.work[self.after + i]
+            o.lag[i] = o.work[self.after_lag + i]
+            o.work[i] = o.work[o.row(self.tableau.stages) + i]
+        if held is not None:
+            held.kept()
+            o.put(At.LOOKED, 0.0)
+            o.rate(self.rhs, o.get(At.TIME), o.y, 0, 0)
+        # what is left before the end says nothing of the step that would do
+        with w.when(~last):
+            o.put(At.STEP, longer)
 
     def prepare(self, h: Term) -> None:
         """The stages of dense output, and its weights."""
@@ -127,8 +156,15 @@ class _Explicit:
             for k, row in enumerate(self.tableau.dense):
                 o.work[o.row(self.weights + k) + i] = h * self.combined(row, i)
 
-    def dense(self, row: Term, theta: Term) -> None:
-        """y at a share of the step."""
+    def sampled(self, k: Term, theta: Term) -> None:
+        """Row k of the samples."""
+        o = self.outline
+        self.dense(theta, o.rows, k * o.n)
+        if self.held is not None:
+            self.held.sample(k, o.times[k], o.rows, k * o.n)
+
+    def dense(self, theta: Term, array: Array, at: Term) -> None:
+        """y at a share of the step, from a place on."""
         o = self.outline
         rest = 1.0 - theta
         with self.writer.count(o.n) as i:
@@ -136,7 +172,7 @@ class _Explicit:
             value = terms[-1]
             for k in reversed(range(len(terms) - 1)):
                 value = terms[k] + (theta if k % 2 else rest) * value
-            o.rows[row + i] = o.y[i] + (theta * value + o.lag[i])
+            array[at + i] = o.y[i] + (theta * value + o.lag[i])
 
 
 def _joined(w: Writer, errors: Sequence[Term]) -> Term:

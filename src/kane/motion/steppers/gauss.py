@@ -15,7 +15,8 @@ from contextlib import AbstractContextManager
 
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.explicit import dyadic_power
-from kane.motion.steppers.outline import WIDE, At, Back, Outline
+from kane.motion.steppers.held import Held
+from kane.motion.steppers.outline import WIDE, At, Back, Outline, add_exactly
 from kane.motion.steppers.watched import PLACES, Watched
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.write import Array, Term
@@ -32,20 +33,21 @@ _TINY, _HUGE = 2.0**-1000, 1e300
 _GOING, _FOUND, _TOO_LONG, _DIVERGED = range(4)
 
 
-def gauss_kernel(accepted: float = _ACCEPTED, rounds: int = _ITERATIONS) -> Kernel:
+def gauss_kernel(accepted: float = _ACCEPTED, rounds: int = _ITERATIONS, held: bool = False) -> Kernel:
     """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
 
-    The last component is an integral that no rate holds. `work` holds 33 n + 8 doubles: K, its extrapolation, the states and rates
-    of the stages, their times, h over the components' sizes. Steps are taken whose error is `accepted` times the one that is wanted,
-    after `rounds` iterations at most.
+    The last component is an integral that no rate holds. `work` holds 35 n + 8 doubles: K, its extrapolation, the states and rates
+    of the stages, their times, h over the components' sizes, the end of the step. Steps are taken whose error is `accepted` times the
+    one that is wanted, after `rounds` iterations at most. Where constraints are `held`, the end of each step and each sample are moved
+    onto them.
     """
-    return _Gauss(accepted, rounds).kernel()
+    return _Gauss(accepted, rounds, held).kernel()
 
 
 class _Gauss:
     """The kernel while it is written; places in `work` are terms."""
 
-    def __init__(self, accepted: float, rounds: int) -> None:
+    def __init__(self, accepted: float, rounds: int, held: bool) -> None:
         self.accepted, self.rounds = accepted, rounds
         self.outline = o = Outline("gauss16")
         self.writer = w = o.writer
@@ -54,9 +56,11 @@ class _Gauss:
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
         self.watched = Watched(o, _N)
+        self.held = Held(o) if held else None
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
         self.clock, self.weight = n8 * 4, n8 * 4 + STAGES
+        self.after, self.after_lag = (self.weight + o.n * k if held else self.weight for k in (1, 2))
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
         self.error, self.before = w.variable("error"), w.variable("before_last")
         self.change = w.variable("change", _V)
@@ -229,17 +233,13 @@ class _Gauss:
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)
         factor = _SAFETY / power
         found = (self.status.get() < _TOO_LONG) & (error <= self.accepted)
-        self.watched.doubtful.put(0)
-        with w.when(found & (self.watched.count > 0)):
-            self.places(h)
-            self.watched.look(self.clock, self.states)
-        look = (self.watched.doubtful.get() > 0) & (o.get(At.LOOKED) < 1.0)
+        look = self.looked_at(h, last, found)
         with w.when(found & look):
             o.back.put(int(Back.LOOK))
         with w.when(found & ~look):
             self.watched.keep()
-            o.sample(h, lambda: None, lambda row, theta: self.dense(h, row, theta))
-            self.advance(h)
+            o.sample(h, lambda: None, lambda k, theta: self.sampled(h, k, theta))
+            self.go_on(h)
             o.advance(h, last)
             o.put(At.FRESH, 0.0)
             with w.when(~last):
@@ -248,8 +248,27 @@ class _Gauss:
             half = (self.status.get() > _TOO_LONG) | ~finite
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
 
+    def looked_at(self, h: Term, last: Term, found: Term) -> Term:
+        """Whether Python looks at a step that is `found` before it is gone on from: for events, or singular constraints."""
+        w, o, held = self.writer, self.outline, self.held
+        self.watched.doubtful.put(0)
+        o.put(At.HELD, 0.0)
+        if held is not None:
+            begin = o.get(At.TIME)
+            with w.when(found):
+                self.advance(h)
+                end = w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG)))
+                held.end(end, o.work, self.after)
+                held.passage(begin, h, lambda theta, array, at: self.dense(h, theta, array, at))
+                o.put(At.HELD, w.compute("float", held.doubt.get()))
+        with w.when(found & (self.watched.count > 0)):
+            self.places(h)
+            self.watched.look(self.clock, self.states)
+        doubt = self.watched.doubtful.get() > 0
+        return (doubt if held is None else doubt | (o.get(At.HELD) > 0.0)) & (o.get(At.LOOKED) < 1.0)
+
     def places(self, h: Term) -> None:
-        """The states at the places of the step at which events are looked at, in those of the stages."""
+        """The states at which events are looked at, in the places of those of the stages; the last is what is gone on from."""
         w, o = self.writer, self.outline
         once = [self.splat(h) * row for row in self.watched.once]
         twice = [self.splat(h * h) * row for row in self.watched.twice]
@@ -261,9 +280,25 @@ class _Gauss:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
             straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * PLACES
             self.keep(self.states, i, w.sum(self.combined(self.rates, j, twice)) + straight)
+        if self.held is not None:
+            with w.count(o.n - 1) as i:
+                o.work[self.states + i * STAGES + (STAGES - 1)] = o.work[self.after + i]
+
+    def go_on(self, h: Term) -> None:
+        """y at the end of the step; K of the step is kept for the next one."""
+        w, o = self.writer, self.outline
+        if self.held is None:
+            self.advance(h)
+        else:
+            self.held.kept()
+            with w.count(o.n) as i:
+                o.y[i] = o.work[self.after + i]
+                o.lag[i] = o.work[self.after_lag + i]
+        with w.count(o.n) as i:
+            self.keep(self.k, i, self.lanes(self.rates, i))
 
     def advance(self, h: Term) -> None:
-        """y at the end of the step; K of the step is kept for the next one."""
+        """y at the end of the step; beside it, where constraints are held."""
         w, o = self.writer, self.outline
         with w.count(self.pair_count) as at:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
@@ -272,8 +307,6 @@ class _Gauss:
         with self.each_free() as at:
             self.straight(h, self.index(self.free, at))
         self.straight(h, o.n - 1)
-        with w.count(o.n) as i:
-            self.keep(self.k, i, self.lanes(self.rates, i))
 
     def straight(self, h: Term, i: Term) -> None:
         """y_i + h Σ b_j K_ij."""
@@ -282,26 +315,35 @@ class _Gauss:
     def add(self, i: Term, change: Term) -> None:
         """y_i + change, what rounding leaves of it being kept."""
         o = self.outline
-        old = o.y[i]
-        more = change + o.lag[i]
-        new = old + more
-        o.lag[i] = more - (new - old)
-        o.y[i] = new
+        new, lag = add_exactly(o.y, o.lag, i, change)
+        if self.held is None:
+            o.lag[i] = lag
+            o.y[i] = new
+        else:
+            o.work[self.after + i] = new
+            o.work[self.after_lag + i] = lag
 
     # ----------------------------------------------------------------------------------------------------- samples
 
-    def dense(self, h: Term, row: Term, theta: Term) -> None:
-        """y at a share of the step."""
+    def sampled(self, h: Term, k: Term, theta: Term) -> None:
+        """Row k of the samples."""
+        o = self.outline
+        self.dense(h, theta, o.rows, k * o.n)
+        if self.held is not None:
+            self.held.sample(k, o.times[k], o.rows, k * o.n)
+
+    def dense(self, h: Term, theta: Term, array: Array, to: Term) -> None:
+        """y at a share of the step, from a place on."""
         w, o = self.writer, self.outline
         once, twice = self.weights(theta)
 
         def straight(i: Term) -> None:
-            o.rows[row + i] = o.y[i] + (h * w.compute("sum", self.lanes(self.rates, i) * once) + o.lag[i])
+            array[to + i] = o.y[i] + (h * w.compute("sum", self.lanes(self.rates, i) * once) + o.lag[i])
 
         with w.count(self.pair_count) as at:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
             bent = w.compute("sum", self.lanes(self.rates, j) * twice)
-            o.rows[row + i] = o.y[i] + (h * (theta * o.y[j] + h * bent) + o.lag[i])
+            array[to + i] = o.y[i] + (h * (theta * o.y[j] + h * bent) + o.lag[i])
         with self.each_free() as at:
             straight(self.index(self.free, at))
         straight(o.n - 1)

@@ -49,7 +49,7 @@ def midpoint_kernel() -> Kernel:
             before.put(change.get())
             rounds.put(rounds.get() + 1)
         with w.when(status.get() < _LOST):
-            o.sample(h, lambda: _ends(o, rhs, h), lambda row, theta: _between(o, h, row, theta))
+            o.sample(h, lambda: _ends(o, rhs, h), lambda k, theta: _between(o, h, k * o.n, theta))
             o.advance(h, last)
             with w.count(o.n) as i:
                 y, lag = add_exactly(o.y, o.lag, i, h * o.work[i])

@@ -46,6 +46,9 @@ class At(IntEnum):
     REJECTED = 13
     LAST_STEP = 14
     LOOKED = 15
+    HELD = 16
+    SHARE = 17
+    QUIET = 18
 
 
 SIZE = len(At)
@@ -112,7 +115,7 @@ class Outline:
         return self.get(At.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(At.TIME))
 
     def sample(self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None]) -> None:
-        """Of each sample within a step `write(row, θ)` writes the row that begins there, after `prepare` where there are some."""
+        """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some."""
         w = self.writer
         before, lag = self.get(At.TIME), self.get(At.TIME_LAG)
         cursor = w.variable("cursor", INT)
@@ -131,7 +134,7 @@ class Outline:
             with w.when(prepared.get() < 1):
                 prepare()
                 prepared.put(1)
-            write(cursor.get() * self.n, share())
+            write(cursor.get(), share())
             cursor.put(cursor.get() + 1)
         self.put(At.SAMPLE, w.compute("float", cursor.get()))
 

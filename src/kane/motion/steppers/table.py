@@ -22,37 +22,42 @@ class Integrator:
     """An integrator: the order of its error estimate, its kernel, how many doubles it works in for n components.
 
     It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
-    inputs may be functions in Python, which it asks at each stage. The steps of a `fixed` one are as long as `max_step`.
+    inputs may be functions in Python, which it asks at each stage. The steps of a `fixed` one are as long as `max_step`. One that
+    `holds` constraints has another kernel for that: `kernel(held=True)`.
     """
 
     name: str
     order: int
-    kernel: Callable[[], Kernel]
+    kernel: Callable[..., Kernel]
     work: Callable[[int], int]
     width: int = 1
     watches: bool = False
     driven: bool = False
     fixed: bool = False
+    holds: bool = False
 
 
 def _explicit(tableau: Tableau) -> Integrator:
     return Integrator(
         tableau.name,
         tableau.order,
-        lambda: explicit_kernel(tableau),
+        lambda held=False: explicit_kernel(tableau, held),
         lambda n: rows(tableau) * n,
         driven=True,
         fixed=not tableau.errors,
+        holds=True,
     )
 
 
-GAUSS16 = Integrator("gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + n, STAGES, watches=True)
+GAUSS16 = Integrator(
+    "gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + 3 * n, STAGES, watches=True, holds=True
+)
 MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
 INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853), _explicit(TSIT5), _explicit(RK4), MIDPOINT)}
 """By the name that `simulate` takes as method."""
 
 
 @cache
-def compiled(name: str, settings: Settings) -> CompiledKernel:
-    """An integrator in machine code: one for all models."""
-    return CompiledKernel(INTEGRATORS[name].kernel(), settings)
+def compiled(name: str, settings: Settings, held: bool = False) -> CompiledKernel:
+    """An integrator in machine code: one for all models, another one for those with constraints."""
+    return CompiledKernel(INTEGRATORS[name].kernel(held=True) if held else INTEGRATORS[name].kernel(), settings)

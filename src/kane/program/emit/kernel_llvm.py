@@ -59,6 +59,12 @@ _BOOLS = {
     "or": "{r} = or {t} {0}, {1}",
     "not": "{r} = xor {t} {0}, {ones}",
 }
+_FEW = (
+    "!0 = distinct !{!0, !1, !2}",
+    '!1 = !{!"llvm.loop.unroll.disable"}',
+    '!2 = !{!"llvm.loop.vectorize.enable", i1 false}',
+)
+"""What is said of loops that are known to be short: copies and lanes would be compiled for nothing."""
 _FORMS = {"float": _FLOATS, "int": _INTS, "bool": _BOOLS}
 """By the kind of the first operand: the lines for the result {r} of {0}, {1}, …; {t} is their type, {f} flags of contraction."""
 
@@ -72,7 +78,7 @@ def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
     arguments = ", ".join(map(_argument, kernel.arguments))
     head = f"define i64 @{kernel.name}({arguments}) nounwind {{"
     back = [f"  %result = load i64, ptr %cell.{kernel.result.name}", "  ret i64 %result", "}"]
-    return "\n".join([*sorted(writer.declared), head, *cells, *zeros, *writer.lines, *back, ""])
+    return "\n".join([*sorted(writer.declared), head, *cells, *zeros, *writer.lines, *back, *_FEW, ""])
 
 
 def _argument(a: Argument) -> str:
@@ -234,5 +240,5 @@ class _Writer:
         self.block(s.body)
         self.add(f"br label %last{k}")
         self.lines.append(f"last{k}:")
-        self.add(f"%next{k} = add i64 {index}, 1", f"br label %head{k}")
+        self.add(f"%next{k} = add i64 {index}, 1", f"br label %head{k}{', !llvm.loop !0' * s.few}")
         self.lines.append(f"end{k}:")

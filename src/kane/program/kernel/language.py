@@ -151,12 +151,13 @@ class While:
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """`body` for `index` = `start`, …, `stop` − 1."""
+    """`body` for `index` = `start`, …, `stop` − 1; where these are `few`, no work is spent on making many of them fast."""
 
     index: Value
     start: Operand
     stop: Operand
     body: "Block"
+    few: bool = False
 
 
 @dataclass(frozen=True, slots=True)

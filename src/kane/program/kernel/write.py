@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Literal, TypeAlias
 
 from kane.program.kernel.language import (
@@ -245,12 +245,16 @@ class Writer:
         assert self.blocks.pop() is block
 
     @contextmanager
-    def count(self, stop: Given, start: Given = 0) -> Iterator[Term]:
-        """The block for each integer from `start` to before `stop`."""
+    def count(self, stop: Given, start: Given = 0, few: bool = False) -> Iterator[Term]:
+        """The block for each integer from `start` to before `stop`; these may be known to be `few`."""
         index = self.new(INT)
         with self._block() as body:
             yield Term(self, index)
-        self.add(Count(index, self.operand(start, INT), self.operand(stop, INT), tuple(body)))
+        self.add(Count(index, self.operand(start, INT), self.operand(stop, INT), tuple(body), few))
+
+    def few(self, stop: Given, start: Given = 0) -> AbstractContextManager[Term]:
+        """`count`, where the integers are few."""
+        return self.count(stop, start, few=True)
 
     @contextmanager
     def repeat(self, condition: Callable[[], Term]) -> Iterator[None]:

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The state along a step that a kernel has found, as a function of times: what the kernel samples, for Python."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from kane.motion.collocated import Given, polynomial
+from kane.motion.steppers.dop853 import DOP853
+from kane.motion.steppers.explicit import rows
+from kane.motion.steppers.rk4 import RK4
+from kane.motion.steppers.tableau import Tableau
+from kane.motion.steppers.tsit5 import TSIT5
+from kane.numeric.arrays import Array
+
+_EXPLICIT = {tableau.name: tableau for tableau in (DOP853, TSIT5, RK4)}
+
+
+def interpolant(name: str, given: Given, h: float, start: float) -> Callable[[Array], Array]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the integrator has left."""
+    if name in _EXPLICIT:
+        return _nested(_EXPLICIT[name], given, h, start)
+    return polynomial(given, h, start)
+
+
+def _nested(tableau: Tableau, given: Given, h: float, start: float) -> Callable[[Array], Array]:
+    begin, n, parts = (given["y"] + given["lag"]).copy(), len(given["y"]), len(tableau.dense)
+    weights = given["work"].reshape(rows(tableau), n)[-parts:].copy()
+
+    def state(times: Array) -> Array:
+        theta = ((times - start) / h)[:, None]
+        value = np.broadcast_to(weights[-1], (len(times), n))
+        for k in reversed(range(parts - 1)):
+            value = weights[k] + (theta if k % 2 else 1 - theta) * value
+        found: Array = begin + theta * value
+        return found
+
+    return state

@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Constraints along the steps of a kernel: states moved back onto them, and whether a step may have led where they are singular.
+
+With rows and columns of A divided by their sizes, Ã = R⁻¹ A C⁻¹, a state is moved by the least changes in C δ,
+
+    δ  = −C⁻¹ Ãᵀ (Ã Ãᵀ)⁻¹ R⁻¹ f,  Δq = W δ          again and again, until rounding is left of f
+    Δu = −C⁻¹ Ãᵀ (Ã Ãᵀ)⁻¹ R⁻¹ (A u + b)
+
+where rows that follow from the others are left out. B are the columns of the dependent speeds. Between two states of a step B is
+regular if 1/‖B₁⁻¹‖ + 1/‖B₂⁻¹‖ exceeds what B moves on the way, which is looked at closer and closer (`kane.motion.passages`). What a
+kernel finds is only that there may be something: Python then looks at the step as at those of all methods.
+"""
+
+from collections.abc import Callable
+
+from kane.motion.steppers.dense import factor, invert, solve, total
+from kane.motion.steppers.outline import RATE, At, Outline
+from kane.program.kernel.language import INT
+from kane.program.kernel.write import Array, Term
+
+_ROUNDS = 6
+_CLOSED, _LEVEL = 2.0**-46, 2.0**-49
+"""Shares of the terms of f, and of A u + b, that rounding leaves."""
+OPEN = 1e-11
+"""Share of them above which Python looks at what is left."""
+LEAST_QUALITY, SHORT = 0.02, 1e-3
+"""1/‖B⁻¹‖ over ‖Ã‖ below which Python looks at the dependent speeds: at the end of a step, and at a sample."""
+_GROWN = 2.0
+"""Entries of Ã above which sizes are taken anew."""
+_FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
+Dense = Callable[[Term, Array, Term], None]
+"""Writes the state at a share of the step into an array from a place on."""
+COUNTS = ("closures", "rows", "speeds", "chosen", "chosen_closures", "entries", "turns", "spheres", "branches")
+"""How many rows of f and of A, speeds, rows of B and of those that are closures, entries of A and of W, sets of Euler parameters,
+branches."""
+
+
+def room(n: int, counts: dict[str, int]) -> int:
+    """How many doubles `held_room` has for n components."""
+    c, m, s, d = (counts[name] for name in ("closures", "rows", "speeds", "chosen"))
+    numbers = 2 * c + m + sum(counts[name] for name in ("branches", "entries", "turns"))
+    return numbers + 2 * m + d * s + 2 * d * d + 2 * d * d + d + s + n
+
+
+class Held:
+    """The arguments that tell of the constraints, and what is done with them.
+
+    `constraints` gives f, the sizes of its terms, b, the cosines of the branches, and the entries of A and of W that are not zero.
+    """
+
+    def __init__(self, outline: Outline) -> None:
+        self.outline, self.writer = outline, outline.writer
+        w = self.writer
+        self.call, self.drive = w.callee("constraints", *RATE), w.callee("held_drive", *RATE)
+        (self.c, self.m, self.s, self.d, self.dc, self.a_count, self.w_count, self.spheres, self.branches) = (
+            w.number(f"held_{name}") for name in COUNTS
+        )
+        names = (
+            "r",
+            "h",
+            "entry_at",
+            "weights",
+            "turn_at",
+            "chosen_at",
+            "dependent",
+            "row_sizes",
+            "column_sizes",
+            "sphere_at",
+        )
+        arrays = [w.array(f"held_{name}") for name in names]
+        self.r, self.h, self.entries, self.weights, self.w_at, self.chosen, self.dependent = arrays[:7]
+        self.row_sizes, self.column_sizes, self.sphere_at = arrays[7:]
+        self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
+        self.coordinates = outline.n - 1 - self.s
+        self._places()
+        self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
+        self.least, self.share = w.variable("held_least"), w.variable("held_share")
+
+    def _places(self) -> None:
+        """Where what stands in `held_room`."""
+        counts = (self.c, self.c, self.m, self.branches, self.a_count, self.w_count, self.m, self.m)
+        wide = (self.d * self.s, self.d * self.d * 2, self.d * self.d, self.d * self.d, self.d, self.s)
+        at, places = self.writer.integer(0), []
+        for count in (*counts, *wide):
+            places.append(at)
+            at = at + count
+        self.f, self.terms, self.b, self.cosines, self.a, self.w, self.left, self.sizes = places[:8]
+        self.rows, self.block, self.last, self.gram, self.x, self.delta = places[8:]
+        self.probe = at
+
+    def index(self, array: Array, at: Term) -> Term:
+        """An index that is kept as a double."""
+        return self.writer.compute("int", array[at])
+
+    # --------------------------------------------------------------------------------------------- at a state
+
+    def numbers(self, t: Term, array: Array, place: Term) -> None:
+        """f, A, b and the others at time t and the state at a place, whose Euler parameters are divided by their length before."""
+        w, o = self.writer, self.outline
+        with w.few(self.spheres) as k:
+            at = [self.index(self.sphere_at, k * 4 + j) + place for j in range(4)]
+            e = [array[i] for i in at]
+            length = w.compute("sqrt", w.sum([x * x for x in e]))
+            for i, x in zip(at, e, strict=True):
+                array[i] = x / length
+        with w.when(o.driven > 0):
+            self.drive(t, array.at(place), o.p.at(0), self.r.at(0), o.hd.at(0), self.r.at(0))
+        self.call(t, array.at(place), o.p.at(0), self.r.at(0), self.h.at(0), self.room.at(0))
+
+    def matrix(self) -> None:
+        """Ã of the chosen rows."""
+        w, room = self.writer, self.room
+        with w.few(self.d * self.s) as k:
+            room[self.rows + k] = 0.0
+        with w.few(self.a_count) as e:
+            slot = self.index(self.entries, e * 3)
+            with w.when(slot >= 0):
+                column = self.index(self.entries, e * 3 + 2)
+                room[self.rows + slot * self.s + column] = room[self.a + e] * self.weights[e]
+
+    def change(self, count: Term, right: Callable[[Term], Term]) -> None:
+        """δ for which the first `count` of the chosen rows change by `right`."""
+        w, room, s = self.writer, self.room, self.s
+        with w.few(count) as i, w.few(i + 1) as j:
+            one, two = self.rows + i * s, self.rows + j * s
+            room[self.gram + i * self.d + j] = total(w, s, lambda k: room[one + k] * room[two + k])
+        with w.few(count) as i:
+            room[self.x + i] = right(i) * self.row_sizes[self.index(self.chosen, i)]
+        factor(room, self.gram, self.d, count)
+        solve(room, self.gram, self.d, count, self.x)
+        with w.few(s) as j:
+            along = total(w, count, lambda i: room[self.rows + i * s + j] * room[self.x + i])
+            room[self.delta + j] = along * self.column_sizes[j]
+
+    def rates_left(self, array: Array, place: Term) -> None:
+        """A u + b, and what its terms would be if the entries of A were as large as they have been in C u."""
+        w, room, u = self.writer, self.room, place + self.coordinates
+        fast = total(w, self.s, lambda j: w.compute("abs", array[u + j]) / self.column_sizes[j])
+        with w.few(self.m) as i:
+            room[self.left + i] = room[self.b + i]
+            room[self.sizes + i] = w.compute("abs", room[self.b + i]) + fast / self.row_sizes[i]
+        with w.few(self.a_count) as e:
+            row, column = (self.index(self.entries, e * 3 + j) for j in (1, 2))
+            room[self.left + row] = room[self.left + row] + room[self.a + e] * array[u + column]
+
+    def is_open(self, count: Term, left: Term, sizes: Term, share: float) -> Term:
+        """Whether more is left of one of the first chosen rows than rounding."""
+        w, room = self.writer, self.room
+        self.open.put(0)
+        with w.few(count) as k:
+            i = self.index(self.chosen, k)
+            with w.when(w.compute("abs", room[left + i]) > room[sizes + i] * share):
+                self.open.put(1)
+        return self.open.get() > 0
+
+    def project(self, t: Term, array: Array, place: Term) -> None:
+        """The state at a place moved onto the constraints at time t; whether something is left of them is told by `doubt`."""
+        w, room = self.writer, self.room
+        self.numbers(t, array, place)
+        self.rounds.put(0)
+        with w.repeat(lambda: self.is_open(self.dc, self.f, self.terms, _CLOSED) & (self.rounds.get() < _ROUNDS)):
+            self.matrix()
+            self.change(self.dc, lambda k: -room[self.f + self.index(self.chosen, k)])
+            with w.few(self.w_count) as e:
+                i, j = (self.index(self.w_at, e * 2 + k) for k in (0, 1))
+                array[place + i] = array[place + i] + room[self.w + e] * room[self.delta + j]
+            self.numbers(t, array, place)
+            self.rounds.put(self.rounds.get() + 1)
+        self.matrix()
+        self.rates_left(array, place)
+        with w.when(self.is_open(self.d, self.left, self.sizes, _LEVEL)):
+            self.change(self.d, lambda k: -room[self.left + self.index(self.chosen, k)])
+            with w.few(self.s) as j:
+                at = place + self.coordinates + j
+                array[at] = array[at] + room[self.delta + j]
+            self.rates_left(array, place)
+        self.doubt.put(0)
+        for count, left, sizes, first in ((self.c, self.f, self.terms, 0), (self.m, self.left, self.sizes, self.c)):
+            with w.few(count, first) as i, w.when(~(w.compute("abs", room[left + i]) <= room[sizes + i] * OPEN)):
+                self.doubt.put(1)
+        with w.few(self.branches) as k, w.when(~(room[self.cosines + k] > 0.0)):
+            self.doubt.put(1)
+
+    def regularity(self) -> None:
+        """`least`, 1/‖B⁻¹‖, and `share`, ‖Ã‖ over it."""
+        w, room, d = self.writer, self.room, self.d
+        with w.few(d) as i, w.few(d) as j:
+            at = self.block + i * d * 2 + j
+            room[at] = room[self.rows + i * self.s + self.index(self.dependent, j)]
+            room[at + d] = w.select((i < j) | (j < i), 0.0, 1.0)
+        invert(room, self.block, d)
+
+        def squares(count: Term, of: Callable[[Term], Term]) -> Term:
+            return w.compute("sqrt", total(w, count, lambda k: of(k) * of(k)))
+
+        with w.few(d) as i:
+            room[self.x + i] = squares(d, lambda k: room[self.block + i * d * 2 + d + k])
+        inverse = squares(d, lambda k: room[self.x + k])
+        self.least.put(1.0 / inverse)
+        self.share.put(squares(d * self.s, lambda k: room[self.rows + k]) * inverse)
+
+    # -------------------------------------------------------------------------------------------- along a step
+
+    def end(self, t: Term, array: Array, place: Term) -> None:
+        """The state at the end of a step projected; what entries of A have been is noted."""
+        w, o, room = self.writer, self.outline, self.room
+        self.project(t, array, place)
+        self.regularity()
+        with w.when((self.d > 0) & ~(self.share.get() <= o.get(At.QUIET))):
+            self.doubt.put(1)
+        o.put(At.SHARE, self.share.get())
+        with w.few(self.a_count) as e:
+            size = w.compute("abs", room[self.a + e])
+            with w.when(size > self.reach[e]):
+                self.reach[e] = size
+            with w.when(~(size * self.weights[e] <= _GROWN) & (self.entries[e * 3] >= 0.0)):
+                self.doubt.put(1)
+
+    def sample(self, k: Term, t: Term, array: Array, place: Term) -> None:
+        """A sample projected, and marked where Python has to."""
+        w = self.writer
+        self.project(t, array, place)
+        self.regularity()
+        with w.when((self.d > 0) & ~(self.share.get() <= 1 / SHORT)):
+            self.doubt.put(1)
+        self.marks[k] = w.compute("float", self.doubt.get())
+
+    def passage(self, t: Term, h: Term, dense: Dense) -> None:
+        """A doubt where B may have been singular within the step of length h from t."""
+        w, room = self.writer, self.room
+        done, ahead, before = (w.variable(name) for name in ("done", "ahead", "least_before"))
+
+        def entry(i: Term, j: Term) -> Term:
+            return room[self.rows + i * self.s + self.index(self.dependent, j)]
+
+        def last(i: Term, j: Term) -> Term:
+            return room[self.last + i * self.d + j]
+
+        def square(x: Term) -> Term:
+            return x * x
+
+        def keep() -> None:
+            with w.few(self.d) as i, w.few(self.d) as j:
+                room[self.last + i * self.d + j] = entry(i, j)
+            before.put(self.least.get())
+
+        def look(share: Term) -> None:
+            dense(share, self.room, self.probe)
+            self.numbers(t + share * h, self.room, self.probe)
+            self.matrix()
+            self.regularity()
+
+        ahead.put(-1.0)
+        done.put(0.0)
+        with w.repeat(lambda: (done.get() < 1.0) & (self.doubt.get() < 1)):
+            share = w.compute("min", done.get() + w.compute("max", ahead.get(), 0.0), 1.0)
+            look(share)
+            moved = total(w, self.d, lambda i: total(w, self.d, lambda j: square(entry(i, j) - last(i, j))))
+            moved = w.compute("sqrt", moved)
+            near = (before.get() + self.least.get() > _CURVED * moved) & (moved <= _FAR)
+            with w.when((ahead.get() < 0.0) | near):
+                keep()
+                done.put(share)
+                ahead.put(w.select(ahead.get() < 0.0, _FIRST, w.compute("min", ahead.get() * 2.0, _FIRST)))
+            with w.otherwise():
+                ahead.put(ahead.get() * 0.5)
+                with w.when(~(ahead.get() > _SHORTEST)):
+                    self.doubt.put(1)
+
+    def kept(self) -> None:
+        """The step was gone on from: poor speeds that Python has seen are looked at again where they become poorer by a quarter."""
+        w, o = self.writer, self.outline
+        most = w.compute("min", o.get(At.QUIET), o.get(At.SHARE) * 1.25)
+        o.put(At.QUIET, w.compute("max", most, 1 / LEAST_QUALITY))
