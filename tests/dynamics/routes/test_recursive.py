@@ -122,21 +122,6 @@ def test_trees_of_any_joints_by_any_speeds(seed, bodies):
     assert off is None or off <= 1
 
 
-@pytest.mark.slow
-@examples(0.02, 2)
-@given(st.integers(0, 10**6), st.integers(10, 40), st.booleans())
-def test_large_trees_by_articulated_and_by_composite_inertias(seed, bodies, mixed):
-    system = jointed.system(seed, bodies)
-    parts = derived(jointed.by_mixed_speeds(system, seed) if mixed else system)
-    try:
-        carried = carrying(parts)
-    except Unsuited:
-        return
-    roots = [x for route in WAYS for x in by_recursion(parts, carried, route).accelerations]
-    own, other = np.array(kn.evaluate(roots, state(roots, 1)), dtype=float).reshape(2, -1)
-    assert np.abs(own - other).max() <= 1e-9 * np.abs(own).max()
-
-
 @pytest.mark.parametrize("seed", range(8))
 def test_no_joint_and_no_choice_of_speeds_is_left(seed):
     assert difference(jointed.by_mixed_speeds(jointed.system(seed, 2 + seed % 4), seed)) <= 1
