@@ -93,6 +93,7 @@ from kane.expr.symbols import (
     speeds,
     time,
 )
+from kane.expr.taylor import taylor
 from kane.model.beams.beam import Beam
 from kane.model.beams.section import tapered
 from kane.model.beams.shapes import ModeShapes, mode_shapes
@@ -256,7 +257,7 @@ __all__ = [
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",
     "SpeedComparison", "SpeedSet", "plot", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
-    "diff", "gradient", "jacobian", "time_derivative", "affine", "substitute", "solve_linear", "evaluate",
+    "diff", "gradient", "jacobian", "time_derivative", "affine", "taylor", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
     "PotentialError", "SingularError", "ValueMissingError", "SimulationError", "CornerError", "SolutionFileError", "ProgramError",

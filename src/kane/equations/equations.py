@@ -19,11 +19,11 @@ from kane.dynamics.lazy import read
 from kane.dynamics.readings import energy, programs
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
-from kane.dynamics.readings.potential_found import FoundPotential, find_potential
 from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, compiled
+from kane.equations.energies import Energies
 from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.numeric import Numeric
 from kane.errors import ArgumentError, cut
@@ -49,7 +49,7 @@ Values = Mapping[Any, Any] | Sequence[Any] | npt.NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equations(Immutable):
+class Equations(Energies, Immutable):
     """Equations of motion M u̇ = f + Aᵀ λ, A u + b = 0 of a system, with everything that led to them.
 
     `mass_matrix` (n × n) and `forcing` (n) hold the equations as derived; `forcing` may contain reactions. `accelerations` (u̇)
@@ -170,50 +170,6 @@ class Equations(Immutable):
             redundant constraints leave the reaction undetermined
         """
         return reaction(self.solved, place, frame)
-
-    # Energies and momenta ----------------------------------------------------------------------------------------------
-
-    kinetic_energy = read[Expr](lambda e: energy.whole_kinetic_energy(e.solved), "K = ½ Σ m v·v + ω·I·ω.")
-    potential_energy = read[Expr](
-        lambda e: energy.potential_energy(e.loads),
-        "V, the sum of the loads' potentials; gravity's is zero at the root point's height.",
-    )
-    energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "E = K + V.")
-    power = read[Expr](
-        lambda e: energy.power(e.solved),
-        "P with dE/dt = P: the power of the loads without a potential and of prescribed motions.",
-    )
-
-    def find_potential(self, loads: Sequence[Any] | None = None) -> FoundPotential:
-        """V found from F_r = −Σ_s ∂V/∂q_s W_sr, whatever the speeds, also under constraints (Kane & Levinson 1985, sec. 5.1).
-
-        Parameters
-        ----------
-        loads : some of the system's loads, themselves or by name; all of them if left out
-
-        Returns
-        -------
-        FoundPotential
-            `.value` is V, and `.how` says how it was integrated
-
-        Raises
-        ------
-        PotentialError
-            if there is none, or none was found: says which forces depend on rates, or which coordinates' derivatives disagree where
-        """
-        return find_potential(self.derived, loads)
-
-    def mass_center(self, origin: Point) -> Vector:
-        """Position of the system's mass centre from `origin`."""
-        return energy.mass_center(self.bodies, origin)
-
-    def linear_momentum(self) -> Vector:
-        """Σ m v."""
-        return energy.linear_momentum(self.bodies)
-
-    def angular_momentum(self, about: Point) -> Vector:
-        """Σ I·ω + r × m v about a point fixed in the inertial frame."""
-        return energy.angular_momentum(self.bodies, about)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 

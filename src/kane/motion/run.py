@@ -15,6 +15,7 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.node import Expr
+from kane.motion.checking import check_drifts, checking_functions
 from kane.motion.drives import Function, check_prescribed, input_functions
 from kane.motion.methods import check_method, chosen
 from kane.motion.native import NativeCourse
@@ -63,6 +64,7 @@ def simulate(
     breakpoints: Sequence[float] = (),
     max_seconds: float | None = None,
     settings: Settings | None = None,
+    check: Sequence[Any] = (),
 ) -> Solution:
     """The motion from `span[0]` to `span[1]` (s).
 
@@ -90,6 +92,7 @@ def simulate(
     max_step : the longest step (s): what an input does within an eighth of a step may be leapt over
     breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
     settings : how to compile
+    check : integrals, such as `eom.integrals`, and expressions that must stay constant: a motion along which one does not warns
 
     Raises
     ------
@@ -99,6 +102,7 @@ def simulate(
         if the start is not admissible, or the integration fails
     """
     check_equations(eom)
+    checking_functions(eom.derived, check)
     t0, t1 = span = check_span(span)
     if t is not None and abs(t - t0) > _SAME_TIME * max(abs(t0), abs(t1)):
         raise SimulationError(
@@ -133,8 +137,7 @@ def simulate(
         course = kind(stepper, solver, span, start, sample_times(samples, span))
         end = _to_its_end(course)
     solution = _solution(course, end, constants, drives)
-    if solution.status != "stopped" and not solution.keeps_energy:
-        warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=2)
+    _check_kept(solution, check)
     return solution
 
 
@@ -142,6 +145,14 @@ def _to_its_end(course: Course | NativeCourse) -> End:
     while (end := course.advance()) is None:
         far(course.far)
     return end
+
+
+def _check_kept(solution: Solution, functions: Sequence[Any]) -> None:
+    """Warn of an energy, or another function, that changes along the motion though it should not."""
+    if solution.status != "stopped" and not solution.keeps_energy:
+        warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=3)
+    if functions:
+        check_drifts(solution.checking_functions(functions), solution.rtol)
 
 
 def _wrong_energy(solution: Solution) -> str:

@@ -22,6 +22,7 @@ from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
 from kane.motion import tables
+from kane.motion.checking import Drift, checking_functions, drifts
 from kane.motion.contents import contents, some
 from kane.motion.energy import EnergyCheck, energy_check
 from kane.motion.files import write
@@ -216,6 +217,14 @@ class Solution:
         """E − ∫P dt must stay constant; see EnergyCheck."""
         kinetic, total = self._values([self.equations.kinetic_energy, self.equations.energy])
         return energy_check(self.t, kinetic, total, self.work, self._open() / self.rtol)
+
+    def checking_functions(self, functions: Sequence[Any] | None = None) -> tuple[Drift, ...]:
+        """How far integrals of the equations went from their values at the start; those of `eom.integrals` if left out.
+
+        An integral, or any expression that should be constant, may be in the list (Kane & Levinson 1985, sec. 7.3).
+        """
+        wanted = self.equations.integrals if functions is None else functions
+        return drifts(self.t, checking_functions(self.equations.derived, wanted), self._values)
 
     @property
     def keeps_energy(self) -> bool:

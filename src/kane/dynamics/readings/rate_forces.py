@@ -16,7 +16,7 @@ from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.size import Sizes, size
-from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Symbol, rate
+from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Symbol, rate
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.sample import draw
@@ -73,11 +73,23 @@ def rows_in_rates(derived: Derived) -> list[list[Expr]]:
     return [[own.get(r, ZERO) for r in q_dot] for own, _ in affine_forms(roots, q_dot)]
 
 
-def places(exprs: Iterable[Expr], known: Sequence[Mapping[Symbol, float]] = ()) -> list[Place]:
-    """Values of all symbols at a few places, those that are `known` first: coordinates on both sides of zero in every other one."""
+def places(
+    exprs: Iterable[Expr],
+    known: Sequence[Mapping[Symbol, float]] = (),
+    unit: Sequence[Sequence[Symbol]] = (),
+) -> list[Place]:
+    """Values of all symbols at a few places: those that are `known`, else drawn, on both sides of zero in every other place.
+
+    Sets of Euler parameters have `unit` length.
+    """
     symbols = free_symbols(exprs)
     starts: Sequence[Mapping[Symbol, float]] = known or [{}] * _PLACES
-    return [{s: _value(s, k, start) for s in symbols} for k, start in enumerate(starts)]
+    found: list[Place] = [{s: _value(s, k, start) for s in symbols} for k, start in enumerate(starts)]
+    for place in found:
+        for group in unit:
+            length = np.linalg.norm([place.get(e, draw(_SEED, e)) for e in group])
+            place.update((e, place.get(e, draw(_SEED, e)) / float(length)) for e in group)
+    return found
 
 
 def _value(s: Symbol, k: int, known: Mapping[Symbol, float]) -> float:
@@ -85,7 +97,7 @@ def _value(s: Symbol, k: int, known: Mapping[Symbol, float]) -> float:
         return float(known[s])
     if isinstance(s, Parameter) and s.default is not None:
         return float(s.default)
-    wide = isinstance(s, Coordinate | QuasiRate) and k % 2
+    wide = isinstance(s, Coordinate | QuasiRate | Rate | Speed) and k % 2
     return draw(_SEED + k, s, -_WIDE if wide else 0.3, _WIDE)
 
 

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Integrals of the equations of motion: functions of q, u and t that every motion keeps (Kane & Levinson 1985, sec. 7.1, 7.2 and 7.4).
+
+What may be one is proposed by name: the energy, the Hamiltonian K₂ − K₀ + V by the rates, momenta of cyclic coordinates, linear and
+angular momenta along the inertial axes, single speeds. Of each the rate along the motion is looked at in numbers at several states,
+beside the sizes of its terms; what is the same as one before it, but for a factor, is left out.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kane.dynamics.derived import Derived
+from kane.dynamics.readings import energy
+from kane.dynamics.readings.kinetic import energy_in_rates
+from kane.dynamics.readings.momenta import central_angular_momentum, conjugate_momenta
+from kane.dynamics.readings.potential_found import find_potential
+from kane.dynamics.readings.rate_forces import Place, differs, measured, places
+from kane.dynamics.readings.values import time_derivative, without_rates, without_unknowns
+from kane.dynamics.solved import Solved
+from kane.errors import PotentialError, cut
+from kane.expr.build import add, mul, sub
+from kane.expr.diff import gradient
+from kane.expr.evaluate import is_constant_in_time
+from kane.expr.immutable import Immutable
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import rate
+from kane.expr.visit import substitute
+from kane.numeric.arrays import Array
+
+_STATES = 8
+_SAME = 1e-9
+"""Share by which numbers of two integrals may differ from being proportional at all states."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Integral(Immutable):
+    """A function of the state that every motion keeps.
+
+    Attributes
+    ----------
+    name : such as "energy", "momentum of q1", "angular momentum about O along N.z"
+    value : the function, in coordinates, speeds and parameters
+    why : what makes it constant
+    """
+
+    name: str
+    value: Expr
+    why: str
+
+    def __repr__(self) -> str:
+        return f"Integral({self.name!r}: {cut(self.value)})"
+
+
+def integrals(solved: Solved) -> tuple[Integral, ...]:
+    """See Equations.integrals."""
+    found: list[Integral] = []
+    kept: list[Array] = []
+    for one in _proposed(solved):
+        numbers = _kept(solved, one.value)
+        if numbers is not None and not any(_same(numbers, other) for other in kept):
+            found.append(one)
+            kept.append(numbers)
+    return tuple(found)
+
+
+def _kept(solved: Solved, value: Expr) -> Array | None:
+    """Numbers of a function at some states, where it is an integral; None where it is none, or the same everywhere."""
+    derived = solved.derived
+    if is_constant_in_time([value]):
+        return None
+    change = without_unknowns(solved, [time_derivative(derived, value)])[0]
+    by: dict[Expr, Expr] = {
+        u: x for u, x in zip(derived.speeds, solved.speeds_by_independent, strict=True) if u is not x
+    }
+    memo: dict[Expr, Expr] = {}
+    pair = [substitute(e, by, memo) for e in (change, value)] if by else [change, value]
+    values, sizes = measured(pair, _states(solved, pair))
+    finite = np.isfinite(values).all(axis=1)
+    if finite.sum() < 2 or differs(values, sizes)[finite, 0].any() or not differs(values, sizes)[finite, 1].any():
+        return None
+    return np.asarray(values[:, 1])
+
+
+def _states(solved: Solved, exprs: Sequence[Expr]) -> list[Place]:
+    derived = solved.derived
+    sets = [s.coordinates for s in derived.system.euler_parameters]
+    if not derived.constraints.constraints:
+        return places(exprs, unit=sets)
+    at = derived.compared.at
+    return places(exprs, [at.at(k) for k in range(min(at.count, _STATES))])
+
+
+def _same(a: Array, b: Array) -> bool:
+    """Whether two are proportional at all states at which both are finite."""
+    both = np.isfinite(a) & np.isfinite(b)
+    x, y = a[both], b[both]
+    scale = np.linalg.norm(x) * np.linalg.norm(y)
+    return bool(abs(abs(x @ y) - scale) <= _SAME * scale) and len(x) > 1
+
+
+# What may be one --------------------------------------------------------------------------------------------------------
+
+
+def _proposed(solved: Solved) -> Iterator[Integral]:
+    derived = solved.derived.as_declared
+    yield from _energies(solved, derived)
+    for q, p in zip(derived.system.coordinates, conjugate_momenta(derived), strict=True):
+        yield Integral(f"momentum of {q}", p, f"{q} is cyclic: neither K nor a force depends on it or acts along it")
+    yield from _momenta(derived)
+    for u in derived.speeds:
+        yield Integral(f"speed {u}", u, "its equation is u' = 0")
+
+
+def _energies(solved: Solved, derived: Derived) -> Iterator[Integral]:
+    v, found = energy.potential_energy(derived.loads), []
+    for load in derived.system.all_loads():
+        if load.potential is None:
+            try:
+                v = add(v, find_potential(derived, [load]).value)
+                found.append(load.name)
+            except PotentialError:
+                continue
+    said = f", those of {', '.join(found)} found" if found else ""
+    total = add(energy.whole_kinetic_energy(solved), v)
+    yield Integral("energy", total, f"K + V: what does work has a potential energy{said}, and nothing is prescribed")
+    k, q_dot = energy_in_rates(derived), tuple(map(rate, derived.system.coordinates))
+    twice = ZERO
+    for r, p in zip(q_dot, gradient(k, q_dot), strict=True):
+        twice = add(twice, mul(r, p))
+    hamiltonian = add(without_rates(derived, sub(twice, k)), v)
+    yield Integral(
+        "Hamiltonian",
+        hamiltonian,
+        f"K₂ − K₀ + V by the rates: all forces have a potential energy{said}, and L does not hold the time",
+    )
+
+
+def _momenta(derived: Derived) -> Iterator[Integral]:
+    bodies, frame = derived.bodies, derived.system.inertial
+    root = bodies[0].part.mass_center.root()
+    vectors = (
+        ("linear momentum", energy.linear_momentum(bodies), "no external force acts along it"),
+        (
+            f"angular momentum about {root.name}",
+            energy.angular_momentum(bodies, root),
+            "no external moment acts about it",
+        ),
+        (
+            "central angular momentum",
+            central_angular_momentum(bodies),
+            "no external moment about the mass centre acts about it",
+        ),
+    )
+    for name, vector, why in vectors:
+        for axis, x in zip("xyz", vector.components(frame), strict=True):
+            yield Integral(f"{name} along {frame.name}.{axis}", x, why)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Taylor's expansion of expressions about a point, coefficients exact.
+
+e ≈ Σ_k 1/k! (δ·∂)ᵏ e,   δ = x − x₀
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from math import factorial
+from typing import Any
+
+from kane.errors import ArgumentError, cut
+from kane.expr.build import add, mul, sub
+from kane.expr.collect import factored
+from kane.expr.count import price
+from kane.expr.diff import leaves, tangent
+from kane.expr.expand import expanded
+from kane.expr.node import ZERO, Expr, as_expr, constant
+from kane.expr.symbols import Parameter
+from kane.expr.visit import substitute
+
+_MOST = 12
+
+
+def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
+    """The expansion of `e` about a point up to terms of an order, such as V to second order about an equilibrium.
+
+    Parameters
+    ----------
+    e : an expression
+    about : by symbol or name the values, numbers or expressions of parameters; other symbols are kept as they are
+    order : of the last terms, from 0 to 12
+
+    Returns
+    -------
+    Expr
+        a polynomial in x − x₀ of the symbols in `about`
+
+    Raises
+    ------
+    ArgumentError
+        if the order is no such number, or a value holds symbols in which is expanded
+    ExpressionError
+        if a name is none of the symbols' in `e`
+    """
+    root = as_expr(e)
+    if order not in range(_MOST + 1):
+        raise ArgumentError(f"Expected an order from 0 to {_MOST}, got {cut(repr(order))}.")
+    symbols = leaves([root], about)
+    at = dict(zip(symbols, map(as_expr, about.values()), strict=True))
+    if any(tangent(x, dict.fromkeys(symbols, as_expr(1))) is not ZERO for x in at.values()):
+        raise ArgumentError(
+            f"Expected values free of {', '.join(map(str, symbols))} to expand about, got {', '.join(map(cut, at.values()))}. Give "
+            "numbers, or expressions of parameters."
+        )
+    steps: dict[Expr, Expr] = {
+        s: Parameter.declare(f"delta_{s}", description="stands for a deviation") for s in symbols
+    }
+    moved: dict[Expr, Expr] = {**at, **{d: sub(s, at[s]) for s, d in steps.items()}}
+    total, term = ZERO, root
+    for k in range(order + 1):
+        if k:
+            term = tangent(term, steps)
+        total = add(total, mul(constant(Fraction(1, factorial(k))), substitute(term, moved)))
+    terms = expanded(total)
+    return total if terms is None else min((total, factored(terms)), key=lambda form: price([form]))
