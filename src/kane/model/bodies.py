@@ -64,9 +64,19 @@ def parts_of(bodies: Iterable[Body]) -> Iterator[Part]:
     return (part for body in bodies for part in body.parts())
 
 
+def extended(bodies: Iterable[Body]) -> list[tuple[str, Frame, Dyadic]]:
+    """Name, frame and inertia of the parts that have both."""
+    return [(x.name, x.frame, x.inertia) for x in parts_of(bodies) if x.frame and x.inertia]
+
+
 def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
     """The bodies with coordinates of their own."""
     return tuple(body for body in bodies if isinstance(body, Deforming))
+
+
+def rigid(bodies: Iterable[Body]) -> tuple[Body, ...]:
+    """The others."""
+    return tuple(body for body in bodies if not isinstance(body, Deforming))
 
 
 def brought_loads(bodies: Iterable[Body]) -> tuple[Any, ...]:

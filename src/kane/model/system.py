@@ -15,7 +15,7 @@ from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, Symbols
 from kane.model import checks
-from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, parts_of
+from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, extended, parts_of, rigid
 from kane.model.checks import listed
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.declarations import Declarations, Event
@@ -120,7 +120,7 @@ class System(Declarations):
         )  # fmt: skip
         check_units(self, symbols)
         warn_of_doubts(inertial, tuple(parts_of(bodies)), gravities, constraints)
-        check_turning(inertial, [(x.name, x.frame, x.inertia) for x in parts_of(bodies) if x.frame and x.inertia])
+        check_turning(inertial, extended(rigid(bodies)))
 
     @property
     def rigid_bodies(self) -> tuple[RigidBody, ...]:

@@ -12,7 +12,8 @@ import numpy as np
 
 from kane.errors import ModelError, alike, cut
 from kane.expr.build import mul, sqrt
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import Expr, as_expr, constant_value
+from kane.expr.symbols import Parameter
 from kane.model.beams.deformation import Field, Fields
 from kane.model.beams.elastic import Gauges, damper, stiffness, stiffness_value
 from kane.model.beams.integrals import fine
@@ -20,7 +21,8 @@ from kane.model.beams.masses import Matter
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 
-_KINDS = ("mass", "stiffness", "ratio")
+UNITS = {"mass": ("alpha", "1/s"), "stiffness": ("beta", "s"), "ratio": ("zeta", "1")}
+"""Symbol and unit of the parameters that numbers become."""
 
 
 def damping_of(
@@ -35,14 +37,28 @@ def damping_of(
             f'Expected damping= of {name} as {{"mass": α, "stiffness": β}} or {{"ratio": ζ}}, got {cut(repr(damping))}.'
         )
     for kind in damping:
-        if kind not in _KINDS:
+        if kind not in UNITS:
             raise ModelError(
-                f"Expected damping= of {name} by some of {', '.join(_KINDS)}, got {kind!r}.{alike(str(kind), _KINDS)}"
+                f"Expected damping= of {name} by some of {', '.join(UNITS)}, got {kind!r}.{alike(str(kind), UNITS)}"
             )
-    return (damper(name, gauges, [(f, _terms(f, whole, matter, damping)) for f in whole.fields]),)
+    values = {kind: _parameter(name, kind, x) for kind, x in damping.items()}
+    return (damper(name, gauges, [(f, _terms(f, whole, matter, values)) for f in whole.fields]),)
 
 
-def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Any]) -> list[tuple[Expr, Array]]:
+def _parameter(name: str, kind: str, given: Any) -> Expr:
+    """A value in parameters; a number becomes one, so that its unit is known. Not below zero."""
+    value = as_expr(given)
+    number = constant_value(value)
+    known = value.default if isinstance(value, Parameter) else number
+    if known is not None and not float(known) >= 0:
+        raise ModelError(f"Expected damping {kind!r} of {name} not below zero, got {float(known):g}. Check its sign.")
+    if number is None:
+        return value
+    symbol, unit = UNITS[kind]
+    return Parameter.declare(f"{symbol}_{'_'.join(name.split())}", float(number), unit, f"damping of {name}")
+
+
+def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr]) -> list[tuple[Expr, Array]]:
     share = matter.polar if f.stem == "t" else matter.mass
     assert share is not None
     rule = fine([f.shapes])
@@ -53,14 +69,14 @@ def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Any]) 
     mass, stiff = mul(share.value, whole.length), stiffness_value(f, whole.length)
     terms = []
     if "mass" in damping:
-        terms.append((mul(as_expr(damping["mass"]), mass), m))
+        terms.append((mul(damping["mass"], mass), m))
     if "stiffness" in damping:
-        terms.append((mul(as_expr(damping["stiffness"]), stiff), k))
+        terms.append((mul(damping["stiffness"], stiff), k))
     if "ratio" in damping:
         lower = np.linalg.cholesky(m)
         inverse = np.linalg.inv(lower)
         squares, modes = np.linalg.eigh(inverse @ k @ inverse.T)
         c = lower @ modes @ np.diag(np.sqrt(np.maximum(squares, 0.0))) @ modes.T @ lower.T
         c[np.abs(c) < 1e-12 * np.abs(c).max()] = 0.0
-        terms.append((mul(2 * as_expr(damping["ratio"]), sqrt(mul(mass, stiff))), c))
+        terms.append((mul(2 * damping["ratio"], sqrt(mul(mass, stiff))), c))
     return terms
