@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from kane.analysis.assemble import Assembled, assemble
+from kane.analysis.compare_methods import MethodComparison, compare_methods
 from kane.analysis.compare_speeds import SpeedComparison, SpeedSet, compare_speeds
 from kane.analysis.continuation import Branch, continuation
 from kane.analysis.inverse import Inverse, inverse
@@ -19,6 +20,7 @@ from kane.analysis.stability import Crossing
 from kane.analysis.state import Guess, guess
 from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
 from kane.analysis.trim import equilibrium, trim
+from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.readings.joint_reactions import JointReaction
 from kane.equations.compiled import Compiled
 from kane.equations.derive import derive
@@ -255,7 +257,7 @@ __all__ = [
     "signal", "Signal", "simulate", "Solution", "load_solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",
-    "SpeedComparison", "SpeedSet", "plot", "report", "Check",
+    "SpeedComparison", "SpeedSet", "compare_methods", "MethodComparison", "Formulation", "plot", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "taylor", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",

@@ -16,6 +16,8 @@ from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.lazy import read
+from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.methods.table import formulation
 from kane.dynamics.readings import energy, programs
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
@@ -117,6 +119,22 @@ class Equations(Energies, Immutable):
     steps = read[tuple[Step, ...]](
         lambda e: seven_steps(e.solved), "The seven steps of the method, each with its results."
     )
+
+    def by(self, method: str) -> Formulation:
+        """The equations of motion of the system by another method, with what it must eliminate, and the same u̇.
+
+        Parameters
+        ----------
+        method : "kane", "lagrange" (second kind; where constraints are left, Maggi's), "lagrange first kind" (with multipliers),
+            "hamilton", "boltzmann-hamel", "newton-euler" (all constraint forces unknown), "virtual work" or "virtual power"
+
+        Raises
+        ------
+        ModelError
+            where the method does not take the system: all but Kane's where loads hold reactions, as friction does its normal force;
+            Hamilton's where a coordinate moves no mass; his and Hamel's of Euler parameters
+        """
+        return formulation(self.solved, method)
 
     def contributions(self, speed: Expr | str) -> Contributions:
         """The terms of F_r and F*_r for one speed: each force and body with the partial velocity it meets."""

@@ -190,7 +190,7 @@ class Speeds:
         q, sets = self.system.coordinates, self.system.euler_parameters
         shares: dict[Expr, dict[Coordinate, Expr]] = {rate(x): {x: ONE} for x in q}
         for s in sets:
-            rows = zip(s.quasi, _twice_g(s.coordinates), strict=True)
+            rows = zip(s.quasi, twice_g(s.coordinates), strict=True)
             shares.update((w, dict(zip(s.coordinates, row, strict=True))) for w, row in rows)
         y_rows: list[list[Expr]] = []
         for row in self.rows:
@@ -236,7 +236,7 @@ def _over(divisor: Expr, e: Expr) -> Expr:
     return div(e, divisor)
 
 
-def _twice_g(e: tuple[Coordinate, ...]) -> list[list[Expr]]:
+def twice_g(e: tuple[Coordinate, ...]) -> list[list[Expr]]:
     """2 G with w = 2 G ė for unit Euler parameters."""
     e0, e1, e2, e3 = e
     rows = ((-e1, e0, e3, -e2), (-e2, -e3, e0, e1), (-e3, e2, -e1, e0))

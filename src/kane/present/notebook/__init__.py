@@ -5,8 +5,10 @@ Imported when a notebook first asks. No representation raises: `show` sees to th
 """
 
 from kane import show
+from kane.analysis.compare_methods import MethodComparison
 from kane.analysis.compare_speeds import SpeedComparison
 from kane.analysis.linear import Linear
+from kane.dynamics.methods.formulation import Formulation
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.equations.handle import Handle
@@ -17,6 +19,7 @@ from kane.model.system import System
 from kane.motion.solution import Solution
 from kane.present.notebook.equations import equations_html
 from kane.present.notebook.linear import linear_html
+from kane.present.notebook.methods import formulation_html, methods_html
 from kane.present.notebook.principal import principal_html
 from kane.present.notebook.program import program_html, routine_html
 from kane.present.notebook.solution import solution_html
@@ -43,5 +46,7 @@ show.HTML.update(
         Linear: linear_html,
         SpeedComparison: speeds_html,
         Principal: principal_html,
+        MethodComparison: methods_html,
+        Formulation: formulation_html,
     }
 )
