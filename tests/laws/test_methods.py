@@ -78,7 +78,7 @@ def agree(module, count):
     regular = np.isfinite(wanted).all(axis=0)
     assert regular.sum() >= 0.5 * count
     size = np.maximum(1, np.abs(wanted).max(axis=0))[regular]
-    limit = np.maximum(CLOSE, 100 * np.finfo(float).eps * condition(eom, at))[regular]
+    limit = (np.maximum(CLOSE, 100 * np.finfo(float).eps * condition(eom, at)) * np.ones(len(regular)))[regular]
     found = kn.compare_methods(eom)
     for name, formulation in found.formulations.items():
         off = np.abs(numbers(formulation.accelerations, at) - wanted).max(axis=0)[regular] / size

@@ -18,8 +18,8 @@ class Formulation(Immutable):
     """The equations of motion of a system by one method.
 
     `equations`, each of which is zero, hold the `unknowns`; solved they give the rates of the method's own `state`, `right_hand_side`.
-    `eliminated` says what had to be eliminated for that. `accelerations` are the u̇ that follow for the declared generalized speeds, in q
-    and u, by which methods are compared.
+    `eliminated` says what had to be eliminated for that. `accelerations` are the u̇ that follow for the declared generalized speeds,
+    in q and u, by which methods are compared.
     """
 
     method: str
