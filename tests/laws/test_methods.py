@@ -63,11 +63,11 @@ def states(eom, count):
 
 
 def condition(eom, at):
-    """Of what gives the dependent rates: which these are is chosen once."""
+    """Of BᵀMB, about that of A_D squared: which rates are dependent is chosen once, and where they follow poorly B is large."""
     held = InRates(eom.derived, eom.embedding and eom.embedding.partition).held
     if held is None:
         return 1.0
-    return np.linalg.cond(matrices(held.a.take(columns=list(held.dependent)), at))
+    return np.linalg.cond(matrices(held.a.take(columns=list(held.dependent)), at)) ** 2
 
 
 def agree(module, count):
