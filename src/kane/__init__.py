@@ -95,6 +95,7 @@ from kane.expr.symbols import (
     speeds,
     time,
 )
+from kane.expr.tables import Table, table
 from kane.expr.taylor import taylor
 from kane.model.beams.beam import Beam
 from kane.model.beams.section import tapered
@@ -236,7 +237,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "time", "pi", "Rational",
     "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
-    "min", "max", "where", "less",
+    "min", "max", "where", "less", "table", "Table",
     "Frame", "Point", "Vector", "Dyadic", "Rotation", "small_rotation",
     "Joint", "pin", "slider", "cylindrical", "screw", "universal", "ball", "free", "planar", "weld",
     "RigidBody", "Particle", "inertia", "rod", "thin_disk", "ring", "solid_sphere", "spherical_shell", "solid_cylinder",

@@ -74,9 +74,10 @@ ROUTES: dict[str, Callable[..., Any]] = {
     "max": lambda a, b: max(a, b),
     "less": lambda a, b: a < b,
     "where": lambda c, a, b: a if c else b,
+    "floor": lambda a: MP.floor(a),
 }
 OPERATIONS = tuple(name for name in ROUTES if name != "less")  # `where` brings its own
-SMOOTH = tuple(name for name in ROUTES if name not in ("abs", "sign", "min", "max", "less", "where"))
+SMOOTH = tuple(name for name in ROUTES if name not in ("abs", "sign", "min", "max", "less", "where", "floor"))
 _SAFE: dict[str, Callable[..., bool]] = {
     "div": lambda a, b: abs(b) > 0.1,
     "pow": lambda a, b: 0.1 < a < 5 and abs(b) < 3,
@@ -88,6 +89,7 @@ _SAFE: dict[str, Callable[..., bool]] = {
     "log": lambda a: a > 0.1,
     "abs": lambda a: abs(a) > 0.01,
     "sign": lambda a: abs(a) > 0.01,
+    "floor": lambda a: abs(a - MP.nint(a)) > 0.01,
     "min": lambda a, b: abs(a - b) > 0.01,
     "max": lambda a, b: abs(a - b) > 0.01,
 }

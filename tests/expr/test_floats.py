@@ -32,7 +32,8 @@ def test_an_operation_gives_what_numpy_gives(op):
 
 
 def test_every_operation_is_there():
-    assert set(FLOAT) == {op for op in OPS.values() if op.arity}
+    own = {op for op in FLOAT if op.name in OPS}  # tables that were made come besides
+    assert own == {op for op in OPS.values() if op.arity}
 
 
 @given(programs())

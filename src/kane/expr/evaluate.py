@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import ExpressionError, ValueMissingError, alike, cut
+from kane.expr import floats
 from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
@@ -18,6 +19,12 @@ from kane.expr.symbols import Parameter, Symbol, declared
 Values = Mapping[Any, Any]
 
 _NUMPY: dict[Op, Callable[..., Any]] = {op: op.numpy for op in OPS.values() if op.arity}
+
+
+def know(op: Op) -> None:
+    """One more operation, which the table of operations does not hold."""
+    _NUMPY[op] = op.numpy
+    floats.know(op)
 
 
 class Walk:

@@ -384,7 +384,7 @@ def _to_rows(root: Expr) -> list[tuple[Any, ...]]:
         elif node.op is SYMBOL:
             rows.append(("symbol", type(node), node.declaration()))  # type: ignore[attr-defined]
         else:
-            rows.append((node.op.name, *(place[a] for a in node.args)))
+            rows.append((node.op.name if node.op.name in OPS else node.op, *(place[a] for a in node.args)))
     return rows
 
 
@@ -396,5 +396,5 @@ def _from_rows(rows: list[tuple[Any, ...]]) -> Expr:
         elif name == "symbol":
             nodes.append(rest[0].declare(*rest[1]))
         else:
-            nodes.append(intern_node(OPS[name], *(nodes[i] for i in rest)))
+            nodes.append(intern_node(OPS[name] if isinstance(name, str) else name, *(nodes[i] for i in rest)))
     return nodes[-1]

@@ -37,6 +37,7 @@ class Op:
     ufunc: np.ufunc | None = None
     commutative: bool = False
     code: int = 0
+    label: str = ""
 
     def __repr__(self) -> str:
         return f"Op({self.name!r})"
@@ -105,6 +106,7 @@ _ROWS = (
     Op("less", 2, _less, lambda n, x, y: (0, 0), cost=0),
     Op("where", 3, _where, lambda n, c, x, y: (0, *_choice_partials(c)), cost=0),
     Op("regular", 2, _regular, lambda n, x, size: (1, 0), cost=0),
+    Op("floor", 1, np.floor, lambda n, x: (0,), cost=0),
 )
 
 OPS: dict[str, Op] = {}

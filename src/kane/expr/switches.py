@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Switches: operations that turn where a quantity c passes zero, and what they are on one side of it.
 
-|c|,   sign c,   a < b and where(a < b, …) with c = b − a,   min and max of a, b with c = b − a
+|c|,   sign c,   a < b and where(a < b, …) with c = b − a,   min and max of a, b with c = b − a,   tables, at whose corners c turns
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -10,6 +10,7 @@ from typing import NamedTuple
 from kane.expr.build import NODE_BUILDERS, neg, sub, where
 from kane.expr.node import ONE, ZERO, Expr, constant, postorder
 from kane.expr.ops import LESS, NEG, OPS, Op
+from kane.expr.piecewise import Piecewise, applied
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import fold, rebuilt
 
@@ -31,6 +32,8 @@ def turning_on(node: Expr) -> tuple[Expr, bool] | None:
     """
     if node.op is ABS or node.op is SIGN:
         c = node.args[0]
+    elif isinstance(node.op, Piecewise) and node.op.sides is not None:
+        return applied(node.op.sides[0], node.args[0]), True
     elif node.op in _OF_TWO:
         c = sub(node.args[1], node.args[0])
     else:
@@ -77,6 +80,8 @@ def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -
         if own is None or side is None:
             return rebuilt(node, args)
         holds = _LESS(ZERO, side) if own[1] else _LESS(side, ZERO)
+        if isinstance(node.op, Piecewise) and node.op.sides is not None:
+            return where(holds, *(applied(op, args[0]) for op in node.op.sides[1:]))
         return holds if node.op is LESS else _ON_SIDE[node.op](args, lambda x, y: where(holds, x, y))
 
     return fold(root, memo, replaced)

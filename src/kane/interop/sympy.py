@@ -12,6 +12,7 @@ from kane.errors import ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, power
 from kane.expr.node import ONE, ZERO, Expr, Number, as_expr, constant, constant_value, pi, postorder
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+from kane.expr.piecewise import lowered
 from kane.expr.regular import unguarded
 from kane.expr.surd import Surd
 from kane.expr.symbols import Parameter, Rate, Symbol, Time
@@ -35,7 +36,7 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
     """
     import sympy
 
-    order = postorder(unguarded((as_expr(expr),)))
+    order = postorder(lowered(unguarded((as_expr(expr),))))
     _refuse_namesakes(order)
     inner = _flattened(order)
     functions = _to_functions()
@@ -108,7 +109,7 @@ def _refuse_namesakes(order: Sequence[Expr]) -> None:
 def _to_functions() -> dict[str, Callable[..., Any]]:
     import sympy
 
-    same = "sqrt sin cos tan asin acos atan atan2 sinh cosh tanh exp log sign"
+    same = "sqrt sin cos tan asin acos atan atan2 sinh cosh tanh exp log sign floor"
     return {name: getattr(sympy, name) for name in same.split()} | {
         "pow": sympy.Pow,
         "abs": sympy.Abs,
@@ -308,6 +309,7 @@ _FROM: dict[str, Callable[..., Any]] = {
     "Mul": _product,
     "Pow": _power,
     "Abs": NODE_BUILDERS["abs"],
+    "floor": NODE_BUILDERS["floor"],
     "Min": lambda *args: reduce(NODE_BUILDERS["min"], args),
     "Max": lambda *args: reduce(NODE_BUILDERS["max"], args),
     # SymPy's symbols may be complex, ours are real: Abs(exp(m)) comes back as exp(re(m)).

@@ -16,7 +16,9 @@ from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.symbols import Input, Parameter, Time, input_of, time
+from kane.expr.tables import Table
 from kane.model.survey import geometry
+from kane.motion.breakpoints import MANY
 from kane.motion.formulas import Formula, formula
 from kane.numeric.named import finite_number, named_values
 
@@ -44,6 +46,11 @@ class Signal:
         """The nth derivative."""
         function: Function = self.spline.derivative(order)
         return function
+
+    def breakpoints(self, span: tuple[float, float]) -> tuple[float, ...]:
+        """The points within the span, at which the third derivative jumps; of very many none."""
+        inside = [float(t) for t in self.spline.x if span[0] < t < span[1]]
+        return tuple(inside) if len(inside) <= MANY else ()
 
     def __repr__(self) -> str:
         x = self.spline.x
@@ -93,6 +100,7 @@ def input_functions(
             f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
         )
     known: Mapping[Expr, Any] = {p: p.default for p in eom.parameters} if parameters is None else parameters
+    values = {s: v(time) if isinstance(v, Table) else v for s, v in values.items()}
     values = {s: formula(str(s), v, known) if isinstance(v, Expr) else v for s, v in values.items()}
     functions_of: dict[Expr, Function] = {}
     for r in own:

@@ -12,7 +12,9 @@ from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.ops import OPS
+from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Time, time
+from kane.motion.breakpoints import breakpoints
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 
@@ -38,10 +40,14 @@ class Formula:
             expr = tangent(expr, lambda leaf: ONE if isinstance(leaf, Time) else ZERO)
         return Formula(expr, self.values)
 
+    def breakpoints(self, span: tuple[float, float]) -> tuple[float, ...]:
+        """The times within the span at which it jumps or bends."""
+        return breakpoints([self.expr], self.values, span)
+
     @property
     def smooth(self) -> bool:
         """Whether it has no corners."""
-        return not any(node.op in CORNERS for node in postorder([self.expr]))
+        return not any(node.op in CORNERS or isinstance(node.op, Piecewise) for node in postorder([self.expr]))
 
 
 def formula(name: str, expr: Expr, parameters: Mapping[Expr, Any]) -> Formula:

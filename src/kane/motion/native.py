@@ -8,6 +8,7 @@ import numpy as np
 from kane.expr.node import as_expr
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
+from kane.motion.breakpoints import on_from, up_to
 from kane.motion.chatter import Pace
 from kane.motion.collocated import Given, after, by_kind, watching
 from kane.motion.drives import constant
@@ -124,9 +125,9 @@ class NativeCourse:
         return self.hooks[-1]
 
     def _begin(self, t: float) -> None:
-        """From t on, up to the next breakpoint: to the last number before it, as rates may jump there."""
+        """From t on, up to just before the next breakpoint, as rates may jump there."""
         ahead = [b for b in self.method.breakpoints if t < b < self.span[1]]
-        end = float(np.nextafter(min(ahead), t)) if ahead else self.span[1]
+        end = up_to(min(ahead)) if ahead else self.span[1]
         told = {At.TIME: t, At.TIME_LAG: 0.0, At.END: end, At.LONGEST: self.method.max_step, At.FRESH: 1.0}
         told |= {At.RTOL: self.method.rtol, At.ATOL: self.method.atol, At.STEP: self._first_step(t, end)}
         # beside t = 0 the shortest step is as short as rounding of the span's square allows
@@ -196,7 +197,7 @@ class NativeCourse:
                 self._sample(self.span[1], self.y.copy())
             return End("finished", f"reached t = {self.span[1]:g}")
         # at a breakpoint, beyond which rates may be others
-        t = float(np.nextafter(self.s[At.END], np.inf) if back is Back.END else self.s[At.TIME])
+        t = on_from(float(self.s[At.END])) if back is Back.END else float(self.s[At.TIME])
         if changed and unheld(self.stepper):
             self._hand_over(t)
         elif changed:

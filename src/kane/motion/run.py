@@ -15,8 +15,10 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.node import Expr
+from kane.motion.breakpoints import in_loads
 from kane.motion.checking import check_drifts, checking_functions
-from kane.motion.drives import Function, check_prescribed, input_functions
+from kane.motion.drives import Function, Signal, check_prescribed, input_functions
+from kane.motion.formulas import Formula
 from kane.motion.methods import check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.singular_rates import check_regular
@@ -132,6 +134,7 @@ def simulate(
         for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
+        solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
         solver = replace(solver, name=chosen(method, stepper, stepper.now.drives, solver.max_step))
         kind = NativeCourse if solver.name in INTEGRATORS else Course
         course = kind(stepper, solver, span, start, sample_times(samples, span))
@@ -139,6 +142,18 @@ def simulate(
     solution = _solution(course, end, constants, drives)
     _check_kept(solution, check)
     return solution
+
+
+def _breakpoints(
+    given: tuple[float, ...],
+    eom: Equations,
+    drives: Mapping[Expr, Function],
+    constants: Mapping[Expr, float],
+    span: tuple[float, float],
+) -> tuple[float, ...]:
+    """Those given, and those that loads and inputs are known to have."""
+    own = (f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal))
+    return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
 
 
 def _to_its_end(course: Course | NativeCourse) -> End:

@@ -16,6 +16,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
+from kane.motion.breakpoints import on_from, up_to
 from kane.motion.chatter import Pace, chattering
 from kane.motion.met import PARTS, crossings, leapt, thresholds, vanishing
 from kane.motion.projection import Numbers
@@ -57,11 +58,11 @@ class Method:
     bounded: bool = True
 
     def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
-        """SciPy's solver at a state, up to the next of the breakpoints: to the last number before it, as rates may jump there."""
+        """SciPy's solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
         from scipy import integrate
 
         ahead = [b for b in self.breakpoints if t < b < end]
-        end = float(np.nextafter(min(ahead), t)) if ahead else end
+        end = up_to(min(ahead)) if ahead else end
         first_step = first_step and min(first_step, end - t, self.max_step)
         more = {"jac": stepper.slopes} if self.name in _IMPLICIT else {}
         return getattr(integrate, self.name)(
@@ -218,7 +219,7 @@ class Course:
         if changed:
             self.watched = self.stepper.now.watch(end, kept)
         if self.solver.status == "finished":  # at a breakpoint, beyond which rates may be others
-            self._restart(float(np.nextafter(end, np.inf)), kept)
+            self._restart(on_from(end), kept)
         elif changed or not np.array_equal(kept, self.solver.y):
             self._take(kept, changed)
         self._jump = self._jump if end < self._jump and not changed else np.inf

@@ -6,9 +6,11 @@ from typing import NamedTuple
 from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import sub
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, OPS, SQRT
+from kane.expr.piecewise import Piecewise, applied
+from kane.expr.symbols import Parameter, Time
 
 _JUMPS = {OPS["sign"], OPS["less"]}
 
@@ -30,15 +32,24 @@ def switches(eom: Equations) -> tuple[Switch, ...]:
         for node in postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars()):
             if node.op in _JUMPS:
                 quantity = sub(*node.args) if len(node.args) == 2 else node.args[0]
+            elif isinstance(node.op, Piecewise) and node.op.sides is not None:
+                quantity = applied(node.op.sides[0], node.args[0])
             elif node.op is DIV and node.args[1].op is SQRT:  # a direction v/|v|
                 quantity = node.args[1]
             else:
                 continue
-            if is_constant_in_time([quantity]):
+            if is_constant_in_time([quantity]) or _is_timed(quantity):
                 continue
-            if quantity.op is SQRT:
+            if isinstance(node.op, Piecewise):
+                smooth = "take a table of kind 'cubic'"
+            elif quantity.op is SQRT:
                 smooth = f"divide by sqrt({cut(quantity.args[0])} + eps^2)"
             else:
                 smooth = f"write tanh(({cut(quantity)})/eps)"
-            found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth, node.op in _JUMPS))
+            found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth, node.op is not DIV))
     return tuple(found.values())
+
+
+def _is_timed(quantity: Expr) -> bool:
+    """Whether it turns at times that are known beforehand, at which steps end (`breakpoints`)."""
+    return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))

@@ -2,7 +2,7 @@
 """From expressions to a Program: values numbered, constants folded."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from kane.collector import collecting_seldom
 from kane.errors import ValueMissingError
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
+from kane.expr.piecewise import lowered
 from kane.expr.symbols import Symbol
 from kane.program.passes.limbs import beside
 from kane.program.passes.optimize import optimized
@@ -49,6 +50,14 @@ def build_program(
     ValueMissingError
         if an expression holds a symbol that no port gives
     """
+    memo: dict[Expr, Expr] = {}
+    tasks = [replace(task, roots=lowered(task.roots, memo)) for task in tasks]
+    if memo and note is not None:
+        declared, said = {image: node for node, image in memo.items()}, note
+
+        def note(guard: Expr) -> Note:
+            return said(declared.get(guard, guard))
+
     code = _numbered(name, subject, ports, tasks, note)
     code = with_reciprocals(code) if reciprocals else code
     if not optimize:

@@ -13,6 +13,7 @@ from typing import Any
 from kane.errors import UnitError, cut
 from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.ops import OPS, SYMBOL
+from kane.expr.piecewise import Piecewise
 from kane.expr.visit import fold
 from kane.units.parse import parse
 from kane.units.text import spelled
@@ -34,9 +35,24 @@ def infer(root: Expr, units: Known) -> Unit | None:
             text: str = node.unit  # type: ignore[attr-defined]  # the operation says that it is a Symbol
             return parse(text) if text else None
         own = [units[a] for a in node.args]
+        if isinstance(node.op, Piecewise):
+            return _of_table(node, node.op, own[0])
         return None if None in own else RULES[node.op](node, *own)
 
     return fold(root, units, combine)
+
+
+def _of_table(node: Expr, op: Piecewise, argument: Unit | None) -> Unit | None:
+    """The unit that a table declares, over that of its argument where it is a derivative."""
+    declared = parse(op.of) if op.of else None
+    if argument not in (None, ANY) and declared is not None and not agree(argument, declared):
+        raise UnitError(
+            f"Expected an argument in {op.of} of {op.label}, got {_said(node.args[0], argument)} in {cut(node)}."
+        )
+    argument = argument if declared is None else declared
+    if not op.unit or (op.order and argument is None):
+        return None
+    return quotient(parse(op.unit), power(argument, Fraction(op.order))) if op.order else parse(op.unit)
 
 
 def agree(a: Unit, b: Unit) -> bool:
@@ -110,7 +126,7 @@ RULES: dict[object, Rule] = {
         ("sign", lambda node, a: ONE),
         ("sqrt", lambda node, a: power(a, _HALF)),
         ("pow", _power),
-        ("sin cos tan asin acos atan sinh cosh tanh exp log", _bare),
+        ("sin cos tan asin acos atan sinh cosh tanh exp log floor", _bare),
     )
     for name in names.split()
 }

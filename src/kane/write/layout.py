@@ -190,7 +190,7 @@ def _plan(node: Expr, stops: Mapping[Expr, str]) -> _Plan:
         return _plan_sum(node, stops)
     if op is MUL or op is DIV or _whole_exponent(node) is not None:
         return _plan_product(node, stops)
-    return node.args, lambda forms: call(op.name, [forms[a] for a in node.args])
+    return node.args, lambda forms: call(op.label or op.name, [forms[a] for a in node.args])
 
 
 def _whole_exponent(node: Expr) -> int | None:

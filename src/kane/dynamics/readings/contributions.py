@@ -17,6 +17,7 @@ from kane.dynamics.terms import Term, met, sum_of
 from kane.errors import SpeedsError, cut
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr, postorder
+from kane.expr.piecewise import Piecewise
 from kane.expr.size import Sizes, size
 from kane.expr.symbols import Reaction
 from kane.kinematics.sample import Sample
@@ -137,7 +138,7 @@ def _vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
     left = [e for e in exprs if e is not ZERO]
     if not left:
         return True
-    if any(node.op.name in _SWITCHES for node in postorder(left)):
+    if any(node.op.name in _SWITCHES or isinstance(node.op, Piecewise) for node in postorder(left)):
         return False
     memo = Sizes()
     both = [*left, *(size(e, memo) for e in left)]

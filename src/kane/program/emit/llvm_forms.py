@@ -12,7 +12,7 @@ from kane.program.emit.llvm_lanes import Lanes
 _BINARY = {ops.ADD: "fadd", ops.SUB: "fsub", ops.MUL: "fmul", ops.DIV: "fdiv"}
 LIBRARY = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
 """Operations that are calls of the library, of doubles alone."""
-INTRINSICS = {ops.SQRT: "llvm.sqrt", OPS["abs"]: "llvm.fabs"}
+INTRINSICS = {ops.SQRT: "llvm.sqrt", OPS["abs"]: "llvm.fabs", OPS["floor"]: "llvm.floor"}
 _ORDERED = (
     "{r}.a = fcmp %s {t} {0}, {1}\n{r}.b = fcmp uno {t} {0}, {0}\n"
     "{r}.c = or {b} {r}.a, {r}.b\n{r} = select {b} {r}.c, {t} {0}, {t} {1}"

@@ -32,6 +32,7 @@ _FORMS = {
     **{op: f"np.{name}({', '.join(f'{{{k}}}' for k in range(op.arity))})" for op, name in _UFUNCS.items()},
     **ARITHMETIC,
     ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
+    OPS["floor"]: "np.floor({0})",
     ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
     ops.REGULAR: f"np.where(np.absolute({{0}}) > {ops.GONE!r} * {{1}}, {{0}}, np.nan)",
 }

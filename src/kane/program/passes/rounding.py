@@ -80,5 +80,6 @@ _PASSED_ON: dict[Op, Callable[[float, list[float], list[float]], float]] = {
     OPS["max"]: lambda z, args, errors: errors[args.index(z)],
     OPS["less"]: lambda z, args, errors: 0.0,
     OPS["sign"]: lambda z, args, errors: 0.0,
+    OPS["floor"]: lambda z, args, errors: 0.0,
 }
 """The error of z = op(args) where the table's derivative would take long or round nothing."""
