@@ -134,6 +134,8 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.coordinates, ("a b", "m"), {}),
     (kn.input, ("F", "N"), {}),
     (kn.where, (kn.less(Q1, 1), Q1, 1), {}),
+    (kn.mode_shapes, ("clamped-free", 2), {}),
+    (kn.tapered, (M, lambda xi: 1 - 0.5 * xi), {}),
     (kn.sin, (Q1,), {}),
     (kn.unit_of, (Q1,), {}),
 ]  # fmt: skip
