@@ -12,9 +12,11 @@ from kane.analysis.assemble import Assembled, assemble
 from kane.analysis.compare_methods import MethodComparison, compare_methods
 from kane.analysis.compare_speeds import SpeedComparison, SpeedSet, compare_speeds
 from kane.analysis.continuation import Branch, continuation
+from kane.analysis.impact import Impact, impact
 from kane.analysis.inverse import Inverse, inverse
 from kane.analysis.linear import Linear, Mode, SecondOrder
 from kane.analysis.linearize import Linearizer, linearize, linearizer
+from kane.analysis.modes import NormalModes, normal_modes
 from kane.analysis.point import OperatingPoint
 from kane.analysis.stability import Crossing
 from kane.analysis.state import Guess, guess
@@ -256,7 +258,8 @@ __all__ = [
     "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",
     "Guess",
     "signal", "Signal", "simulate", "Solution", "load_solution",
-    "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode", "trim",
+    "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode",
+    "normal_modes", "NormalModes", "impact", "Impact", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",
     "SpeedComparison", "SpeedSet", "compare_methods", "MethodComparison", "Formulation", "plot", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",

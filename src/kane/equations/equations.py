@@ -18,7 +18,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import formulation
-from kane.dynamics.readings import energy, programs
+from kane.dynamics.readings import energy, programs, rest
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.readings.steps import Step, seven_steps
@@ -188,6 +188,27 @@ class Equations(Energies, Immutable):
             redundant constraints leave the reaction undetermined
         """
         return reaction(self.solved, place, frame)
+
+    # Rest and steady motion --------------------------------------------------------------------------------------------
+
+    equilibrium_conditions = read[Exprs](
+        lambda e: rest.equilibrium_conditions(e.solved),
+        "F̃_r at rest, one for each independent speed: what vanishes in equilibrium (Kane & Levinson 1985, sec. 6.5).",
+    )
+
+    def steady_conditions(self, values: Mapping[Any, Any]) -> Exprs:
+        """F̃_r + F̃*_r at u̇ = 0, one for each independent speed: what vanishes in steady motion (Kane & Levinson 1985, sec. 6.6).
+
+        Parameters
+        ----------
+        values : of some coordinates and speeds, by symbol or name, numbers or expressions of parameters
+
+        Raises
+        ------
+        ValueMissingError
+            if a value is given for something else
+        """
+        return rest.steady_conditions(self.solved, values)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 

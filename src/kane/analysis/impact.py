@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`impact`: speeds after a collision, by generalized impulses and momenta (Kane & Levinson 1985, sec. 6.8 and 6.9).
+
+    M̃ Δu = J_nᵀ ν + J_tᵀ τ,    v_n′ = −e v_n,    |τ| ≤ μ ν and v_t′ = 0, or τ = −μ′ ν v_t′/|v_t′|
+
+v is the velocity of the point that strikes in that of what it strikes, v′ after the blow; the configuration does not change. J are the
+nonholonomic partial velocities, so that constraints hold on. What slips, slips the way that the impulse of friction opposes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.analysis.state import check_equations
+from kane.equations.equations import Equations
+from kane.errors import ArgumentError, SimulationError, cut
+from kane.expr.symbols import Speed
+from kane.model.directions import check_unit
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+_TURNS = 181
+"""Directions among which that of slip is looked for."""
+_STILL = 1e-12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Impact:
+    """What a blow does.
+
+    Attributes
+    ----------
+    u : the speeds after it, by speed, dependent ones too
+    impulse : on the point that strikes, along the inertial frame (3), in N s
+    normal : its part along the normal
+    slips : whether the points slip on each other after the blow
+    lost : the kinetic energy that is lost, in J
+    """
+
+    u: Mapping[Speed, float]
+    impulse: Array
+    normal: float
+    slips: bool
+    lost: float
+
+
+def impact(
+    eom: Equations,
+    point: Point,
+    normal: Vector,
+    *,
+    restitution: float,
+    friction: float | tuple[float, float] = 0.0,
+    other: Point | None = None,
+    q: Any,
+    u: Any,
+    parameters: Mapping[Any, float] | None = None,
+    t: float = 0.0,
+) -> Impact:
+    """The speeds after a collision of a particle of a body with another one, or with what is at rest.
+
+    Parameters
+    ----------
+    eom : Equations
+    point : the particle that strikes, made with `fixed_in`
+    normal : the unit vector across the surface, from what is struck to `point`
+    restitution : e, from 0 to 1: v_n′ = −e v_n
+    friction : μ, or (μ, μ′) of rest and of slip; 0 for smooth surfaces
+    other : the particle that is struck; none where that is at rest
+    q, u : the state before the blow; dependent speeds may be left out
+    parameters, t : as in `eom.evaluate`
+
+    Raises
+    ------
+    ArgumentError
+        if e is not from 0 to 1, or a coefficient of friction is negative
+    SimulationError
+        if the points do not approach, or no impulse along the normal changes their velocity
+    """
+    check_equations(eom)
+    check_unit(normal, "normal of the impact")
+    e, coefficients = _coefficients(restitution, friction)
+    state = {"q": q, "u": u, "parameters": parameters, "t": t}
+    speeds = eom.independent_speeds
+    before, axis, partials, mass = _numbers(eom, point, other, normal, state)
+    inverse = partials.T @ np.linalg.solve(mass, partials)
+    v_n, reach = float(axis @ before), float(axis @ inverse @ axis)
+    if not v_n < 0:
+        raise SimulationError(
+            f"Expected points that approach each other, got a velocity of {v_n:.6g} along the normal from the struck to the "
+            "striking one. Turn the normal, or there is no blow."
+        )
+    if not reach > _STILL * np.abs(inverse).max(initial=0.0):
+        raise SimulationError(
+            "Expected an impulse that moves the point along the normal, got a constraint that holds it there, and takes "
+            "the blow. Free the point, or strike elsewhere."
+        )
+    pushed, slips = _impulse(axis, before, inverse, e, coefficients)
+    change = np.linalg.solve(mass, partials @ pushed)
+    own = np.array(eom.evaluate(list(speeds), **state), dtype=float)
+    after = dict(zip(speeds, (own + change).tolist(), strict=True))
+    whole = eom.evaluate(list(eom.speeds), **(state | {"u": after}))
+    k, k_after = (float(eom.evaluate(eom.kinetic_energy, **(state | {"u": x}))) for x in (u, after))
+    values = dict(zip(eom.speeds, map(float, whole), strict=True))
+    return Impact(values, pushed, float(axis @ pushed), slips, k - k_after)
+
+
+def _coefficients(restitution: Any, friction: Any) -> tuple[float, tuple[float, float]]:
+    e = finite_number("coefficient", "restitution", restitution)
+    pair = friction if isinstance(friction, tuple) else (friction, friction)
+    mu = tuple(finite_number("coefficient", "friction", x) for x in pair)
+    if not 0 <= e <= 1 or len(mu) != 2 or min(mu) < 0:
+        raise ArgumentError(
+            f"Expected a coefficient of restitution from 0 to 1 and of friction from 0 on, one or two, got {cut(restitution)} and "
+            f"{cut(friction)}."
+        )
+    return e, (mu[0], mu[1])
+
+
+def _numbers(
+    eom: Equations, point: Any, other: Any, normal: Vector, state: dict[str, Any]
+) -> tuple[Array, Array, Array, Array]:
+    """The relative velocity, the normal, partial velocities (speeds × 3) and M̃."""
+    frame, speeds = eom.system.inertial, eom.independent_speeds
+    known = eom.solved.nonholonomic.kinematics
+    for p in (point, other):
+        if not isinstance(p, Point) and p is not None:
+            raise ArgumentError(f"Expected a point that strikes, got {cut(repr(p))}. Make one with body.fixed_in(…).")
+    motions = [known.point(p).partials for p in (point, other) if p is not None]
+    rows = []
+    for r in speeds:
+        v = motions[0].get(r, Vector())
+        rows.append(v - motions[1].get(r, Vector()) if other is not None else v)
+    velocity = point.velocity(frame) - (other.velocity(frame) if other is not None else Vector())
+    before, axis, *partials = eom.evaluate([velocity, normal, *rows], **state)
+    mass = eom.evaluate(eom.mass_matrix_nh if eom.dependent_speeds else eom.mass_matrix, **state)
+    table = np.array(partials, dtype=float).reshape(len(speeds), 3)
+    return np.asarray(before), np.asarray(axis), table, np.asarray(mass)
+
+
+def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[float, float]) -> tuple[Array, bool]:
+    """The impulse, and whether there is slip after it."""
+    across = np.linalg.svd(n[None, :])[2][1:]
+    axes = np.vstack([n, across])
+    felt = axes @ inverse @ axes.T
+    v = axes @ before
+    wanted = np.array([-(1 + e) * v[0], -v[1], -v[2]])
+    stuck = np.linalg.lstsq(felt, wanted, rcond=1e-12)[0]
+    size = np.abs(stuck).max(initial=0.0)
+    holds = np.abs(felt @ stuck - wanted).max() <= 1e-9 * np.abs(wanted).max()
+    if holds and np.hypot(*stuck[1:]) <= friction[0] * stuck[0] + _STILL * size:
+        return np.asarray(stuck @ axes), False
+
+    def blow(angle: float) -> tuple[Array, Array]:
+        along = np.array([1.0, -friction[1] * np.cos(angle), -friction[1] * np.sin(angle)])
+        own = wanted[0] / (felt[0] @ along) * along
+        return own, v + felt @ own
+
+    def turned(angle: float) -> float:
+        slip = blow(angle)[1]
+        return float(slip[2] * np.cos(angle) - slip[1] * np.sin(angle))
+
+    if friction[1] == 0:
+        return np.asarray(blow(0.0)[0] @ axes), True
+    from scipy.optimize import brentq  # takes its time to import
+
+    angles = np.linspace(-np.pi, np.pi, _TURNS)
+    values = np.array([turned(a) for a in angles])
+    for k in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:])):
+        angle = float(brentq(turned, angles[k], angles[k + 1], xtol=1e-15))
+        own, after = blow(angle)
+        if after[1] * np.cos(angle) + after[2] * np.sin(angle) >= 0 and own[0] >= 0:
+            return np.asarray(own @ axes), True
+    raise SimulationError(
+        "Expected slip that the impulse of friction opposes, got none in any direction, and sticking would take more friction than "
+        "there is: the two coefficients do not fit together. Give one coefficient."
+    )
