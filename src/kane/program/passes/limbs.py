@@ -6,11 +6,12 @@ the same but for signs and for what they read. Starting from results that are al
 that limbs share stay single, and enter in every lane. Signs are those of lanes: a − b beside a + b is a + (∓b).
 """
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from kane.expr.ops import ADD, COS, DIV, MUL, NEG, REGULAR, SIN, SQRT, SUB, Op
+from kane.expr.ops import ADD, COS, DIV, MUL, NEG, REGULAR, SIN, SQRT, SUB
+from kane.program.passes.alike import Alike
 from kane.program.program import Code, Operand, Pack, Routine
 
 MOST = 8
@@ -19,6 +20,8 @@ _LEAST = 400
 """Instructions of a routine from which on limbs are looked for."""
 _SHARE = 0.6
 """Of a routine's instructions, how many have to be in lanes."""
+_FAR = 100
+"""How many values are looked at for the lane of one."""
 _OPS = {ADD, SUB, MUL, DIV, SQRT, SIN, COS, REGULAR}
 
 
@@ -32,7 +35,7 @@ def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
     body = [i for i in code.below(set(routine.results), True) if code.ops[i - code.first] is not NEG]
     if len(body) < _LEAST:
         return ()
-    alike = _Alike(code)
+    alike = Alike(code)
     own = {alike.plain(i).value for i in routine.results}.intersection(body)
     counts = Counter(n for n in Counter(alike.form[i] for i in own).values() if 2 <= n <= MOST)
     often = Counter(Counter(alike.form[i] for i in body).values())
@@ -43,11 +46,32 @@ def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
     return best if _laid(best) >= _SHARE * len(body) else ()
 
 
-def _from_results(alike: "_Alike", body: Sequence[int], results: Sequence[int], limbs: int) -> tuple[Pack, ...]:
-    search = _Search(alike, set(body))
-    search.from_values(results, limbs)
-    search.from_values(reversed(body), limbs)
+def _from_results(alike: Alike, body: Sequence[int], results: Sequence[int], limbs: int) -> tuple[Pack, ...]:
+    search = _Search(alike, set(body), limbs)
+    search.from_values(results)
+    search.from_values(reversed(body))
+    for terms in _sums(alike, body):
+        search.from_values(terms)
     return tuple(search.packs)
+
+
+def _sums(alike: Alike, body: Sequence[int]) -> Iterator[list[int]]:
+    """The terms of each sum of more than two: where limbs come together, each has one."""
+    inside, inner = set(body), set[int]()
+    counts = Counter(x.value for i in body for x in alike.reads(i))
+    for i in reversed(body):
+        if alike.op(i) is not ADD or i in inner:
+            continue
+        terms, waiting = list[int](), [i]
+        while waiting:
+            for x in alike.reads(waiting.pop()):
+                if x.value in inside and counts[x.value] == 1 and alike.op(x.value) is ADD:
+                    inner.add(x.value)
+                    waiting.append(x.value)
+                elif x.value in inside:
+                    terms.append(x.value)
+        if len(terms) > 2:
+            yield terms
 
 
 def _laid(packs: Sequence[Pack]) -> int:
@@ -55,96 +79,127 @@ def _laid(packs: Sequence[Pack]) -> int:
     return sum(len(p.values) for p in packs)
 
 
-class _Alike:
-    """The form of each value: what it computes, whatever the signs and the inputs; 0 of inputs, 1 of constants."""
-
-    def __init__(self, code: Code) -> None:
-        self.code = code
-        known: dict[tuple[Op | int, ...], int] = {}
-        inputs = len(code.inputs)
-        self.form = [0] * inputs + [1] * (code.first - inputs)
-        for k, (op, reads) in enumerate(zip(code.ops, code.args, strict=True)):
-            if not code.varies[code.first + k]:
-                self.form.append(0)
-                continue
-            forms = [self.form[a] for a in reads]
-            if op is NEG:
-                self.form.append(forms[0])
-                continue
-            if op is ADD or op is SUB or op is MUL:
-                forms.sort()
-            self.form.append(known.setdefault((ADD if op is SUB else op, *forms), len(known) + 2))
-
-    def plain(self, i: int) -> Operand:
-        """A value without signs before it, and its sign."""
-        sign, code = 1, self.code
-        while i >= code.first and code.ops[i - code.first] is NEG:
-            i, sign = code.args[i - code.first][0], -sign
-        return Operand(i, sign)
-
-    def op(self, i: int) -> Op:
-        """The operation of an instruction, sums for differences."""
-        op = self.code.ops[i - self.code.first]
-        return ADD if op is SUB else op
-
-    def reads(self, i: int) -> list[Operand]:
-        """What an instruction reads, the sign of a difference with what is taken away."""
-        own = [self.plain(a) for a in self.code.args[i - self.code.first]]
-        if self.code.ops[i - self.code.first] is SUB:
-            own[1] = own[1]._replace(sign=-own[1].sign)
-        return own
-
-
 @dataclass
 class _Search:
-    alike: _Alike
-    body: set[int]
-    packs: list[Pack] = field(default_factory=list)
-    placed: set[int] = field(default_factory=set)
+    """The packs so far, and the `lane` of each value in them; `twins` say of each limb which value stands for which of the first one.
 
-    def from_values(self, values: Sequence[int] | Iterator[int], limbs: int) -> None:
+    Arguments of a sum or product that are alike may stand in any order: what is known of them decides, and waits until it is known.
+    """
+
+    alike: Alike
+    body: set[int]
+    limbs: int
+    packs: list[Pack] = field(default_factory=list)
+    lane: dict[int, int] = field(default_factory=dict)
+    twins: list[dict[int, int]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.twins = [{} for _ in range(self.limbs)]
+
+    def from_values(self, values: Sequence[int] | Iterator[int]) -> None:
         """Packs of those of the values that are alike, as many as there are limbs, and of what they read."""
         kinds: dict[int, dict[int, None]] = {}
         for i in values:
             plain = self.alike.plain(i).value
-            if plain in self.body and plain not in self.placed:
+            if plain in self.body and plain not in self.lane:
                 kinds.setdefault(self.alike.form[plain], {})[plain] = None
         for own in kinds.values():
-            if len(own) == limbs:
-                self._matched(tuple(sorted(own)))
+            if len(own) == self.limbs:
+                self._matched(self._in_lanes(sorted(own)))
+
+    def _in_lanes(self, values: list[int]) -> tuple[int, ...]:
+        """Values in the lanes of what they are made of, as far as that is placed."""
+        lanes = [self._lane(i) for i in values]
+        if None in lanes or len(set(lanes)) < len(lanes):
+            return tuple(values)
+        return tuple(i for _, i in sorted(zip(lanes, values, strict=True)))
+
+    def _lane(self, value: int) -> int | None:
+        """The lane of what it reads first that is placed."""
+        waiting = deque([value])
+        for _ in range(_FAR):
+            if not waiting:
+                break
+            i = waiting.popleft()
+            if i in self.lane:
+                return self.lane[i]
+            if i in self.body:
+                waiting += [x.value for x in self.alike.reads(i)]
+        return None
 
     def _matched(self, seed: tuple[int, ...]) -> None:
-        waiting = [seed]
-        while waiting:
-            values = waiting.pop()
+        waiting, later = [seed], deque[tuple[int, ...]]()
+        idle = 0
+        while waiting or later:
+            values = waiting.pop() if waiting else later.popleft()
             if not self._suits(values):
                 continue
-            lanes = [self.alike.reads(i) for i in values]
-            if self.alike.op(values[0]) in (ADD, MUL):
-                lanes = [lanes[0], *(self._ordered(lanes[0], own) for own in lanes[1:])]
+            lanes = self._lanes(values, idle > len(later))
+            if lanes is None:
+                later.append(values)
+                idle += 1
+                continue
+            idle = 0
             operands = tuple(zip(*lanes, strict=True))
             self.packs.append(Pack(self.alike.op(values[0]), values, operands))
-            self.placed.update(values)
-            waiting += [tuple(x.value for x in operand) for operand in operands]
+            self.lane.update((i, k) for k, i in enumerate(values))
+            below = [tuple(x.value for x in operand) for operand in operands]
+            for known in (values, *below):
+                for twin, i in zip(self.twins, known, strict=True):
+                    twin.setdefault(known[0], i)
+            waiting += below
 
     def _suits(self, values: tuple[int, ...]) -> bool:
         new = set(values)
         return (
             len(new) == len(values)
             and new <= self.body
-            and self.placed.isdisjoint(new)
+            and self.lane.keys().isdisjoint(new)
             and len({self.alike.form[i] for i in values}) == 1
             and self.alike.op(values[0]) in _OPS
         )
 
-    def _ordered(self, first: list[Operand], own: list[Operand]) -> list[Operand]:
-        """The two arguments of a sum or product in the order in which those of the first limb stand."""
-        form = self.alike.form
+    def _lanes(self, values: tuple[int, ...], at_last: bool) -> list[list[Operand]] | None:
+        """What each lane reads, in the order of the first; None where that is not known yet and need not be decided."""
+        lanes = [self.alike.reads(i) for i in values]
+        if self.alike.op(values[0]) not in (ADD, MUL):
+            return lanes
+        kept = [self._in_order(lanes[0], own, twin) for own, twin in zip(lanes, self.twins, strict=True)]
+        if None in kept and not at_last:
+            return None
+        kept = [self._by_place(lanes[0], own) if k is None else k for k, own in zip(kept, lanes, strict=True)]
+        return [own if k else own[::-1] for k, own in zip(kept, lanes, strict=True)]
+
+    def _in_order(self, first: list[Operand], own: list[Operand], twin: dict[int, int]) -> bool | None:
+        """Whether the two arguments stand as those of the first limb do; None where nothing tells."""
         (a, b), (x, y) = (o.value for o in first), (o.value for o in own)
-        if form[a] != form[b]:
-            keep = form[a] == form[x]
-        elif a in (x, y) or b in (x, y):
-            keep = a == x or b == y
-        else:
-            keep = (a < b) == (x < y)
-        return own if keep else own[::-1]
+        if self.alike.form[a] != self.alike.form[b]:
+            return self.alike.form[a] == self.alike.form[x]
+        p, q = twin.get(a), twin.get(b)
+        if p in (x, y) or q in (x, y):
+            return p == x or q == y
+        if a in (x, y) or b in (x, y):
+            return a == x or b == y
+        for form in (self.alike.fine, self.alike.uses):
+            if form[a] != form[b] and {form[a], form[b]} == {form[x], form[y]}:
+                return form[a] == form[x]
+        straight = self._shared(a, x, twin) + self._shared(b, y, twin)
+        crossed = self._shared(a, y, twin) + self._shared(b, x, twin)
+        return None if straight == crossed else straight > crossed
+
+    def _shared(self, a: int, x: int, twin: dict[int, int], deep: int = 2) -> int:
+        """How much of what a reads is known to stand for what x reads."""
+        first = self.alike.code.first
+        if twin.get(a) == x or a == x:
+            return 1
+        if not deep or a < first or x < first:
+            return 0
+        others = [o.value for o in self.alike.reads(x)]
+        return sum(
+            max((self._shared(o.value, y, twin, deep - 1) for y in others), default=0) for o in self.alike.reads(a)
+        )
+
+    def _by_place(self, first: list[Operand], own: list[Operand]) -> bool:
+        """The same by the order in which they are computed."""
+        (a, b), (x, y) = (o.value for o in first), (o.value for o in own)
+        return (a < b) == (x < y)

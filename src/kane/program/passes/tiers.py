@@ -26,18 +26,19 @@ def assembled(code: Code) -> Program:
         orders = (tuple(body), _larger_first(code, body, routine.results))
         routines.append(replace(routine, body=min(orders, key=lambda order: live_ranges(code, order))))
     hoisted = tuple(code.below(read, False))
-    kept = _side_by_side(routines, [i for i in hoisted if i in read])
+    kept = _side_by_side(code, routines, [i for i in hoisted if i in read])
     parts = (code.name, code.subject, code.ports, code.constants, code.ops, args)
     return verified(Program(*parts, tuple(routines), hoisted, kept, notes=code.notes), "tiers")
 
 
-def _side_by_side(routines: Sequence[Routine], kept: Sequence[int]) -> tuple[int, ...]:
-    """`kept` with those together that limbs read at a time, which are one vector then."""
-    own, order = set(kept), dict[int, None]()
+def _side_by_side(code: Code, routines: Sequence[Routine], kept: Sequence[int]) -> tuple[int, ...]:
+    """`kept` with those together that limbs read at a time, which are one vector then, and parameters among them as they are."""
+    given = [port.hoisted for port in code.ports for _ in port.symbols]
+    own, order = {*kept, *(i for i, hoisted in enumerate(given) if hoisted)}, dict[int, None]()
     for pack in (p for r in routines for p in r.packs):
         for operand in pack.operands:
             values = [x.value for x in operand]
-            if own.issuperset(values) and order.keys().isdisjoint(values):
+            if own.issuperset(values) and order.keys().isdisjoint(values) and len(set(values)) == len(values):
                 order.update(dict.fromkeys(values))
     return tuple(order | dict.fromkeys(kept))
 
