@@ -36,8 +36,8 @@ def up_to(t: float) -> float:
 
 
 def on_from(t: float) -> float:
-    """The beginning of the step that leads on from there."""
-    return t + 2 * _ULPS * math.ulp(t)
+    """The beginning of the step that leads on from there, beyond the breakpoint: below a power of two numbers are twice as close."""
+    return t + 4 * _ULPS * math.ulp(t)
 
 
 def in_loads(eom: Equations, parameters: Mapping[Expr, Any], span: Span) -> tuple[float, ...]:

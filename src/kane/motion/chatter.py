@@ -9,19 +9,22 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from kane.equations.equations import Equations
 from kane.errors import cut
+from kane.expr.build import neg
 from kane.expr.evaluate import evaluate
+from kane.expr.node import Expr
 from kane.motion.routines import Routines
-from kane.motion.switches import switches
+from kane.motion.switches import Switch, switches
 from kane.numeric.arrays import Array
 
 RECENT = 200
 """Steps that are looked back on."""
-_HELD = 1e-5
+HELD = 1e-5
 """Share of the span that so many steps must lead on, at least, where a switch turns to and fro."""
 _TURNS = 2
 _NEAR = 1e-6
@@ -56,7 +59,7 @@ class Pace:
         if steps % RECENT or len(self.states) <= RECENT:
             return ""
         t = self.states[-1][0]
-        if t - self.states[0][0] < _HELD * self.length:
+        if t - self.states[0][0] < HELD * self.length:
             told = chattering(now, self)
             if told:
                 return f"the motion does not get on beyond t = {t:.6g}, {RECENT} steps led on by {t - self.states[0][0]:.1e} s: {told}"
@@ -96,9 +99,19 @@ def chattering(now: Routines, pace: Pace) -> str:
     near = size[-1] <= _NEAR * np.maximum(size.max(axis=0), np.finfo(float).tiny)
     for s, count, at in zip(found, turns, near, strict=True):
         if count >= _TURNS or at:
-            return (
-                f"{cut(s.text, 80)} in the {s.load} turns to and fro, as {cut(s.quantity)} comes to zero again and again. Declare "
-                f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} with a small eps in its place and choose "
-                'method="Radau"'
-            )
+            return _told(s)
     return ""
+
+
+def standing(eom: Equations, quantities: Sequence[Expr]) -> str:
+    """What is said of a load that stands at a switch of one of some quantities."""
+    found = [s for s in switches(eom) if s.jumps]
+    return _told(next((s for s in found for c in quantities if c is s.quantity or c is neg(s.quantity)), found[0]))
+
+
+def _told(s: Switch) -> str:
+    return (
+        f"{cut(s.text, 80)} in the {s.load} turns to and fro, as {cut(s.quantity)} comes to zero again and again. Declare "
+        f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} with a small eps in its place and choose "
+        'method="Radau"'
+    )

@@ -12,9 +12,9 @@ from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.motion.bounds import DEGREE as PARTS
+from kane.motion.routines import Routines
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.gauss import STAGES
-from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.program.native.entry import aligned, hoisted, wide_entry
 
@@ -34,10 +34,10 @@ def by_kind(eom: Equations) -> dict[str, Array | int]:
     return {**arrays, "pair_count": len(pairs), "free_count": len(free)}
 
 
-def watching(stepper: Stepper, t: float, y: Array) -> Given:
-    """What tells of events: their routine, their quantities at the start, their thresholds."""
-    now, events = stepper.now, stepper.eom.events
-    room = {"values": aligned((len(events) + 2) * PARTS)}
+def watching(now: Routines, t: float, y: Array, switches: int = 0) -> Given:
+    """What tells of events, and of so many switches behind them: their routine, their quantities at the start, their thresholds."""
+    events, none = now.eom.events, [0.0] * switches
+    room = {"values": aligned((len(events) + switches + 2) * PARTS)}
     if now.events is None:
         empty = ("hw", "seen", "largest", "least", "shares", "pivots")
         return {"watch": wide_entry(now.rates, PARTS), "events": 0, **{name: np.zeros(1) for name in empty}, **room}
@@ -45,13 +45,13 @@ def watching(stepper: Stepper, t: float, y: Array) -> Given:
     shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events])
     return {
         "watch": wide_entry(now.events, PARTS),
-        "events": len(events),
+        "events": len(events) + switches,
         "hw": hoisted(now.events, t, y[: now.width], now.p, now.inputs(t)),
         "seen": seen,
         "largest": np.nan_to_num(np.abs(seen)),
-        "least": np.where(shared, 0.0, [e.threshold for e in events]),
-        "shares": np.where(shared, SLIPS, 0.0),
-        "pivots": np.array([float(isinstance(e, KinematicsEnd)) for e in events]),
+        "least": np.array([*np.where(shared, 0.0, [e.threshold for e in events]), *none]),
+        "shares": np.array([*np.where(shared, SLIPS, 0.0), *none]),
+        "pivots": np.array([*(float(isinstance(e, KinematicsEnd)) for e in events), *none]),
         **room,
     }
 

@@ -9,13 +9,14 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from kane.errors import SimulationError
+from kane.expr.node import postorder
 from kane.motion.drives import constant
 from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
+from kane.motion.regimes import jumps, quantities, rates_on, unfit
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import STEPPED
 from kane.motion.steps import Stepper
-from kane.motion.switches import switches
 from kane.program.emit.llvm_forms import LIBRARY
 from kane.program.native.machine_code import target
 
@@ -35,7 +36,8 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
         lambda stepper, drives, by: bool(unheld(stepper)),
         "constraints bend or lose rank, or W has poles that the motion has not",
     ),
-    (lambda stepper, drives, by: bool(switches(stepper.eom)), "loads switch"),
+    (lambda stepper, drives, by: jumps(stepper.eom) and not by.watches, "loads jump"),
+    (lambda stepper, drives, by: unfit(stepper.eom), "loads jump beside tables or choices of pivots"),
     (lambda stepper, drives, by: _asked(drives) and not by.driven, "inputs are functions of time"),
     (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
 )
@@ -74,7 +76,11 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float
 
 def _native(stepper: Stepper, drives: Sequence[Any]) -> str:
     rates, settings = stepper.now.rates, stepper.now.rates.settings
-    narrow = any(rates.program.op(i) in _NOT_WIDE for i in rates.routine.body)
+    if jumps(stepper.eom):
+        roots = rates_on(stepper.eom, *[1] * len(quantities(stepper.eom))).task.roots
+        narrow = any(node.op in _NOT_WIDE for node in postorder(roots))
+    else:
+        narrow = any(rates.program.op(i) in _NOT_WIDE for i in rates.routine.body)
     narrow |= _asked(drives) or any(isinstance(f, Formula) and not f.smooth for f in drives)
     return _NARROW if narrow or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
 

@@ -5,25 +5,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from kane.expr.node import as_expr
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import on_from, up_to
-from kane.motion.chatter import Pace
-from kane.motion.collocated import Given, after, by_kind, watching
-from kane.motion.drives import constant
-from kane.motion.formulas import Formula, driving
+from kane.motion.chatter import HELD, RECENT, Pace, chattering, standing
+from kane.motion.collocated import after
+from kane.motion.first_step import first_step
+from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import interpolant
 from kane.motion.met import crossings, thresholds, vanishing
+from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, not_held
 from kane.motion.steps import Stepper
+from kane.motion.switches import switches
 from kane.numeric.arrays import Array
-from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import Hook, aligned, entry, hoisted, wide_entry
 from kane.program.native.machine import Settings
 
 _AT_ONCE = 1000
@@ -44,85 +43,34 @@ class NativeCourse:
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
         self.marks = np.zeros(len(self.times))
         self.kernel = compiled(method.name, stepper.now.settings or Settings(), stepper.manifold is not None)
-        self.hooks: list[Hook] = []
         self.stepped: Course | None = None
-        self.passed = False
+        self.passed = self.for_good = False
         self.handed = (0, 0)
+        self.switching = bool(switches(stepper.eom))
         self._take_up(span[0])
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
-        self.hooks.clear()
-        self.holding = Holding(self.stepper, t, self.y) if self.stepper.manifold else None
-        self.given = self._given(t)
+        self.regimes = Regimes(self.stepper, t, self.y) if jumps(self.stepper.eom) else None
+        self._call_anew(t)
+
+    def _call_anew(self, t: float) -> None:
+        """The kernel goes on from the state at hand by other equations than before."""
+        stepper, regimes = self.stepper, self.regimes
+        self.now = stepper.now if regimes is None else regimes.routines(stepper)
+        count = 0 if regimes is None else len(regimes.sides)
+        self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
+        self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
+        if regimes is not None:
+            self.given["seen"][[len(stepper.eom.events) + k for k in regimes.fresh]] = 0.0
+        self.holding = Holding(stepper, t, self.y) if stepper.manifold else None
         if self.holding is not None:
-            self.given |= (
-                self.holding.given | {"held_marks": self.marks} | self._held_drive(self.holding.given["held_r"])
-            )
+            self.arguments.held(self.holding.given, self.marks)
+            self.given |= self.arguments.given
             self.holding.begin(self.s)
         self.looked = False
+        self.landing: tuple[int, ...] = ()
         self._begin(t)
-
-    def _given(self, t: float) -> Given:
-        """What the kernel is called with."""
-        now, y, integrator = self.stepper.now, self.y, INTEGRATORS[self.method.name]
-        r, work = now.inputs(t), aligned(integrator.work(len(self.y)))
-        h = hoisted(now.rates, t, y[: now.width], now.p, r)
-        arrays: Given = {
-            "s": self.s,
-            "y": y,
-            "lag": np.zeros_like(y),
-            "work": work,
-            "p": now.p.copy(),
-            "h": h,
-        }
-        samples: Given = {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        given: Given = {"n": len(y), **arrays, **samples, **self._driving(t)}
-        if integrator.width == 1:
-            return {**given, "rhs": entry(now.rates)}
-        wide: Given = {
-            "rhs": wide_entry(now.rates, integrator.width),
-            "r": np.repeat(np.append(r, 0.0), integrator.width),
-        }
-        return {**given, **wide, **by_kind(self.stepper.eom), **watching(self.stepper, t, y)}
-
-    def _driving(self, t: float) -> Given:
-        """r, and what gives it where an input is a function of time."""
-        now, width = self.stepper.now, INTEGRATORS[self.method.name].width
-        r = np.repeat(np.append(now.inputs(t), 0.0), width)
-        if all(constant(f) is not None for f in now.drives):
-            return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
-        given = self._formulas()
-        if given is None:
-            return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self._hook(r)}
-        h = hoisted(given, t, self.y[: now.width], now.p, r[: len(now.drives)])
-        return {"r": r, "driven": 1, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
-
-    def _held_drive(self, r: Array) -> Given:
-        """What gives the inputs at one state of the constraints."""
-        given = self._formulas()
-        if self.given["driven"] and given is None:
-            return {"held_drive": self._hook(r)}
-        return {"held_drive": entry(given or self.stepper.now.rates)}
-
-    def _formulas(self) -> CompiledRoutine | None:
-        """The inputs as a routine, where all are expressions."""
-        now = self.stepper.now
-        if not all(constant(f) is not None or isinstance(f, Formula) for f in now.drives):
-            return None
-        values = [f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f in now.drives]
-        return self.stepper.eom.numeric(now.settings).routine(driving, *values).flat
-
-    def _hook(self, r: Array) -> Hook:
-        """What asks Python for the inputs and writes them to r."""
-        now = self.stepper.now
-
-        def drive(t: float) -> None:
-            r[:-1] = np.nan
-            r[:-1] = now.inputs(min(t, float(self.s[At.END])))  # rounding may lead beyond the end
-
-        self.hooks.append(Hook(drive))
-        return self.hooks[-1]
 
     def _begin(self, t: float) -> None:
         """From t on, up to just before the next breakpoint, as rates may jump there."""
@@ -136,19 +84,12 @@ class NativeCourse:
             self.s[place] = value
 
     def _first_step(self, t: float, end: float) -> float:
-        """A step over which an Euler step and the change of rates are small: Hairer, Nørsett & Wanner, sec. II.4."""
-        order = INTEGRATORS[self.method.name].order
-        if INTEGRATORS[self.method.name].fixed:
-            return self.method.max_step
-        scale = self.method.atol + np.abs(self.y) * self.method.rtol
-        rate = self.stepper.rate(t, self.y)
-        size, speed = np.abs(self.y / scale).max(), np.abs(rate / scale).max()
-        tried = min(0.01 * size / speed if min(size, speed) > 1e-5 else 1e-6, end - t)
-        change = np.abs((self.stepper.rate(t + tried, self.y + tried * rate) - rate) / scale).max() / tried
+        integrator, method = INTEGRATORS[self.method.name], self.method
+        if integrator.fixed:
+            return method.max_step
         self.s[At.RATES] += 2
-        most = max(speed, change)
-        step = (0.01 / most) ** (1 / order) if most > 1e-15 else max(1e-6, tried * 1e-3)
-        return float(min(100 * tried, step, end - t)) if np.isfinite(step) else tried
+        rate = self.stepper.rate if self.regimes is None else self.now.rate
+        return first_step(rate, integrator.order, (method.rtol, method.atol), t, self.y, end)
 
     @property
     def name(self) -> str:
@@ -178,15 +119,19 @@ class NativeCourse:
         late = self.pace.late(float(self.s[At.TIME])) or self.pace.crawls(float(self.s[At.TIME]), self.steps)
         if late:
             return self._stopped(late)
-        limit = 1 if self.looked else min(_AT_ONCE, self.method.max_steps - self.steps)
-        back = Back(self.kernel(self.given | {"limit": limit}))
-        for hook in self.hooks:
-            if hook.raised is not None:
-                raise hook.raised
+        limit = min(1 if self.looked else _AT_ONCE, self.method.max_steps - self.steps)
+        before = float(self.s[At.TIME])
+        back = Back(self.kernel(self.given | {"limit": min(limit, RECENT) if self.switching else limit}))
+        self.arguments.check()
         self._collect()
+        if self.regimes is not None and float(self.s[At.TIME]) > before:
+            self.regimes.gone_on()
         if back is Back.LOOK:
             return self._doubt() if self.s[At.HELD] else self._look()
         changed = self.looked and self._settled()
+        told = self._stalled(back, before)
+        if told:
+            return self._stopped(told)
         if back in (Back.UNDERFLOW, Back.NOT_FINITE):
             if self.holding is None:
                 return self._stopped(self._why(back))
@@ -200,11 +145,24 @@ class NativeCourse:
         t = on_from(float(self.s[At.END])) if back is Back.END else float(self.s[At.TIME])
         if changed and unheld(self.stepper):
             self._hand_over(t)
-        elif changed:
+        elif self.landing and self.regimes is not None and not changed and back is Back.END:
+            self.regimes.turn(self.landing)
+            self._call_anew(float(self.s[At.END]))
+        elif changed or (back is Back.END and self.regimes is not None):
             self._take_up(t)
         elif back is Back.END:
             self._begin(t)
         return None
+
+    def _stalled(self, back: Back, before: float) -> str:
+        """That a motion stands at a switch of a load, in words; "" where it does not."""
+        t = float(self.s[At.TIME])
+        if not self.switching or back is Back.LOOK:
+            return ""
+        self.pace.note(t, self.y.copy())
+        held = back is Back.LIMIT and t - before < HELD * (self.span[1] - self.span[0])
+        told = chattering(self.stepper.now, self.pace) if held or back in (Back.UNDERFLOW, Back.NOT_FINITE) else ""
+        return f"the motion does not get on beyond t = {t:.6g}: {told}" if told else ""
 
     def _collect(self) -> None:
         """The samples that were taken."""
@@ -241,7 +199,7 @@ class NativeCourse:
         if verdict is Verdict.MISSED:
             return self._stopped(not_held(stepper, start, self.y.copy(), self.span, told))
         self.looked, s[At.LOOKED] = True, 1.0
-        return self._look() if stepper.eom.events else None
+        return self._look() if self.given.get("events") else None
 
     def _settled(self) -> bool:
         """After a step that Python has looked at: whether other dependent speeds are stepped from there on, or rank is lost."""
@@ -266,7 +224,7 @@ class NativeCourse:
     def _step_by_scipy(self, course: Course) -> End | None:
         """One of SciPy's steps; machine code goes on where constraints are regular again."""
         end = course.advance()
-        if end is not None or not course.clear or unheld(self.stepper):
+        if end is not None or self.for_good or not course.clear or unheld(self.stepper):
             return end
         t, y = float(course.solver.t), course.solver.y
         if not regular(self.stepper, self.stepper.keep(t, y)[1]):
@@ -280,20 +238,28 @@ class NativeCourse:
 
     def _look(self) -> End | None:
         """The events of the step that is taken next, up to one that ends the motion; without such a one it is gone on from."""
-        s, now, events = self.s, self.stepper.now, self.stepper.eom.events
+        s, now, events = self.s, self.now, self.stepper.eom.events
         start, h = float(s[At.TIME]), self._next()
         dense = interpolant(self.method.name, self.given, h, start)
         times = start + h * np.array(SHARES)
         states = dense(times[1:])
         if self.holding is not None:
             states[-1] = after(self.given)
-        values = np.vstack([self.given["seen"][: len(events)], now.watch_all(times[1:], states)])
-        sizes = np.fmax(self.given["largest"][: len(events)], np.abs(values).max(axis=0))
+        count = int(self.given["events"])
+        values = np.vstack([self.given["seen"][:count], now.watch_all(times[1:], states)])
+        sizes = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
 
         def one(t: float) -> Array:
             state: Array = dense(np.array([t]))[0]
             return state
 
+        if self.regimes is not None:
+            turn = self.regimes.look(now, one, start, h, values[:, len(events) :])
+            if turn.what not in (Turns.NOT, Turns.AT_END) or (turn.what is Turns.AT_END and start + h < s[At.END]):
+                return self._turned(turn, start, h)
+            # what was aimed at is met there, though rounding leaves it on this side
+            self.landing = self.landing or turn.which
+        values = values[:, : len(events)]
         met = crossings(events, now.watch, one, times, values, thresholds(events, sizes))
         met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
         s[At.LOOKED] = 1.0
@@ -305,6 +271,26 @@ class NativeCourse:
                     self._sample(float(at), one(float(at)), doubtful=True)
                 s[At.STEPS] += 1
                 return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
+        return None
+
+    def _turned(self, turn: Turn, start: float, h: float) -> End | None:
+        """A step in which a switch turns is taken again: up to there, shorter, or on the side to which the motion comes back."""
+        regimes = self.regimes
+        assert regimes is not None
+        if turn.what in (Turns.BEFORE, Turns.AT_END):
+            self.s[At.END] = turn.t if turn.what is Turns.BEFORE else start + h
+            self.landing = turn.which
+        elif turn.what is Turns.SOON:
+            self.s[At.STEP] = SOON * h
+        elif turn.what is Turns.STILL or (start == self.span[0] and regimes.tried.issuperset(turn.which)):
+            self._hand_over(start)
+            self.for_good = True
+        elif regimes.tried.issuperset(turn.which):
+            told = standing(self.stepper.eom, [quantities(self.stepper.eom)[k] for k in turn.which])
+            return self._stopped(f"the motion does not get on beyond t = {start:.6g}: {told}")
+        else:
+            regimes.turn(turn.which, tried=True)
+            self._call_anew(start)
         return None
 
     def _next(self) -> float:

@@ -62,7 +62,7 @@ def test_a_look_at_events_gives_the_same_bits(tmp_path):
     eom = spring(lambda q: [kn.Event("up", q - 0.5), kn.Event("low", q.dt + 0.9, terminal=False)])
     given, routine = arguments(eom, EXACT, "gauss16", [1.0, 0.1], 9.0, 0.4, 1e-9)
     stepper = Stepper(eom, np.zeros(0), (), EXACT)
-    told = watching(stepper, 0.0, np.array([1.0, 0.1, 0.0]))
+    told = watching(stepper.now, 0.0, np.array([1.0, 0.1, 0.0]))
     code, watch = told.pop("watch"), stepper.now.events
 
     def look(t, x, p, r, h, out):

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a kernel is called with: the state, the right-hand side, inputs, samples."""
+
+import numpy as np
+
+from kane.expr.node import as_expr
+from kane.motion.collocated import Given, by_kind, watching
+from kane.motion.drives import constant
+from kane.motion.formulas import Formula, driving
+from kane.motion.routines import Routines
+from kane.motion.steppers.outline import At
+from kane.motion.steppers.table import INTEGRATORS
+from kane.numeric.arrays import Array
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.entry import Hook, aligned, entry, hoisted, wide_entry
+
+
+class Arguments:
+    """The arguments by name, as `given`, and the `hooks` through which Python is asked for inputs.
+
+    `now` are the equations from time t on, s, y and `lag` what a kernel reads and writes; of `switches` quantities stand behind the
+    events' ones.
+    """
+
+    def __init__(self, name: str, now: Routines, t: float, s: Array, y: Array, switches: int = 0) -> None:
+        self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
+        self.hooks: list[Hook] = []
+        work, r = aligned(self.integrator.work(len(y))), now.inputs(t)
+        h = hoisted(now.rates, t, y[: now.width], now.p, r)
+        self.given: Given = {
+            "n": len(y),
+            "s": s,
+            "y": y,
+            "lag": np.zeros_like(y),
+            "work": work,
+            "p": now.p.copy(),
+            "h": h,
+        }
+        self.given |= self._driving(t)
+        if self.integrator.width == 1:
+            self.given["rhs"] = entry(now.rates)
+        else:
+            self.given["rhs"] = wide_entry(now.rates, self.integrator.width)
+            self.given |= now.eom.numeric(now.settings).value(by_kind)
+            self.given |= watching(now, t, y, switches)
+
+    def _driving(self, t: float) -> Given:
+        """r, and what gives it where an input is a function of time."""
+        now, width = self.now, self.integrator.width
+        r = np.repeat(np.append(now.inputs(t), 0.0), width)
+        if all(constant(f) is not None for f in now.drives):
+            return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
+        given = self._formulas()
+        if given is None:
+            return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self._hook(r)}
+        h = hoisted(given, t, self.y[: now.width], now.p, r[: len(now.drives)])
+        return {"r": r, "driven": 1, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
+
+    def held(self, given: Given, marks: Array) -> None:
+        """With what tells of the constraints, and what gives the inputs at one state of theirs."""
+        formulas = self._formulas()
+        if self.given["driven"] and formulas is None:
+            self.given["held_drive"] = self._hook(given["held_r"])
+        else:
+            self.given["held_drive"] = entry(formulas or self.now.rates)
+        self.given |= given | {"held_marks": marks}
+
+    def _formulas(self) -> CompiledRoutine | None:
+        """The inputs as a routine, where all are expressions."""
+        now = self.now
+        if not all(constant(f) is not None or isinstance(f, Formula) for f in now.drives):
+            return None
+        values = [f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f in now.drives]
+        return now.eom.numeric(now.settings).routine(driving, *values).flat
+
+    def _hook(self, r: Array) -> Hook:
+        """What asks Python for the inputs and writes them to r."""
+        now, s = self.now, self.s
+
+        def drive(t: float) -> None:
+            r[:-1] = np.nan
+            r[:-1] = now.inputs(min(t, float(s[At.END])))  # rounding may lead beyond the end
+
+        self.hooks.append(Hook(drive))
+        return self.hooks[-1]
+
+    def check(self) -> None:
+        """What went wrong in an input is raised."""
+        for hook in self.hooks:
+            if hook.raised is not None:
+                raise hook.raised
