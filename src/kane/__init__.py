@@ -23,6 +23,7 @@ from kane.analysis.state import Guess, guess
 from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
 from kane.analysis.trim import equilibrium, trim
 from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.motions import Motions, motions
 from kane.dynamics.readings.joint_reactions import JointReaction
 from kane.equations.compiled import Compiled
 from kane.equations.derive import derive
@@ -255,6 +256,7 @@ __all__ = [
     "close_pin", "close_slider", "close_cylindrical", "close_screw", "close_universal", "close_ball", "close_planar", "close_weld",
     "disk_on_plane", "sphere_on_plane", "torus_on_plane", "Contact", "gear_pair", "rack_and_pinion",
     "reaction", "JointReaction", "auxiliary_speed", "Event",
+    "motions", "Motions",
     "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",
     "Guess",
     "signal", "Signal", "simulate", "Solution", "load_solution",

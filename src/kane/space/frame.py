@@ -11,13 +11,24 @@ import numpy as np
 from kane.errors import SpaceError, cut
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.immutable import landmarks
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
 from kane.numeric.sample import sample
-from kane.space.rotation import UNITS, Basis, Cosines, Orientation, Triple, about_axis, connected, express, transposed
+from kane.space.rotation import (
+    UNITS,
+    Basis,
+    Cosines,
+    Orientation,
+    Triple,
+    about_axis,
+    connected,
+    express,
+    path,
+    transposed,
+)
 from kane.space.vector import Vector, angular_velocity, axes
 
 _SLACK = 1e-12
@@ -223,6 +234,33 @@ class Frame(Basis):
         """Angular acceleration of this frame in `frame`, in rates and their derivatives."""
         return self.angular_velocity(frame).dt(frame)
 
+    def simple_rotation(self, frame: Frame) -> tuple[Vector, Expr]:
+        """Axis k and angle θ of a simple rotation of this frame in `frame`, with the simple angular velocity θ' k.
+
+        Kane & Levinson 1985, sec. 1.2, 2.2.
+
+        Raises
+        ------
+        SpaceError
+            if no axis is fixed in both frames as they were made: then ω is a sum of simple angular velocities (addition theorem)
+        """
+        self._check(frame)
+        up, down = path(frame, self)
+        turning = [
+            (o, way) for way, bases in ((-1, up), (1, down)) for b in bases if (o := b.orientation) and _turns(o)
+        ]
+        angles = [o.angle if way > 0 else neg(o.angle) for o, way in turning if o.angle is not None]
+        if turning and len(angles) == len(turning) and len({(o.base, o.axis) for o, _ in turning}) == 1:
+            (o, _), *others = turning
+            if not others or o.axis is not None:  # two coaxial frames of one base
+                x, y, z = UNITS[o.axis] if o.axis is not None else o.direction or UNITS[0]
+                return Vector(((o.base, (x, y, z)),)), add(angles[0], angles[1]) if others else angles[0]
+        names = ", ".join(b.name for b in (*up, *down) if b.orientation and _turns(b.orientation)) or "none"
+        raise SpaceError(
+            f"Expected one turn about an axis fixed in {self.name} and in {frame.name}, got those of {names}. The angular velocity is "
+            f"a sum of simple ones: {self.name}.angular_velocity({frame.name})."
+        )
+
     def root(self) -> Frame:
         """The frame at the root of the tree."""
         return self.lineage[-1]
@@ -244,6 +282,11 @@ def _restored(first: object, parent: Frame, name: str, orientation: Orientation)
 def frames_of(v: Vector) -> tuple[Frame, ...]:
     """The frames along whose axes `v` is written."""
     return tuple(f for f, _ in v.parts if isinstance(f, Frame))
+
+
+def _turns(o: Orientation) -> bool:
+    """Whether the orientation changes with time or place."""
+    return not is_constant_in_time(o.scalars())
 
 
 def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:

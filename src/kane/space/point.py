@@ -124,13 +124,44 @@ class Point(Immutable):
             total = total - p.offset
         return total
 
-    def velocity(self, frame: Frame) -> Vector:
-        """Velocity in `frame` (the one the root point is fixed in), in rates."""
-        return self._recall("velocity", frame)
+    def velocity(self, frame: Frame, origin: Point | None = None) -> Vector:
+        """Velocity in `frame`, in rates.
 
-    def acceleration(self, frame: Frame) -> Vector:
-        """Acceleration in `frame` (the one the root point is fixed in), in rates and their derivatives."""
-        return self._recall("acceleration", frame)
+        In another frame A than the one the root point is fixed in it needs `origin`, a point Q fixed in A: v − v^Q − ω^A × r, r from
+        Q to this point (Kane & Levinson 1985, sec. 2.6, 2.8).
+        """
+        if origin is None:
+            return self._recall("velocity", frame)
+        if self._are_geometric(frame, origin):
+            return self.position(origin).dt(frame)
+        root = self.root().frame
+        carried = frame.angular_velocity(root).cross(self.position(origin))
+        return self.velocity(root) - origin.velocity(root) - carried
+
+    def acceleration(self, frame: Frame, origin: Point | None = None) -> Vector:
+        """Acceleration in `frame`, in rates and their derivatives.
+
+        In another frame A it needs `origin`, a point Q fixed in A: a − a^Q − α^A × r − ω^A × (ω^A × r) − 2 ω^A × v, with v and r
+        from Q in A.
+        """
+        if origin is None:
+            return self._recall("acceleration", frame)
+        if self._are_geometric(frame, origin):
+            return self.position(origin).dt(frame).dt(frame)
+        root, r = self.root().frame, self.position(origin)
+        spin = frame.angular_velocity(root)
+        carried = frame.angular_acceleration(root).cross(r) + spin.cross(spin.cross(r))
+        coriolis = spin.cross(self.velocity(frame, origin)) * 2
+        return self.acceleration(root) - origin.acceleration(root) - carried - coriolis
+
+    def _are_geometric(self, frame: Frame, origin: Point) -> bool:
+        """Whether neither this point nor the origin is a particle, whose velocity is not the derivative of its position."""
+        if not isinstance(frame, Frame):
+            raise SpaceError(f"Expected a frame in which {self.name} moves, got {cut(repr(frame))}.")
+        if not isinstance(origin, Point):
+            raise SpaceError(f"Expected a point fixed in {frame.name} as origin, got {cut(repr(origin))}.")
+        self.frame._check(frame)
+        return self.body is None and origin.body is None
 
     def _recall(self, what: str, frame: Frame) -> Vector:
         if not isinstance(frame, Frame):
@@ -140,8 +171,7 @@ class Point(Immutable):
         if frame is not root.frame:
             raise SpaceError(
                 f"Expected the {what} of {self.name} in {root.frame.name}, where its root {root.name} is fixed, got frame "
-                f"{frame.name}. For another frame differentiate a position: P.position(Q).dt({frame.name}), Q fixed in "
-                f"{frame.name}."
+                f"{frame.name}. In another frame it needs a point Q fixed there: {self.name}.{what}({frame.name}, Q)."
             )
         for p in reversed([p for p in line if what not in p._known]):
             start = p.parent._known[what] if p.parent is not None else Vector()

@@ -9,12 +9,14 @@ from itertools import takewhile
 from typing import Any, NoReturn
 
 from kane import show
-from kane.errors import SpaceError
+from kane.errors import SpaceError, cut
 from kane.expr.build import add, div, mul, neg, sqrt, sub
-from kane.expr.diff import time_derivative
+from kane.expr.diff import tangent, time_derivative
+from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.symbols import Coordinate, Symbol, rate
 from kane.space.operands import check_connected, divided_by, not_a_dyadic, not_a_vector, raised, scalar_beside
 from kane.space.rotation import (
     NOTHING,
@@ -213,6 +215,23 @@ class Vector(Immutable):
                 total = total + angular_velocity(f, frame).cross(Vector(((f, (x, y, z)),)))
         return total
 
+    def diff(self, by: Expr, frame: Frame) -> Vector:
+        """Partial derivative by a symbol in `frame`: Σ ∂x/∂s a₁ + …, and the turns of the a₁, … (Kane & Levinson 1985, sec. 1.4)."""
+        if not isinstance(by, Symbol):
+            raise SpaceError(
+                f"Expected a symbol to differentiate {cut(self)} by, got {cut(repr(by))}. Along time it is v.dt(frame)."
+            )
+        total = Vector()
+        for f, triple in self.parts:
+            check_connected(f, frame)
+            turn = _turn_by(f, frame, by)
+            f, triple = (f, triple) if turn is not None else (frame, express(triple, f, frame))
+            x, y, z = (tangent(x, {by: ONE}) for x in triple)
+            total = total + Vector(((f, (x, y, z)),))
+            if turn is not None:
+                total = total + turn.cross(Vector(((f, triple),)))
+        return total
+
     def magnitude(self) -> Expr:
         """|self|, from measure numbers along one frame."""
         v = self.gathered()
@@ -272,6 +291,24 @@ def angular_velocity(frame: Frame, base: Frame) -> Vector:
             spin = spin - Vector(((step, step.orientation.rates),))
         spins[base] = spin
     return spin
+
+
+def _turn_by(frame: Frame, base: Frame, by: Symbol) -> Vector | None:
+    """How `frame` turns in `base` per unit of a symbol; None where it must be seen from the measure numbers.
+
+    Of a coordinate that angles hold it is what its rate is multiplied by in the angular velocity.
+    """
+    steps = [
+        o
+        for way in path(base, frame)
+        for b in way
+        if (o := b.orientation) is not None and by in set(free_symbols(o.scalars()))
+    ]
+    if not steps:
+        return Vector()
+    if not isinstance(by, Coordinate) or any(o.parameters for o in steps):
+        return None
+    return angular_velocity(frame, base).map(lambda x: tangent(x, {rate(by): ONE}))
 
 
 def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, Triple]:
