@@ -25,6 +25,7 @@ from kane.analysis.trim import equilibrium, trim
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.motions import Motions, motions
 from kane.dynamics.readings.joint_reactions import JointReaction
+from kane.dynamics.readings.noncontributing import Noncontributing
 from kane.equations.compiled import Compiled
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
@@ -117,6 +118,9 @@ from kane.model.constraints import (
     touching,
 )
 from kane.model.declarations import Event
+from kane.model.distributed import line_load, pressure_on_disk, pressure_on_rectangle
+from kane.model.field_loads import buoyancy, gravitation, gravity_moment, linear_drag, quadratic_drag
+from kane.model.force_systems import ForceSystem, Wrench, force_system
 from kane.model.friction import dry_friction, friction
 from kane.model.inertia import (
     box,
@@ -250,12 +254,14 @@ __all__ = [
     "radius_of_gyration", "composite", "principal", "Principal",
     "Beam", "mode_shapes", "ModeShapes", "tapered",
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
-    "torsional_damper", "action_reaction", "torque_pair", "friction", "dry_friction",
+    "torsional_damper", "gravitation", "gravity_moment", "buoyancy", "linear_drag", "quadratic_drag", "line_load",
+    "pressure_on_rectangle", "pressure_on_disk", "force_system", "ForceSystem", "Wrench",
+    "action_reaction", "torque_pair", "friction", "dry_friction",
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling", "configuration_constraint",
     "motion_constraint",
     "close_pin", "close_slider", "close_cylindrical", "close_screw", "close_universal", "close_ball", "close_planar", "close_weld",
     "disk_on_plane", "sphere_on_plane", "torus_on_plane", "Contact", "gear_pair", "rack_and_pinion",
-    "reaction", "JointReaction", "auxiliary_speed", "Event",
+    "reaction", "JointReaction", "Noncontributing", "auxiliary_speed", "Event",
     "motions", "Motions",
     "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",
     "Guess",

@@ -15,12 +15,13 @@ from kane import show
 from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
-from kane.dynamics.lazy import read
+from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import formulation
 from kane.dynamics.readings import energy, programs, rest
 from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
+from kane.dynamics.readings.noncontributing import Noncontributing, inertia_forces, noncontributing
 from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
@@ -36,7 +37,9 @@ from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate
 from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Speeds
+from kane.model.bodies import Body
 from kane.model.declarations import Event
+from kane.model.force_systems import ForceSystem
 from kane.model.system import System
 from kane.model.units import unit_in
 from kane.program.native.compiled_routine import NotFinite
@@ -139,6 +142,15 @@ class Equations(Energies, Immutable):
     def contributions(self, speed: Expr | str) -> Contributions:
         """The terms of F_r and F*_r for one speed: each force and body with the partial velocity it meets."""
         return contributions(self._shown, speed)
+
+    noncontributing = read[tuple[Noncontributing, ...]](
+        lambda e: noncontributing(e.solved),
+        "The loads that are in no (nonholonomic) generalized active force, each with the reason.",
+    )
+    inertia_forces = read[Mapping[Body, ForceSystem]](
+        lambda e: LazyMapping(e.system.bodies, lambda body: inertia_forces(e._shown, body)),
+        "The inertia force −m a at the mass centre and the inertia torque −(I·α + ω × I·ω) of each body, in u̇.",
+    )
 
     def mass_contributions(self, r: Expr | str, s: Expr | str) -> tuple[MassContribution, ...]:
         """What each body adds to M_rs; bodies that add nothing are left out."""

@@ -327,6 +327,20 @@ def test_nothing_heavy_is_imported() -> None:
     assert {"sympy", "matplotlib", "jinja2", "scipy.integrate", "llvmlite", "IPython"} & set(loaded) == set()
 
 
+def test_sets_of_forces_and_wrenches_are_tables():
+    frame = kn.Frame("F$<")
+    at = kn.Point("O<&", fixed_in=frame)
+    both = kn.force_system(
+        [kn.Force(at, kn.parameter("a<i>") * frame.x), kn.Torque(frame, kn.parameter("b$") * frame.x)]
+    )
+    shown = Shown(both._repr_html_())
+    assert [row[0] for row in shown.rows] == ["at", "O<&", ""]
+    assert len(shown.formulas) == 2
+    shown = Shown(both.wrench(at)._repr_html_())
+    assert len(shown.rows) == 2
+    assert len(shown.formulas) == 4
+
+
 def test_principal_moments_are_a_table_of_formulas():
     frame = kn.Frame("F$<")
     shown = Shown(

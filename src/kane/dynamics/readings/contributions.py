@@ -94,7 +94,7 @@ def mass_contributions(derived: Derived, r: Expr | str, s: Expr | str) -> tuple[
         if rotation is not None and r in turns and s in turns:
             rotated = add(rotated, turns[r].dot(rotation.inertia.times(turns[s])))
         shares[body] = translated, rotated
-    return tuple(MassContribution(b, *share) for b, share in shares.items() if not _vanish(share, derived))
+    return tuple(MassContribution(b, *share) for b, share in shares.items() if not vanish(share, derived))
 
 
 def _own(derived: Derived, speed: Expr | str) -> Expr:
@@ -126,14 +126,14 @@ def _contributing(
     idle: list[Source] = []
     for source, terms in table.items():
         products = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met(terms, speed)]
-        if _vanish([sum_of(c.term for c in products)], derived):
+        if vanish([sum_of(c.term for c in products)], derived):
             idle.append(source)
         else:
-            kept += [c for c in products if not _vanish([c.term], derived)]
+            kept += [c for c in products if not vanish([c.term], derived)]
     return tuple(kept), tuple(idle)
 
 
-def _vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
+def vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
     """Whether all are zero: as they stand, or beside their terms at states drawn at random unless they switch."""
     left = [e for e in exprs if e is not ZERO]
     if not left:

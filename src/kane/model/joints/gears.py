@@ -68,7 +68,7 @@ def gear_pair(
         raise ModelError(f"Expected teeth=(z_a, z_b) for the gears {name!r}, got {cut(repr(teeth))}.")
     z_a, z_b = (as_expr(z) for z in teeth)
     line = at_b.position(at_a)
-    size = _length(line)
+    size = length_along(line)
     _check_layout(name, line, n, size, z_a, z_b, internal)
     whole = sub(z_b, z_a) if internal else add(z_a, z_b)
     e = -line / size if internal else line / size
@@ -86,7 +86,7 @@ def gear_pair(
     return replace(slip, kind="configuration", expr=way if forward else -way)
 
 
-def _length(v: Vector) -> Expr:
+def length_along(v: Vector) -> Expr:
     """|v|; of s (a, b, c) with numbers a, b, c it is s √(a² + b² + c²), where s > 0 at the parameters' defaults.
 
     The sign of s is left to it where a parameter changes: a line of centres that turns round turns radii and tangent with it.

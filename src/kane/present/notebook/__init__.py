@@ -14,10 +14,12 @@ from kane.equations.equations import Equations
 from kane.equations.handle import Handle
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
+from kane.model.force_systems import ForceSystem, Wrench
 from kane.model.principal import Principal
 from kane.model.system import System
 from kane.motion.solution import Solution
 from kane.present.notebook.equations import equations_html
+from kane.present.notebook.force_systems import force_system_html, wrench_html
 from kane.present.notebook.linear import linear_html
 from kane.present.notebook.methods import formulation_html, methods_html
 from kane.present.notebook.principal import principal_html
@@ -46,6 +48,8 @@ show.HTML.update(
         Linear: linear_html,
         SpeedComparison: speeds_html,
         Principal: principal_html,
+        ForceSystem: force_system_html,
+        Wrench: wrench_html,
         MethodComparison: methods_html,
         Formulation: formulation_html,
     }

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Sets of bound vectors: resultant, moments, couples, replacement by a force and a couple, wrench and central axis.
+
+    R = Σ F,   M^{S/P} = Σ p × F + Σ T,   M^{S/Q} = M^{S/P} + r^{QP} × R
+
+Kane & Levinson 1985, sec. 4.1 to 4.3. Nothing is derived for it.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane import show
+from kane.errors import ModelError, cut
+from kane.expr.build import div
+from kane.expr.collect import collected
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.immutable import Immutable
+from kane.expr.node import ZERO, Expr
+from kane.expr.size import Sizes, size
+from kane.model.loads import Gravity, Load
+from kane.model.mass import parts_listed
+from kane.numeric.sample import draw
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+_SEEDS = (20101, 20102, 20103, 20104)
+_SLACK = 1e-11
+"""Share of its terms below which a sum is zero, where it is so at all samples."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Wrench(Immutable):
+    """A force along the central axis of a set and a couple along it: the simplest set that is equivalent.
+
+    `position` leads from the point asked for to the nearest point of the central axis; the moment about the points of this axis,
+    `torque` = pitch · force, is the least.
+    """
+
+    force: Vector
+    torque: Vector
+    position: Vector
+    pitch: Expr
+
+    @property
+    def direction(self) -> Vector:
+        """Unit vector along the central axis."""
+        return self.force.normalized()
+
+    def __repr__(self) -> str:
+        return f"Wrench(force {self.force}, torque {self.torque}, at {self.position}, pitch {self.pitch})"
+
+    _repr_html_ = show.html
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ForceSystem(Immutable):
+    """Forces bound to points, and couples by their torques: made by `kn.force_system`."""
+
+    forces: tuple[tuple[Point, Vector], ...]
+    torques: tuple[Vector, ...] = ()
+
+    @property
+    def resultant(self) -> Vector:
+        """R = Σ F (sec. 4.1)."""
+        return _short(sum((f for _, f in self.forces), start=Vector()))
+
+    def moment(self, point: Point) -> Vector:
+        """Moment about a point, Σ p × F + Σ T (sec. 4.1)."""
+        if not isinstance(point, Point):
+            raise ModelError(
+                f"Expected the Point about which a moment is asked for, got {cut(repr(point))}. Make one with at(…)."
+            )
+        total = sum(self.torques, start=Vector())
+        for p, f in self.forces:
+            total = total + p.position(point).cross(f)
+        return _short(total)
+
+    @property
+    def is_couple(self) -> bool:
+        """Whether the resultant is zero: then the moment is the same about all points, the torque of the couple (sec. 4.2)."""
+        return _vanishes(self.resultant, [f for _, f in self.forces])
+
+    @property
+    def torque(self) -> Vector:
+        """Torque of the couple; a ModelError where the resultant is not zero."""
+        if not self.is_couple:
+            raise ModelError(
+                f"Expected a couple, got a set with the resultant {cut(self.resultant)}, whose moment depends on the point: use "
+                "moment(point)."
+            )
+        return self.moment(self.forces[0][0]) if self.forces else _short(sum(self.torques, start=Vector()))
+
+    def replacement(self, point: Point) -> "ForceSystem":
+        """One force at a point and a couple, equivalent to the set (sec. 4.3)."""
+        return ForceSystem(((point, self.resultant),), (self.moment(point),))
+
+    def is_equivalent(self, other: "ForceSystem") -> bool:
+        """Whether both sets have one resultant, and one moment about a point, and so about every point (sec. 4.3)."""
+        if not isinstance(other, ForceSystem):
+            raise ModelError(
+                f"Expected another set of forces, got {cut(repr(other))}. Make one: kn.force_system(loads)."
+            )
+        both = ForceSystem(
+            (*self.forces, *((p, -f) for p, f in other.forces)), (*self.torques, *(-t for t in other.torques))
+        )
+        if not both.is_couple:
+            return False
+        if not both.forces:
+            return _vanishes(sum(both.torques, start=Vector()), both.torques)
+        point = both.forces[0][0]
+        arms = [p.position(point).cross(f) for p, f in both.forces]
+        return _vanishes(both.moment(point), [*both.torques, *arms])
+
+    def wrench(self, point: Point) -> Wrench:
+        """The wrench of the set, its central axis seen from `point`: r = R × M/R², M* = (M·R) R/R² (sec. 4.3).
+
+        Raises
+        ------
+        ModelError
+            if the set is a couple, which has no central axis
+        """
+        if self.is_couple:
+            raise ModelError(
+                f"Expected a set with a resultant, got a couple of torque {cut(self.moment(point))}: it has no central axis."
+            )
+        force, moment = self.resultant, self.moment(point)
+        square = force.dot(force)
+        pitch = collected(div(moment.dot(force), square))
+        return Wrench(force, _short(force * pitch), _short(force.cross(moment) / square), pitch)
+
+    def load(self, frame: Frame, name: str = "set of forces") -> Load:
+        """The set as a load on a body whose frame is `frame`: its forces, and the torque of its couples."""
+        couples = sum(self.torques, start=Vector())
+        return Load(name, forces=self.forces, torques=() if couples.is_zero else ((frame, couples),))
+
+    def __add__(self, other: "ForceSystem") -> "ForceSystem":
+        if not isinstance(other, ForceSystem):
+            return NotImplemented
+        return ForceSystem((*self.forces, *other.forces), (*self.torques, *other.torques))
+
+    def __repr__(self) -> str:
+        forces = ", ".join(f"{f} at {p.name}" for p, f in self.forces)
+        torques = ", ".join(f"torque {t}" for t in self.torques)
+        return f"ForceSystem({', '.join(x for x in (forces, torques) if x)})"
+
+    _repr_html_ = show.html
+
+
+def force_system(loads: Any, *, bodies: Any = ()) -> ForceSystem:
+    """The forces and torques of loads as a set of bound vectors (Kane & Levinson 1985, sec. 4.1).
+
+    Parameters
+    ----------
+    loads : a load, or a list of loads, of sets, of forces (point, vector), and of gravity
+    bodies : on which gravity acts
+    """
+    forces: list[tuple[Point, Vector]] = []
+    torques: list[Vector] = []
+    for x in _listed(loads):
+        if isinstance(x, ForceSystem):
+            forces += x.forces
+            torques += x.torques
+        elif isinstance(x, Gravity):
+            parts = parts_listed(bodies)
+            if not parts:
+                raise ModelError(
+                    "Expected bodies on which gravity acts, got none. Name them: kn.force_system(loads, bodies=[…])."
+                )
+            forces += [(p.mass_center, x.acceleration * p.mass) for p in parts]
+        elif isinstance(x, Load):
+            if not x.forces and not x.torques:
+                raise ModelError(
+                    f"Expected loads of forces and torques, got {x.name!r}, which is given by a function alone."
+                )
+            forces += x.forces
+            torques += [t for _, t in x.torques]
+        else:
+            forces.append(x)
+    return ForceSystem(tuple(forces), tuple(torques))
+
+
+def _listed(item: Any) -> Iterator[Any]:
+    if isinstance(item, Load | Gravity | ForceSystem) or (
+        isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], Point) and isinstance(item[1], Vector)
+    ):
+        yield item
+    elif isinstance(item, Iterable) and not isinstance(item, str):
+        for x in item:
+            yield from _listed(x)
+    else:
+        raise ModelError(
+            f"Expected loads such as kn.Force(point, vector) and kn.Torque(frame, vector), or (point, vector), got {cut(repr(item))}."
+        )
+
+
+def _terms(v: Vector) -> int:
+    return sum(x is not ZERO for x in v.scalars())
+
+
+def _short(v: Vector) -> Vector:
+    """The vector with its measure numbers collected; along one frame where something cancels there."""
+    found = v.map(collected)
+    whole = v.gathered().map(collected)
+    return whole if _terms(whole) < _terms(found) else found
+
+
+def _vanishes(v: Vector, terms: Sequence[Vector]) -> bool:
+    """Whether a sum of terms is zero: as it stands, or beside the sizes of its terms at several states drawn at random."""
+    if v.is_zero:
+        return True
+    frame = v.parts[0][0]
+    rows = v.components(frame)
+    memo: Sizes = {}
+    sizes = [size(x, memo) for t in terms for x in t.components(frame)]
+    symbols = free_symbols([*rows, *sizes])
+    for seed in _SEEDS:
+        values = {s: draw(seed, s) for s in symbols}
+        found = np.abs(np.asarray(evaluate(list(rows), values), dtype=float)).max()
+        bound = np.asarray(evaluate(sizes, values), dtype=float).max(initial=0.0)
+        if not found <= _SLACK * bound:  # NaN is not zero
+            return False
+    return True
