@@ -134,7 +134,8 @@ class Code:
 class Program(Code):
     """Straight-line code over ports.
 
-    `hoisted` lists the instructions of parameters alone in their order, `kept` those of them that routines read: the vector h.
+    `hoisted` lists the instructions of parameters alone in their order, `kept` those of them that routines read, and parameters that
+    limbs read at a time: the vector h.
     """
 
     hoisted: tuple[int, ...]

@@ -24,6 +24,8 @@ from kane.program.emit.llvm_sincos import llvm_sincos
 from kane.program.passes.split import Chunk
 from kane.program.program import Program, Routine
 
+_ONE = Lanes(1)
+
 
 def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4) -> str:
     """The module's text; the same programs and options give the same text. The names of all routines must differ.
@@ -138,19 +140,19 @@ class _Writer:
 
     def write(self, s: walk.Statement) -> None:
         """The lines of one statement."""
-        if isinstance(s, walk.SinCos):
-            self._sincos(s.angles, s.values)
+        if isinstance(s, walk.Compute):
+            name = self.names[s.value] = f"%v{s.value}"
+            self._compute(name, s.op, [self.names[a] for a in s.arguments])
+        elif isinstance(s, walk.Read):
+            name = self.names[s.value] = f"%v{s.value}"
+            address = self._address(f"%a{s.value}", s)
+            volatile = " volatile" if s.value in self.volatile else ""
+            self.lines.append(f"  {name} = load{volatile} double, ptr {address}, align 8")
         elif isinstance(s, walk.Write):
             address = self._address(f"%s{len(self.lines)}", s)
             self.lines.append(f"  store double {self.names[s.value]}, ptr {address}, align 8")
         else:
-            name = self.names[s.value] = f"%v{s.value}"
-            if isinstance(s, walk.Read):
-                address = self._address(f"%a{s.value}", s)
-                volatile = " volatile" if s.value in self.volatile else ""
-                self.lines.append(f"  {name} = load{volatile} double, ptr {address}, align 8")
-            else:
-                self._compute(name, s.op, [self.names[a] for a in s.arguments])
+            self._sincos(s.angles, s.values)
 
     def _compute(self, name: str, op: Op, operands: Sequence[str]) -> None:
         called = LIBRARY.get(op) or (f"{INTRINSICS[op]}.f64" if op in INTRINSICS else "")
@@ -158,7 +160,7 @@ class _Writer:
             self.module.called[called] = op.arity
             self.lines.append(f"  {name} = call double @{called}({', '.join(f'double {o}' for o in operands)})")
         else:
-            self.lines += [f"  {line}" for line in lines(op, name, operands, Lanes(1), self.flags)]
+            self.lines += [f"  {line}" for line in lines(op, name, operands, _ONE, self.flags)]
 
     def _address(self, name: str, s: walk.Read | walk.Write) -> str:
         """`name`, after the line that makes it the address of what is read or written."""

@@ -19,7 +19,6 @@ _ORDERED = (
 )
 """The argument that compares so with the other; a NaN is passed on, as NumPy does."""
 _FORMS = {
-    **{op: f"{{r}} = {name} {{f}}{{t}} {{0}}, {{1}}" for op, name in _BINARY.items()},
     ops.NEG: "{r} = fneg {f}{t} {0}",
     OPS["min"]: _ORDERED % "olt",
     OPS["max"]: _ORDERED % "ogt",
@@ -42,6 +41,9 @@ _NUMBERS = {"zero": 0.0, "one": 1.0, "minus": -1.0, "gone": ops.GONE, "nan": mat
 
 def lines(op: Op, result: str, operands: Sequence[str], lanes: Lanes, flags: str) -> list[str]:
     """The lines of an operation that is no call."""
+    word = _BINARY.get(op)
+    if word:  # nearly all there is, written sooner
+        return [f"{result} = {word} {flags}{lanes.double} {operands[0]}, {operands[1]}"]
     return _FORMS[op].format(*operands, r=result, f=flags, **_fields(lanes)).split("\n")
 
 

@@ -8,7 +8,7 @@ slots of w. Constants and scalar ports are operands wherever they stand and need
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from kane.expr.ops import COS, SIN, Op
 from kane.program.passes.split import CHUNK, WHOLE, Chunk, Split, split
@@ -59,8 +59,7 @@ class Style:
     piece: int = CHUNK
 
 
-@dataclass(frozen=True, slots=True)
-class Read:
+class Read(NamedTuple):
     """`value` = `base`[`place`]."""
 
     value: int
@@ -68,8 +67,7 @@ class Read:
     place: int
 
 
-@dataclass(frozen=True, slots=True)
-class Compute:
+class Compute(NamedTuple):
     """`value` = `op` of the values `arguments`."""
 
     value: int
@@ -77,16 +75,14 @@ class Compute:
     arguments: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class SinCos:
+class SinCos(NamedTuple):
     """Sines and cosines of `angles`: of each, the values that its SIN and COS are, where they are wanted."""
 
     angles: tuple[int, ...]
     values: tuple[dict[Op, int], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Write:
+class Write(NamedTuple):
     """`base`[`place`] = `value`."""
 
     value: int
