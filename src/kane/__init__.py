@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from kane.analysis.assemble import Assembled, assemble
 from kane.analysis.compare_methods import MethodComparison, compare_methods
 from kane.analysis.compare_speeds import SpeedComparison, SpeedSet, compare_speeds
+from kane.analysis.constraint_forces import ConstraintForces, constraint_forces
 from kane.analysis.continuation import Branch, continuation
 from kane.analysis.impact import Impact, impact
 from kane.analysis.inverse import Inverse, inverse
@@ -267,7 +268,7 @@ __all__ = [
     "Guess",
     "signal", "Signal", "simulate", "Solution", "load_solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode",
-    "normal_modes", "NormalModes", "impact", "Impact", "trim",
+    "normal_modes", "NormalModes", "impact", "Impact", "constraint_forces", "ConstraintForces", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",
     "SpeedComparison", "SpeedSet", "compare_methods", "MethodComparison", "Formulation", "plot", "report", "Check",
     "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",

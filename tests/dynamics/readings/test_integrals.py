@@ -84,3 +84,17 @@ def free_top(factor: float) -> kn.System:
         "body", frame=B, mass_center=O, mass=factor, inertia=kn.inertia(B, 2 * factor, 2 * factor, factor)
     )
     return kn.System(N, bodies=[body], speeds=dict(zip(w, B.angular_velocity(N).components(B), strict=True)))
+
+
+def test_integrals_hold_for_all_values_of_parameters():
+    """A damper whose coefficient is zero by default, and moments of inertia that are equal by default, make no integrals."""
+    x, c = kn.coordinate("x"), kn.parameter("c", 0.0)
+    bead = kn.Particle("bead", O.at("B", x * N.x), 2.0)
+    damped = kn.System(N, bodies=[bead], speeds="rates", loads=[kn.Force(bead.point, -c * x.dt * N.x, "damper")])
+    assert kn.derive(damped).integrals == ()
+    I1, I2 = kn.parameter("I1", 2.0), kn.parameter("I2", 2.0)
+    e, w = kn.coordinates("e0:4"), kn.speeds("w1:4")
+    B = N.rotate_euler_parameters("B", e)
+    body = kn.RigidBody("body", frame=B, mass_center=O, mass=1, inertia=kn.inertia(B, I1, I2, 1.0))
+    eom = kn.derive(kn.System(N, bodies=[body], speeds=dict(zip(w, B.angular_velocity(N).components(B), strict=True))))
+    assert "speed w3" not in {one.name for one in eom.integrals}

@@ -185,3 +185,19 @@ def test_on_a_circle_every_force_of_the_angle_has_one():
     ways = kn.gradient(found, (x, y, a))
     moved = kn.evaluate(list(ways), here) @ np.array([-np.sin(0.3), np.cos(0.3), 1.0])
     assert moved == pytest.approx(-2.0)
+
+
+def test_a_parameter_that_is_zero_by_default_counts():
+    """What is said holds for all values of parameters, not for their defaults alone."""
+    swirl = kn.parameter("swirl", 0.0)
+    eom = kn.derive(
+        kn.System(N, bodies=[BODY], speeds="rates", loads=[kn.Force(P, swirl * (y * N.x - x * N.y), "swirl")])
+    )
+    with pytest.raises(kn.PotentialError, match="∂Q_x/∂y"):
+        eom.find_potential()
+    alike, other = kn.parameter("k1", 2.0), kn.parameter("k2", 2.0)
+    eom = kn.derive(
+        kn.System(N, bodies=[BODY], speeds="rates", loads=[kn.Force(P, alike * y * N.x + other * x * N.y, "pair")])
+    )
+    with pytest.raises(kn.PotentialError, match="∂Q_x/∂y"):
+        eom.find_potential()

@@ -66,7 +66,7 @@ def integrals(solved: Solved) -> tuple[Integral, ...]:
 
 
 def _kept(solved: Solved, value: Expr) -> Array | None:
-    """Numbers of a function at some states, where it is an integral; None where it is none, or the same everywhere."""
+    """Numbers of a function at some states, with one set of parameters, where it is an integral; None where it is none."""
     derived = solved.derived
     if is_constant_in_time([value]):
         return None
@@ -80,16 +80,16 @@ def _kept(solved: Solved, value: Expr) -> Array | None:
     finite = np.isfinite(values).all(axis=1)
     if finite.sum() < 2 or differs(values, sizes)[finite, 0].any() or not differs(values, sizes)[finite, 1].any():
         return None
-    return np.asarray(values[:, 1])
+    return np.asarray(measured(pair[1:], _states(solved, pair[1:], varied=False))[0][:, 0])
 
 
-def _states(solved: Solved, exprs: Sequence[Expr]) -> list[Place]:
+def _states(solved: Solved, exprs: Sequence[Expr], *, varied: bool = True) -> list[Place]:
     derived = solved.derived
     sets = [s.coordinates for s in derived.system.euler_parameters]
     if not derived.constraints.constraints:
-        return places(exprs, unit=sets)
+        return places(exprs, unit=sets, varied=varied)
     at = derived.compared.at
-    return places(exprs, [at.at(k) for k in range(min(at.count, _STATES))])
+    return places(exprs, [at.at(k) for k in range(min(at.count, _STATES))], varied=varied)
 
 
 def _same(a: Array, b: Array) -> bool:

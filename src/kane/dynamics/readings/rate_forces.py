@@ -28,6 +28,8 @@ Exprs = tuple[Expr, ...]
 Place = dict[Expr, float]
 
 _SEED, _PLACES, _WIDE = 20111, 8, 1.2
+_ABOUT = (0.7, 1.3)
+"""Multiples of their defaults between which parameters are drawn."""
 ZERO_SHARE = 1e-9
 """Share of its terms below which a number is zero, where it is at all places."""
 
@@ -77,14 +79,17 @@ def places(
     exprs: Iterable[Expr],
     known: Sequence[Mapping[Symbol, float]] = (),
     unit: Sequence[Sequence[Symbol]] = (),
+    *,
+    varied: bool = True,
 ) -> list[Place]:
     """Values of all symbols at a few places: those that are `known`, else drawn, on both sides of zero in every other place.
 
-    Sets of Euler parameters have `unit` length.
+    Parameters are drawn too, about their defaults, unless they are not to be `varied`: what is said is said of all their values, and a
+    damping that is zero by default is damping. Sets of Euler parameters have `unit` length.
     """
     symbols = free_symbols(exprs)
     starts: Sequence[Mapping[Symbol, float]] = known or [{}] * _PLACES
-    found: list[Place] = [{s: _value(s, k, start) for s in symbols} for k, start in enumerate(starts)]
+    found: list[Place] = [{s: _value(s, k, start, varied) for s in symbols} for k, start in enumerate(starts)]
     for place in found:
         for group in unit:
             length = np.linalg.norm([place.get(e, draw(_SEED, e)) for e in group])
@@ -92,11 +97,12 @@ def places(
     return found
 
 
-def _value(s: Symbol, k: int, known: Mapping[Symbol, float]) -> float:
+def _value(s: Symbol, k: int, known: Mapping[Symbol, float], varied: bool) -> float:
     if s in known:
         return float(known[s])
-    if isinstance(s, Parameter) and s.default is not None:
-        return float(s.default)
+    if isinstance(s, Parameter) and s.default:
+        return float(s.default) * (draw(_SEED + k, s, *_ABOUT) if varied else 1.0)
+    k = k if varied or not isinstance(s, Parameter) else 0
     wide = isinstance(s, Coordinate | QuasiRate | Rate | Speed) and k % 2
     return draw(_SEED + k, s, -_WIDE if wide else 0.3, _WIDE)
 
