@@ -191,6 +191,7 @@ from kane.model.solids import (
 )
 from kane.model.system import System
 from kane.motion.drives import Signal, signal
+from kane.motion.feedback import sampled
 from kane.motion.load import load_solution
 from kane.motion.run import simulate  # not lazy: the subpackage of that name would take its place
 from kane.motion.solution import Solution
@@ -266,7 +267,7 @@ __all__ = [
     "motions", "Motions",
     "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",
     "Guess",
-    "signal", "Signal", "simulate", "Solution", "load_solution",
+    "signal", "Signal", "sampled", "simulate", "Solution", "load_solution",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode",
     "normal_modes", "NormalModes", "impact", "Impact", "constraint_forces", "ConstraintForces", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",

@@ -176,8 +176,8 @@ class TestWhatComesForAnInput:
         [
             (2 * F, r"got the expression 2\*F.*write it into the model in the place of F"),
             (
-                lambda t, x: t,
-                r"function of the time alone for the input F, f\(t\), got one of \(t, x\).*into the model",
+                lambda t, x, z: t,
+                r"function of the time alone for the input F, f\(t\), got one of \(t, x, z\).*two, f\(t, x\)",
             ),
             (lambda: 1.0, r"function of the time alone for the input F, f\(t\), got one of \(\)"),
             (

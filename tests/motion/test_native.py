@@ -100,9 +100,9 @@ def test_inputs_are_expressions_of_time_and_parameters(method):
     assert kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: abs(kn.cos(kn.time))}).method == "dop853"
     with pytest.raises(
         SimulationError,
-        match=r"input F as .* an expression of time and of parameters .* got the expression 2\*x with x \(Coordinate\)",
+        match=r"input F as .* an expression of time, coordinates, .* got the expression 2\*x' with x' \(Rate\)",
     ):
-        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: eom.coordinates[0] * 2}, method=method)
+        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: eom.coordinates[0].dt * 2}, method=method)
 
 
 @pytest.mark.parametrize("method", [*NATIVE, "DOP853"])

@@ -46,7 +46,7 @@ def watching(now: Routines, t: float, y: Array, switches: int = 0) -> Given:
     return {
         "watch": wide_entry(now.events, PARTS),
         "events": len(events) + switches,
-        "hw": hoisted(now.events, t, y[: now.width], now.p, now.inputs(t)),
+        "hw": hoisted(now.events, t, y[: now.width], now.p, now.inputs(t, y)),
         "seen": seen,
         "largest": np.nan_to_num(np.abs(seen)),
         "least": np.array([*np.where(shared, 0.0, [e.threshold for e in events]), *none]),

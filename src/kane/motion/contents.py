@@ -10,6 +10,7 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO
+from kane.motion.feedback import along
 from kane.motion.files import Contents
 from kane.numeric.arrays import Array
 
@@ -35,7 +36,7 @@ def contents(motion: Any, rates: Callable[[Array], Array]) -> Contents:
         "method": motion.method,
         "partitions": [_partition(one) for one in kept],
     }
-    columns = [[f(t) for t in motion.t] for f in motion.inputs.values()]
+    columns = [along(f, motion.t, motion.states) for f in motion.inputs.values()]
     arrays = {
         "t": motion.t,
         "states": motion.states,

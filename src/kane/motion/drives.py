@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inputs as functions of time, with the derivatives that prescribed motion needs, and the check that they are smooth."""
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from inspect import Parameter as Parameter_
 from inspect import signature as signature_of
 from itertools import pairwise
 from typing import Any, Literal
@@ -19,13 +21,15 @@ from kane.expr.symbols import Input, Parameter, Time, input_of, time
 from kane.expr.tables import Table
 from kane.model.survey import geometry
 from kane.motion.breakpoints import MANY
-from kane.motion.formulas import Formula, formula
+from kane.motion.feedback import Held, HeldInput, Law, LawInput, Sampled
+from kane.motion.formulas import Formula, formula, with_gains
 from kane.numeric.named import finite_number, named_values
 
-Function = Callable[[Any], Any]
+Function = Callable[..., Any]
 Ends = Literal["not-a-knot", "natural", "clamped", "periodic"]
 
 _PIECEWISE = ("where", "sign", "abs", "min", "max")
+_PLACED = (Parameter_.POSITIONAL_ONLY, Parameter_.POSITIONAL_OR_KEYWORD)
 _SAMPLES = 129
 _BISECTIONS = 40
 _TORN = 1e-6
@@ -92,7 +96,7 @@ def input_functions(
     An expression takes `parameters`, or their defaults. An input must have a value, and derivatives of its own if it moves something,
     which those of expressions are; a prescribed motion must not jump.
     """
-    values = named_values("inputs", eom.inputs, inputs)
+    values = named_values("inputs", eom.inputs, _each(eom, inputs, span[0]))
     own = [s for s in eom.inputs if isinstance(s, Input)]
     missing = [s.name for s in own if s not in values]
     if missing:
@@ -100,8 +104,15 @@ def input_functions(
             f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
         )
     known: Mapping[Expr, Any] = {p: p.default for p in eom.parameters} if parameters is None else parameters
+    moving = {input_of(s) for s in eom.inputs if not isinstance(s, Input)}
     values = {s: v(time) if isinstance(v, Table) else v for s, v in values.items()}
-    values = {s: formula(str(s), v, known) if isinstance(v, Expr) else v for s, v in values.items()}
+    state = (*eom.coordinates, *eom.speeds)
+    values = {
+        s: formula(str(s), with_gains(eom, v, known), known, () if input_of(s) in moving else state)
+        if isinstance(v, Expr)
+        else v
+        for s, v in values.items()
+    }
     functions_of: dict[Expr, Function] = {}
     for r in own:
         chain = [s for s in eom.inputs if input_of(s) is r]
@@ -112,6 +123,43 @@ def input_functions(
         for below, above in pairwise(chain):
             check_smooth(f"input {below.name}", functions_of[below], functions_of[above], span)
     return {s: functions_of[s] for s in eom.inputs}
+
+
+def _each(eom: Equations, inputs: Any, start: float) -> Any:
+    """Inputs that have one function together, one by one: the functions of the state, f(t, x), and sampled controllers."""
+    if not isinstance(inputs, Mapping):
+        return inputs
+    found: dict[Any, Any] = {}
+    for key, given in inputs.items():
+        keys = key if isinstance(key, tuple) else (key,)
+        names = tuple(str(k) for k in keys)
+        if isinstance(given, Sampled):
+            held = Held(given, names, start, copy.deepcopy(given.state))
+            found |= {k: HeldInput(held, i) for i, k in enumerate(keys)}
+        elif _takes_state(given) or (isinstance(key, tuple) and callable(given)):
+            law = Law(given, names)
+            found |= {k: LawInput(law, i) for i, k in enumerate(keys)}
+        elif isinstance(key, tuple):
+            parts = list(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else [given]
+            if len(parts) != len(keys):
+                raise SimulationError(
+                    f"Expected {len(keys)} values for the inputs {', '.join(names)}, got {cut(repr(given))}. Give one for each."
+                )
+            found |= dict(zip(keys, parts, strict=True))
+        else:
+            found[key] = given
+    return found
+
+
+def _takes_state(given: Any) -> bool:
+    """Whether it is a function of time and state, f(t, x)."""
+    if not callable(given) or isinstance(given, Signal | Table | Formula | LawInput):
+        return False
+    try:
+        wanted = [p for p in signature_of(given).parameters.values() if p.default is p.empty and p.kind in _PLACED]
+    except (TypeError, ValueError):  # what is built in does not tell
+        return False
+    return len(wanted) == 2
 
 
 def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
@@ -144,6 +192,11 @@ def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
         return functions
     if not callable(value):
         return [_function(r.name, value), *[_function(r.name, 0.0)] * order]
+    if order and isinstance(value, LawInput | HeldInput):
+        raise SimulationError(
+            f"Expected the input {r.name} as a function of time with its derivatives, as it prescribes a motion, got a function of "
+            "the state. What follows from the state may be a force, an input in a load."
+        )
     if order and not hasattr(value, "derivative"):
         raise ValueMissingError(
             f"Expected the input {r.name} with its derivatives, as it prescribes a motion whose velocity and acceleration need them, "
@@ -157,7 +210,7 @@ def _several(value: Any) -> bool:
 
 
 def _function(name: str, value: Any) -> Function:
-    if isinstance(value, Signal | Asked | Formula):
+    if isinstance(value, Signal | Asked | Formula | LawInput | HeldInput):
         return value
     if callable(value):
         _check_signature(name, value)
@@ -201,8 +254,8 @@ def _check_signature(name: str, function: Function) -> None:
         takes.bind(0.0)
     except TypeError as error:
         raise SimulationError(
-            f"Expected a function of the time alone for the input {name}, f(t), got one of {takes}. What depends on the state belongs "
-            f"into the model: write it in coordinates and speeds in the place of {name}."
+            f"Expected a function of the time alone for the input {name}, f(t), got one of {takes}. A function of time and "
+            "state takes these two, f(t, x)."
         ) from error
 
 

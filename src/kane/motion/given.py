@@ -25,7 +25,7 @@ class Arguments:
     def __init__(self, name: str, now: Routines, t: float, s: Array, y: Array, switches: int = 0) -> None:
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
         self.hooks: list[Hook] = []
-        work, r = aligned(self.integrator.work(len(y))), now.inputs(t)
+        work, r = aligned(self.integrator.work(len(y))), now.inputs(t, y)
         h = hoisted(now.rates, t, y[: now.width], now.p, r)
         self.given: Given = {
             "n": len(y),
@@ -47,7 +47,7 @@ class Arguments:
     def _driving(self, t: float) -> Given:
         """r, and what gives it where an input is a function of time."""
         now, width = self.now, self.integrator.width
-        r = np.repeat(np.append(now.inputs(t), 0.0), width)
+        r = np.repeat(np.append(now.inputs(t, self.y), 0.0), width)
         if all(constant(f) is not None for f in now.drives):
             return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
         given = self._formulas()
@@ -75,11 +75,11 @@ class Arguments:
 
     def _hook(self, r: Array) -> Hook:
         """What asks Python for the inputs and writes them to r."""
-        now, s = self.now, self.s
+        now, s, y = self.now, self.s, self.y
 
         def drive(t: float) -> None:
             r[:-1] = np.nan
-            r[:-1] = now.inputs(min(t, float(s[At.END])))  # rounding may lead beyond the end
+            r[:-1] = now.inputs(min(t, float(s[At.END])), y)  # rounding may lead beyond the end
 
         self.hooks.append(Hook(drive))
         return self.hooks[-1]

@@ -124,7 +124,7 @@ class Holding:
             "dependent": dependent,
             "sphere_at": spheres,
         }
-        routine, r = eom.numeric(now.settings).routine(holding).flat, now.inputs(t)
+        routine, r = eom.numeric(now.settings).routine(holding).flat, now.inputs(t, y)
         # one more, so that no array is empty
         arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
         lengths = {"weights": len(self.places), "reach": len(self.places), "row_sizes": len(eom.b)}

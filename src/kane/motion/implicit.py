@@ -22,6 +22,8 @@ from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle, Shaped
 from kane.program.program import Port
 
+_STEP = 2.0**-24
+"""Share by which inputs and states are moved for differences."""
 _LONG = 40_000
 """Operations of the right-hand side times states from which on entries are not written out."""
 
@@ -52,6 +54,23 @@ def _regular(eom: Equations, roots: list[Expr]) -> tuple[Expr, ...]:
     return tuple(with_regular_rates(eom.solved, roots))
 
 
+def by_inputs(now: Routines, t: float, x: Array) -> Array:
+    """∂(q̇, u̇, P)/∂r, in which rates are affine as loads are; else differences that steer well enough."""
+    r = now.inputs(t, x)
+    own = now.rates(t, x, now.p, r)
+    steps = np.maximum(np.abs(r), np.abs(r).max(initial=0) or 1.0) * _STEP
+    return np.column_stack(
+        [(now.rates(t, x, now.p, r + h * e) - own) / h for h, e in zip(steps, np.eye(len(r)), strict=True)]
+    )
+
+
+def gains(now: Routines, t: float, x: Array) -> Array:
+    """∂r/∂x of inputs that follow from the state, by differences."""
+    r = now.inputs(t, x)
+    steps = np.maximum(np.abs(x), np.abs(x).max(initial=0) or 1.0) * _STEP
+    return np.column_stack([(now.inputs(t, x + h * e) - r) / h for h, e in zip(steps, np.eye(len(x)), strict=True)])
+
+
 def exact(now: Routines) -> Callable[[float, Array], Array]:
     """J(t, y). What has no derivative at a state, as a root that ends there, counts as not changing: steps are judged without J."""
     eom, n = now.eom, now.width
@@ -59,14 +78,18 @@ def exact(now: Routines) -> Callable[[float, Array], Array]:
     long = eom.operations.total * n > _LONG
 
     def by_entries(t: float, x: Array) -> Array:
-        return numeric.routine(entries)(t, x, now.p, now.inputs(t))
+        return numeric.routine(entries)(t, x, now.p, now.inputs(t, x))
 
     def by_products(t: float, x: Array) -> Array:
-        return numeric.routine(products)(t, x, now.p, now.inputs(t), unit).T
+        return numeric.routine(products)(t, x, now.p, now.inputs(t, x), unit).T
+
+    following = any(getattr(f, "of_state", False) for f in now.drives)
 
     def j(t: float, y: Array) -> Array:
         whole = np.zeros((n + 1, n + 1))
         found = (by_products if long else by_entries)(t, y[:n])
+        if following:
+            found = found + by_inputs(now, t, y[:n]) @ gains(now, t, y[:n])
         whole[:, :n] = np.where(np.isfinite(found), found, 0.0)
         return whole
 

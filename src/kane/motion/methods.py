@@ -11,6 +11,7 @@ from typing import Any
 from kane.errors import SimulationError
 from kane.expr.node import postorder
 from kane.motion.drives import constant
+from kane.motion.feedback import HeldInput, LawInput
 from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
 from kane.motion.regimes import jumps, quantities, rates_on, unfit
@@ -39,6 +40,12 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
     (lambda stepper, drives, by: jumps(stepper.eom) and not by.watches, "loads jump"),
     (lambda stepper, drives, by: unfit(stepper.eom), "loads jump beside tables or choices of pivots"),
     (lambda stepper, drives, by: _asked(drives) and not by.driven, "inputs are functions of time"),
+    (lambda stepper, drives, by: any(isinstance(f, LawInput) for f in drives), "inputs are functions of the state"),
+    (lambda stepper, drives, by: any(isinstance(f, HeldInput) for f in drives), "controllers are sampled"),
+    (
+        lambda stepper, drives, by: _follows(drives) and (by.width > 1 or stepper.manifold is not None),
+        "inputs are expressions of the state",
+    ),
     (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
 )
 """What is looked after between two steps, in words, and whether there is something of it that an integrator leaves to Python."""
@@ -46,6 +53,10 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
 
 def _asked(drives: Sequence[Any]) -> bool:
     return any(constant(f) is None and not isinstance(f, Formula) for f in drives)
+
+
+def _follows(drives: Sequence[Any]) -> bool:
+    return any(isinstance(f, Formula) and f.of_state for f in drives)
 
 
 def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float) -> str:
@@ -81,6 +92,7 @@ def _native(stepper: Stepper, drives: Sequence[Any]) -> str:
         narrow = any(node.op in _NOT_WIDE for node in postorder(roots))
     else:
         narrow = any(rates.program.op(i) in _NOT_WIDE for i in rates.routine.body)
+    narrow |= _follows(drives)
     narrow |= _asked(drives) or any(isinstance(f, Formula) and not f.smooth for f in drives)
     return _NARROW if narrow or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
 

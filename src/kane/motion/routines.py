@@ -12,6 +12,7 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports, rate_names
 from kane.expr.node import Expr
 from kane.expr.symbols import time
+from kane.motion.feedback import value
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_constraint
@@ -72,22 +73,22 @@ class Routines:
     events: CompiledRoutine | None
     switches: CompiledRoutine | None = None
 
-    def inputs(self, t: float) -> Array:
+    def inputs(self, t: float, y: Array) -> Array:
         """Values of the inputs."""
-        return np.array([float(f(t)) for f in self.drives])
+        return np.array([value(f, t, y[: self.width]) for f in self.drives])
 
-    def inputs_all(self, t: Array) -> Array:
-        """Values of the inputs (k × inputs) at times (k)."""
-        return np.array([self.inputs(s) for s in t])
+    def inputs_all(self, t: Array, y: Array) -> Array:
+        """Values of the inputs (k × inputs) at times (k) and states (k × n)."""
+        return np.array([self.inputs(s, row) for s, row in zip(t, y, strict=True)])
 
     def rate(self, t: float, y: Array) -> Array:
         """(q̇, u̇, P)."""
-        return self.rates(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
+        return self.rates(t, y[: self.width], self.p, self.inputs(t, y) if self.drives else None)
 
     def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array, mix: Mixed | None = None) -> Array:
         """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
         routine = self.eom.numeric(self.settings).routine(unembedded)
-        q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t))
+        q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t, y))
         return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), self.rate(t, y)[-1:]])
 
     def watch(self, t: float, y: Array) -> Array:
@@ -109,20 +110,20 @@ class Routines:
         return self._at_all(self.switches, t, y)
 
     def _at(self, routine: CompiledRoutine, t: float, y: Array) -> Array:
-        return routine(t, y[: self.width], self.p, self.inputs(t) if self.drives else None)
+        return routine(t, y[: self.width], self.p, self.inputs(t, y) if self.drives else None)
 
     def _at_all(self, routine: CompiledRoutine, t: Array, y: Array) -> Array:
-        return routine(t, y[:, : self.width], self.p, self.inputs_all(t))
+        return routine(t, y[:, : self.width], self.p, self.inputs_all(t, y))
 
     def values(self, t: float, y: Array) -> dict[Expr, Any]:
         """A number for every symbol of the equations."""
         eom = self.eom
         symbols = (time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs)
-        return dict(zip(symbols, [t, *y[: self.width], *self.p, *self.inputs(t)], strict=True))
+        return dict(zip(symbols, [t, *y[: self.width], *self.p, *self.inputs(t, y)], strict=True))
 
     def explain(self, t: float, y: Array) -> str:
         """What is not finite first."""
-        return self.rates.explain(t, y[: self.width], self.p, self.inputs(t))
+        return self.rates.explain(t, y[: self.width], self.p, self.inputs(t, y))
 
 
 def routines(

@@ -18,7 +18,8 @@ from kane.expr.node import Expr
 from kane.motion.breakpoints import in_loads
 from kane.motion.checking import check_drifts, checking_functions
 from kane.motion.drives import Function, Signal, check_prescribed, input_functions
-from kane.motion.formulas import Formula
+from kane.motion.feedback import HeldInput, controllers
+from kane.motion.formulas import Formula, own_parameters
 from kane.motion.methods import check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.singular_rates import check_regular
@@ -81,7 +82,8 @@ def simulate(
     q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
     rates : the rates of the coordinates at the start, by coordinate, in place of `u`
     parameters : values by symbol or name; those left out take their defaults
-    inputs : a number, an expression of time and parameters, or a function of time for each input
+    inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
+        f(t) or f(t, x) with x = (q, u), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
     method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", and at steps of the
         length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
@@ -123,14 +125,13 @@ def simulate(
     )
     constants = parameter_values(eom.system, parameters)
     check_masses(eom, constants)
-    drives = input_functions(eom, inputs, span, constants)
+    drives = input_functions(eom, inputs, span, own_parameters(parameters) | constants)
     check_prescribed(eom, constants, span)
     if (u is None) == (rates is None):
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
     with working("Simulating"):
         stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
-        begin = {"parameters": parameters, "inputs": {s: f(t0) for s, f in drives.items()}}
-        start = _admissible(stepper, t0, np.append(_start(eom, q, u, rates, begin, t0), 0.0))
+        start = _begun(stepper, q, u, rates, parameters, t0)
         for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
@@ -144,6 +145,21 @@ def simulate(
     return solution
 
 
+def _begun(stepper: Stepper, q: Any, u: Any, rates: Any, parameters: Any, t0: float) -> Array:
+    """The start, whole and admissible; sampled controllers have been asked there."""
+    drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
+    begin = {"parameters": parameters, "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
+    first = _start(stepper.first, q, u, rates, begin, t0)
+    for held in controllers(stepper.now.drives):
+        held.due(t0, first)
+    return _admissible(stepper, t0, np.append(first, 0.0))
+
+
+def _at_start(drive: Any, t: float) -> float:
+    """An input where the state is sought: what follows from the state moves nothing, and is left out."""
+    return 0.0 if getattr(drive, "of_state", False) or isinstance(drive, HeldInput) else float(drive(t))
+
+
 def _breakpoints(
     given: tuple[float, ...],
     eom: Equations,
@@ -152,7 +168,8 @@ def _breakpoints(
     span: tuple[float, float],
 ) -> tuple[float, ...]:
     """Those given, and those that loads and inputs are known to have."""
-    own = (f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal))
+    own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
+    own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
     return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
 
 
@@ -197,7 +214,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
     rates = stepper.rate(t0, start)
     if stepper.kinks is not None:
-        stepper.kinks.check_start(t0, start[:-1], (stepper.now.p, stepper.now.inputs(t0)), rates[:-1])
+        stepper.kinks.check_start(t0, start[:-1], (stepper.now.p, stepper.now.inputs(t0, start)), rates[:-1])
     check_rates(
         names,
         rates,

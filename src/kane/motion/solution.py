@@ -25,6 +25,7 @@ from kane.motion import tables
 from kane.motion.checking import Drift, checking_functions, drifts
 from kane.motion.contents import contents, some
 from kane.motion.energy import EnergyCheck, energy_check
+from kane.motion.feedback import along
 from kane.motion.files import write
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
@@ -95,7 +96,7 @@ class Solution:
         own = {f.name: getattr(self, f.name) for f in fields(self)}
         kept = list(dict.fromkeys([self.equations, *(s.equations for s in self.segments), *self.samples]))
         place = {eom: k for k, eom in enumerate(kept)}
-        own["inputs"] = {s: Recorded(str(s), self.t, np.array([f(t) for t in self.t])) for s, f in self.inputs.items()}
+        own["inputs"] = {s: Recorded(str(s), self.t, along(f, self.t, self.states)) for s, f in self.inputs.items()}
         own["segments"] = [(s.start, place[s.equations]) for s in self.segments]
         own["samples"] = [place[eom] for eom in self.samples]
         partitions = [eom.embedding and eom.embedding.partition for eom in kept]
@@ -162,7 +163,7 @@ class Solution:
     def _along(self, eom: Equations, exprs: Any, t: Array, states: Array) -> list[Array]:
         """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds))."""
         q, u = np.split(states.T, [len(eom.coordinates)])
-        inputs = {s: np.asarray([f(time) for time in t], dtype=float) for s, f in self.inputs.items()}
+        inputs = {s: along(f, t, states) for s, f in self.inputs.items()}
         values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t, held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
 

@@ -18,6 +18,7 @@ from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import on_from, up_to
 from kane.motion.chatter import Pace, chattering
+from kane.motion.feedback import controllers
 from kane.motion.met import PARTS, crossings, leapt, thresholds, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.singular_rates import nearly_singular
@@ -219,6 +220,8 @@ class Course:
         if changed:
             self.watched = self.stepper.now.watch(end, kept)
         if self.solver.status == "finished":  # at a breakpoint, beyond which rates may be others
+            for held in controllers(self.stepper.now.drives):
+                held.due(on_from(end), kept[: self.stepper.now.width])
             self._restart(on_from(end), kept)
         elif changed or not np.array_equal(kept, self.solver.y):
             self._take(kept, changed)

@@ -84,14 +84,14 @@ class Stepper:
 
     def _numbers(self, t: float, y: Array) -> Numbers:
         assert self.manifold is not None
-        return self.manifold.numbers(t, y[: self.now.width], self.now.p, self.now.inputs(t))
+        return self.manifold.numbers(t, y[: self.now.width], self.now.p, self.now.inputs(t, y))
 
     def keep(self, t: float, y: Array) -> tuple[Array, Numbers | None]:
         """y moved onto the constraints, and their numbers there."""
         if self.manifold is None:
             return y, None
         width = self.now.width
-        x, numbers = self.manifold.project(t, y[:width], self.now.p, self.now.inputs(t), self.reach, self.mixes)
+        x, numbers = self.manifold.project(t, y[:width], self.now.p, self.now.inputs(t, y), self.reach, self.mixes)
         self.reach = np.maximum(self.reach, np.abs(numbers.a))
         if self.mixes != (None, None):
             c = len(numbers.f)
@@ -129,7 +129,7 @@ class Stepper:
         before = (self.eom, self.lost)
         lost = self._loses_rank(numbers)
         if lost:
-            given = self.now.p, self.now.inputs(t)
+            given = self.now.p, self.now.inputs(t, y)
             self.mixes = mixes(self.manifold, t, y[: self.now.width], given, numbers, self.reach)
         other = better(numbers.a, self.eom.embedding.partition, self.reach, not self.segments, self.mixes[1])
         if other is not None:
@@ -162,7 +162,7 @@ class Stepper:
         """The first place in a step beyond which constraints hold other positions or velocities; None where there is none."""
         if self.kinks is None:
             return None
-        return self.kinks.ahead(dense, start, end, lambda t: (self.now.p, self.now.inputs(t)), tolerances)
+        return self.kinks.ahead(dense, start, end, lambda t: (self.now.p, self.now.inputs(t, dense(t))), tolerances)
 
     def crosses(self, dense: Callable[[Any], Array], start: float, end: float, rank_alone: bool = False) -> bool:
         """Whether a step leads across a state at which rank is lost, or at which the dependent speeds do not follow.
@@ -174,7 +174,7 @@ class Stepper:
             return False
 
         def along(t: Array) -> Along:
-            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t)).a
+            a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t, dense(t).T)).a
             found = looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
             return replace(found, side=np.ones_like(found.side)) if rank_alone else found
 

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inputs that follow from the state: expressions, functions of Python, sampled controllers."""
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm, solve_continuous_are
+
+import kane as kn
+from kane.gallery import pendulum_on_cart
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+x, y = kn.coordinates("x y")
+v, w = kn.speeds("v w")
+m, c = kn.parameter("m", 2.0), kn.parameter("c", 0.5)
+F, G = kn.input("F"), kn.input("G")
+P = O.at("P", x * N.x + y * N.y)
+EOM = kn.derive(
+    kn.System(N, bodies=[kn.Particle("P", P, m)], speeds={v: x.dt, w: y.dt}, loads=[kn.Force(P, F * N.x + G * N.y)])
+)
+START = {"q": [1, 0], "u": [0, 0.5], "samples": 21}
+K = np.array([[3.0, 0.2, 0.7, 0.0], [0.1, 2.0, 0.0, 0.9]])
+CLOSED = np.block([[np.zeros((2, 2)), np.eye(2)], [-K / 2]])
+
+
+def exact(t):
+    return np.array([expm(CLOSED * s) @ [1, 0, 0, 0.5] for s in t])
+
+
+STATE = np.array([x, y, v, w], dtype=object)
+LAWS = {
+    "expressions": {F: -(3 * x + 0.2 * y + 0.7 * v), G: -(0.1 * x + 2 * y + 0.9 * w)},
+    "matrix": {(F, G): -K @ STATE},
+    "names": {("F", "G"): list(-K @ STATE)},
+    "parameters": {F: -(6 * c * x + 0.2 * y + 0.7 * v), G: -(0.1 * x + m * y + 0.9 * w)},
+    "function": {(F, G): lambda t, x: -K @ x},
+    "functions": {F: lambda t, x: -K[0] @ x, G: lambda t, x: -K[1] @ x},
+    "mixed": {F: lambda t, x: -K[0] @ x, G: -(0.1 * x + 2 * y + 0.9 * w)},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("method", ["auto", "DOP853", "Radau"])
+def test_linear_feedback_is_an_exponential(law, method):
+    tight = {"rtol": 1e-8, "atol": 1e-8} if method == "Radau" else {}
+    sol = kn.simulate(EOM, (0, 4), inputs=LAWS[law], method=method, **START, **tight)
+    assert np.abs(sol.states - exact(sol.t)).max() < (1e-6 if method == "Radau" else 1e-8)
+    assert np.allclose(sol[[F, G]], -(K @ sol.states.T), rtol=1e-12)
+    assert sol.energy_check.relative < (1e-5 if method == "Radau" else 1e-8)
+    if method == "auto":
+        native = law in ("expressions", "matrix", "names", "parameters")
+        assert sol.method == ("dop853" if native else "DOP853")
+    if method == "Radau":
+        assert sol.steps < 400
+
+
+def test_a_law_is_kept_by_pickles_and_files(tmp_path):
+    sol = kn.simulate(EOM, (0, 1), inputs=LAWS["matrix"], **START)
+    sol.save(tmp_path / "run.npz")
+    for again in (pickle.loads(pickle.dumps(sol)), kn.load_solution(tmp_path / "run.npz", EOM)):
+        assert np.array_equal(again["F"], sol[F])
+
+
+def zero_order_hold(period, end):
+    """The same controller on the exact discrete motion."""
+    a, b = np.zeros((4, 4)), np.zeros((4, 2))
+    a[:2, 2:], b[2:] = np.eye(2), np.eye(2) / 2
+    whole = expm(np.block([[a, b], [np.zeros((2, 6))]]) * period)
+    states = [np.array([1, 0, 0, 0.5])]
+    for _ in range(round(end / period)):
+        states.append(whole[:4, :4] @ states[-1] + whole[:4, 4:] @ (-K @ states[-1]))
+    return np.array(states)
+
+
+@pytest.mark.parametrize("method", ["auto", "Radau"])
+def test_a_sampled_controller_holds_its_values(method):
+    control = kn.sampled(lambda t, x: -K @ x, period=0.1)
+    sol = kn.simulate(EOM, (0, 2), inputs={(F, G): control}, method=method, **START)
+    assert np.abs(sol.states - zero_order_hold(0.1, 2)).max() < 1e-8
+    # at the end nothing is asked any more
+    assert np.allclose(np.array(sol[[F, G]]).T[:-1], (-sol.states @ K.T)[:-1], atol=1e-8)
+    between = kn.simulate(
+        EOM, (0, 2), inputs={(F, G): control}, **{**START, "samples": np.array([0.05, 0.1, 0.149, 0.199])}
+    )
+    assert between[F][2] == between[F][3] == between[F][4]
+    assert between[F][1] == between[F][0] != between[F][2]
+    assert between.energy_check.relative < 1e-8
+
+
+def test_a_controller_with_a_state_of_its_own():
+    """PI control of the velocity; its integral is begun anew by every motion."""
+
+    def control(t, x, z):
+        e = 1.0 - x[2]
+        z = z + 0.05 * e
+        return 2 * e + 3 * z, z
+
+    inputs = {F: kn.sampled(control, 0.05, state=0.0), G: 0}
+    one, two = (kn.simulate(EOM, (0, 3), inputs=inputs, **START) for _ in range(2))
+    assert np.array_equal(one.states, two.states)
+    u, z, x_ = 0.0, 0.0, 1.0
+    for _ in range(60):
+        e = 1 - u
+        z += 0.05 * e
+        f = (2 * e + 3 * z) / 2
+        x_, u = x_ + 0.05 * u + f * 0.05**2 / 2, u + 0.05 * f
+    assert one.u[-1, 0] == pytest.approx(u, abs=1e-8)
+    assert one.q[-1, 0] == pytest.approx(x_, abs=1e-8)
+
+
+def test_two_periods_and_constraints_and_breakpoints():
+    asked = []
+
+    def slow(t, x):
+        asked.append(t)
+        return 0.0
+
+    inputs = {F: kn.sampled(slow, 0.3), G: kn.sampled(lambda t, x: -x[1], 0.1)}
+    kn.simulate(EOM, (0.05, 1), inputs=inputs, breakpoints=[0.7], **START)
+    assert asked == pytest.approx([0.05, 0.35, 0.65, 0.95])
+
+
+def test_linear_quadratic_control_of_a_trimmed_point():
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    linear = kn.linearize(eom, q={"x": 0, "theta": np.pi}, u=[0, 0], inputs={"F": 0})
+    gain = linear.B.T @ solve_continuous_are(linear.A, linear.B, np.eye(4), np.eye(1))
+    up = np.array([0, np.pi, 0, 0])
+    sol = kn.simulate(eom, (0, 30), q=[0.3, np.pi + 0.2], u=[0, 0], inputs={"F": lambda t, x: -gain @ (x - up)})
+    law = -gain @ (np.array([*eom.coordinates, *eom.speeds]) - up)
+    same = kn.simulate(eom, (0, 30), q=[0.3, np.pi + 0.2], u=[0, 0], inputs={("F",): law})
+    assert np.abs(sol.states[-1] - up).max() < 1e-4
+    assert np.abs(sol.states - same.states).max() < 1e-5
+    assert (sol.method, same.method) == ("DOP853", "dop853")
+
+
+def test_gains_are_parameters_of_their_own():
+    k = kn.parameter("k", 1.0)
+    for given, wanted in (({}, 1.0), ({k: 3.0}, 3.0)):
+        sol = kn.simulate(EOM, (0, 1), inputs={F: -k * x, G: 0}, parameters=given, **START)
+        assert np.allclose(sol[F], -wanted * sol[x], rtol=1e-12)
+
+
+def test_laws_against_scipy():
+    """A law that is not linear, on its own right-hand side."""
+    law = -kn.tanh(3 * x) - 0.3 * kn.abs(v) * v
+    sol = kn.simulate(EOM, (0, 4), inputs={F: law, G: 0}, **START)
+
+    def rates(t, s):
+        return [s[1], (-np.tanh(3 * s[0]) - 0.3 * abs(s[1]) * s[1]) / 2]
+
+    own = solve_ivp(rates, (0, 4), [1, 0], rtol=1e-11, atol=1e-12, t_eval=sol.t)
+    assert np.abs(sol.q[:, 0] - own.y[0]).max() < 1e-7
+
+
+def simulate(**inputs):
+    given = {F: 0, G: 0} | {kn.input(k): f for k, f in inputs.items()}
+    return kn.simulate(EOM, (0, 1), inputs=given, **START)
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (
+            lambda t, x: [1, 2],
+            r"Expected 1 number from the function of the state for F, got an array of shape \(2,\) at t = 0\. ",
+        ),
+        (lambda t, x: np.nan, r"Expected finite numbers .* for F, got nan at t = 0\. "),
+        (lambda t, x: "much", r"Expected numbers .* for F, got 'much' at t = 0\. Return plain numbers"),
+        (
+            lambda t, x: 1 / 0,
+            r"got ZeroDivisionError from it at t = 0, x = \[1\. .*\]: division by zero\. It is called as f\(t, x\)",
+        ),
+        (lambda t, x: x[7], r"got IndexError from it at t = 0"),
+        (lambda t, x, z, more: 0, r"A function of time and state takes these two, f\(t, x\)"),
+        (x.dt, r"Expected the input F as .* got the expression x' with x' \(Rate\)"),
+        (kn.input("H") * x, r"with H \(Input\)"),
+        (kn.sampled(lambda t, x: [1, 2], 0.1), r"Expected 1 number .* for F, got an array of shape \(2,\)"),
+        (kn.sampled(lambda t, x: np.inf if t > 0.35 else 0, 0.1), r"Expected finite numbers .* at t = 0\.4\."),
+        (kn.sampled(lambda t, x: 1.0, 0.1, state=0.0), r"got TypeError from it at t = 0.*with a state as f\(t, x, z\)"),
+        (
+            kn.sampled(lambda t, x, z: 1.0, 0.1, state=0.0),
+            r"Expected the value and the next state, \(value, z\), .* got 1\.0 at t = 0",
+        ),
+        (kn.sampled(lambda t, x: 1.0, 1e-9), r"at most 1e\+07 periods of the sampled controller for F"),
+    ],
+)
+def test_laws_that_are_none(law, said):
+    with pytest.raises(kn.SimulationError, match=said):
+        simulate(F=law)
+
+
+def test_calls_that_are_none():
+    with pytest.raises(
+        kn.SimulationError, match=r"Expected a period > 0 of a sampled controller, got 0\. It is a time in s"
+    ):
+        kn.sampled(lambda t, x: 0, 0)
+    with pytest.raises(kn.SimulationError, match="period"):
+        kn.sampled(lambda t, x: 0, -0.1)
+    with pytest.raises(kn.SimulationError, match=r"finite period"):
+        kn.sampled(lambda t, x: 0, np.nan)
+    with pytest.raises(kn.SimulationError, match=r"Expected a function f\(t, x\) as a sampled controller, got 3"):
+        kn.sampled(3, 0.1)
+    with pytest.raises(kn.SimulationError, match=r"Expected 2 values for the inputs F, G, got \[1\]"):
+        kn.simulate(EOM, (0, 1), inputs={(F, G): [1]}, **START)
+    with pytest.raises(kn.ValueMissingError, match=r"got one for H|got one for 'H'"):
+        kn.simulate(EOM, (0, 1), inputs={(F, "H"): [1, 2], G: 0}, **START)
+    with pytest.raises(kn.SimulationError, match=r"runs in machine code .* inputs are expressions of the state"):
+        kn.simulate(EOM, (0, 1), inputs=LAWS["matrix"], method="gauss16", **START)
+
+
+def test_what_prescribes_a_motion_does_not_follow_from_the_state():
+    A = O.at("A", F * N.y)
+    Q = A.at("Q", x * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("Q", Q, m)], speeds={v: x.dt}))
+    for law in (lambda t, x: 0.0, kn.sampled(lambda t, x: 0.0, 0.1)):
+        with pytest.raises(
+            kn.SimulationError, match=r"Expected the input F as a function of time with its derivatives"
+        ):
+            kn.simulate(eom, (0, 1), q=[0], u=[0], inputs={F: law})
+    with pytest.raises(kn.SimulationError, match=r"with v \(Speed\)"):
+        kn.simulate(eom, (0, 1), q=[0], u=[0], inputs={F: v})
