@@ -39,6 +39,7 @@ from kane.errors import (
     KaneError,
     KaneWarning,
     ModelError,
+    ModesWarning,
     NotAffineError,
     NotFiniteError,
     PotentialError,
@@ -49,6 +50,7 @@ from kane.errors import (
     SolutionFileError,
     SpaceError,
     SpeedsError,
+    StiffeningWarning,
     UnitError,
     ValueMissingError,
 )
@@ -206,6 +208,8 @@ from kane.write.text import to_text
 
 if TYPE_CHECKING:
     from kane.interop.sympy import from_sympy, to_sympy
+    from kane.present.beam_figures import beam_figure, mode_figure
+    from kane.present.campbell import campbell_diagram
     from kane.present.checks import Check
     from kane.present.figure import plot
     from kane.present.report import report
@@ -221,6 +225,9 @@ logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says no
 _LAZY = {
     "report": "kane.present.report",
     "root_locus": "kane.present.root_locus",
+    "campbell_diagram": "kane.present.campbell",
+    "mode_figure": "kane.present.beam_figures",
+    "beam_figure": "kane.present.beam_figures",
     "plot": "kane.present.figure",
     "Check": "kane.present.checks",
     "show_versions": "kane.present.versions",
@@ -254,7 +261,7 @@ __all__ = [
     "right_triangle", "triangular_plate", "circular_sector", "circular_arc", "parallel_axis", "central_inertia",
     "mass_center", "inertia_about", "inertia_matrix", "inertia_vector", "moment_of_inertia", "product_of_inertia",
     "radius_of_gyration", "composite", "principal", "Principal",
-    "Beam", "mode_shapes", "ModeShapes", "tapered",
+    "Beam", "mode_shapes", "ModeShapes", "tapered", "campbell_diagram", "mode_figure", "beam_figure",
     "Force", "Torque", "gravity", "Gravity", "Load", "linear_spring", "linear_damper", "torsional_spring",
     "torsional_damper", "gravitation", "gravity_moment", "buoyancy", "linear_drag", "quadratic_drag", "line_load",
     "pressure_on_rectangle", "pressure_on_disk", "force_system", "ForceSystem", "Wrench",
@@ -277,5 +284,6 @@ __all__ = [
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
     "PotentialError", "SingularError", "ValueMissingError", "SimulationError", "CornerError", "SolutionFileError", "ProgramError",
-    "ArgumentError", "NotFiniteError", "KaneWarning", "show_versions", "__version__",
+    "ArgumentError", "NotFiniteError", "KaneWarning", "StiffeningWarning",
+    "ModesWarning", "show_versions", "__version__",
 ]  # fmt: skip

@@ -100,3 +100,11 @@ class NotFiniteError(KaneError, ArithmeticError):
 
 class KaneWarning(UserWarning):
     """Something that is probably not meant, but can be computed."""
+
+
+class StiffeningWarning(KaneWarning):
+    """A beam whose stiffening is left out spins beyond its first frequency: premature linearization."""
+
+
+class ModesWarning(KaneWarning):
+    """A beam has too few functions for the motion that it makes."""

@@ -51,6 +51,12 @@ class Branch:
         """The values at which the branch turns back."""
         return tuple(self.values[list(self.turning)].tolist())
 
+    @property
+    def frequencies(self) -> Array:
+        """|Im λ| at each point, ascending, one of each pair (points × ⌈states/2⌉): 0 where a pair is real."""
+        rows: Array = np.sort(np.abs(self.eigenvalues.imag), axis=1)[:, ::-2][:, ::-1]
+        return rows
+
     def __len__(self) -> int:
         return len(self.values)
 

@@ -15,6 +15,7 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.node import Expr
+from kane.motion.beams import warn_of_beams
 from kane.motion.breakpoints import in_loads
 from kane.motion.checking import check_drifts, checking_functions
 from kane.motion.drives import Function, Signal, check_prescribed, input_functions
@@ -185,6 +186,7 @@ def _check_kept(solution: Solution, functions: Sequence[Any]) -> None:
         warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=3)
     if functions:
         check_drifts(solution.checking_functions(functions), solution.rtol)
+    warn_of_beams(solution)
 
 
 def _wrong_energy(solution: Solution) -> str:

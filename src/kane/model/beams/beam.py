@@ -62,7 +62,9 @@ class Beam(Immutable):
     root: Point
     frame: Frame
     length: Expr
+    mass_per_length: Tapered
     deformation: Fields
+    clamped: bool
     form: str
     coordinates: tuple[Coordinate, ...]
     speeds: Mapping[Speed, Expr]
@@ -110,7 +112,22 @@ class Beam(Immutable):
         speeds = {Speed.declare(f"u_{q.name}", None, _rate_unit(q), ""): rate(q) for q in coordinates}
         gauges = Gauges(name, root, L, fields)
         loads = (elasticity(name, gauges, L, fields), *damping_of(name, gauges, whole, matter, damping))
-        values: tuple[Any, ...] = (name, root, frame, L, whole, form, coordinates, speeds, loads, parts, arguments, {})
+        values: tuple[Any, ...] = (
+            name,
+            root,
+            frame,
+            L,
+            matter.mass,
+            whole,
+            support == "clamped",
+            form,
+            coordinates,
+            speeds,
+            loads,
+            parts,
+            arguments,
+            {},
+        )
         for slot, value in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, slot, value)
 

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`mode_figure` and `beam_figure`: the functions of a beam, and its deformed axis along a motion."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from kane.errors import ModelError, SimulationError, cut
+from kane.model.beams.beam import Beam
+from kane.motion.solution import Solution
+from kane.numeric.arrays import Array
+
+_STATIONS = 33
+_NAMES = {"v": "v", "w": "w", "s": "stretch", "t": "twist"}
+
+
+def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
+    """The functions of a beam's deformations against ξ = x/L, one picture a deformation, each function to a size of 1.
+
+    Parameters
+    ----------
+    beam : kn.Beam
+    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    """
+    _check(beam)
+    fields = beam.deformation.fields
+    figure = Figure(figsize=(6.4, 2.2 * len(fields) + 0.6), layout="constrained")
+    grid: Any = figure.subplots(len(fields), 1, sharex=True, squeeze=False)
+    x = np.linspace(0, 1, 201)
+    for f, axes in zip(fields, grid[:, 0], strict=True):
+        values = f.shapes.evaluate(x, 0)
+        size = np.abs(values).max(axis=0)
+        for k, q in enumerate(f.coordinates):
+            axes.plot(x, values[:, k] / size[k], linewidth=1.3, label=q.name)
+        axes.axhline(0, color="0.6", linewidth=0.8)
+        axes.set_ylabel(_NAMES[f.stem])
+        axes.legend(frameon=False, fontsize=8, ncols=3)
+        _style(axes)
+    grid[-1, 0].set_xlabel("ξ = x/L")
+    return _saved(figure, path)
+
+
+def beam_figure(
+    beam: Beam, solution: Solution, times: Sequence[float] | int = 9, path: str | Path | None = None
+) -> Figure:
+    """The deformed axis of a beam in its frame at times of a motion: deflections against the place along the axis.
+
+    Parameters
+    ----------
+    beam : kn.Beam
+    solution : a motion of a system with this beam
+    times : times (s), or how many, evenly spaced
+    path : where to write the figure, if anywhere: .svg, .png, .pdf
+
+    Raises
+    ------
+    ModelError
+        if it is no beam
+    SimulationError
+        if the beam is not in the solution's system
+    """
+    _check(beam)
+    if all(b is not beam for b in solution.equations.system.bodies):
+        raise SimulationError(f"Expected a motion of a system with the beam {beam.name}, got one without it.")
+    places = deformed(beam, solution, np.linspace(0, 1, _STATIONS))
+    wanted = np.linspace(solution.t[0], solution.t[-1], times) if isinstance(times, int) else np.asarray(times, float)
+    rows = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
+    bending = beam.deformation.bending
+    figure = Figure(figsize=(6.4, 2.6 * len(bending) + 0.6), layout="constrained")
+    grid: Any = figure.subplots(max(1, len(bending)), 1, sharex=True, squeeze=False)
+    colours = mpl.colormaps["viridis"](np.linspace(0, 0.9, len(rows)))
+    for k, (f, axes) in enumerate(zip(bending, grid[:, 0], strict=True)):
+        for row, colour in zip(rows, colours, strict=True):
+            axes.plot(
+                places[row, :, 0],
+                places[row, :, 1 + k],
+                color=colour,
+                linewidth=1.2,
+                label=f"t = {solution.t[row]:.3g} s",
+            )
+        axes.set_ylabel(f"{_NAMES[f.stem]} [m]")
+        _style(axes)
+    grid[-1, 0].set_xlabel("along the axis [m]")
+    grid[0, 0].legend(frameon=False, fontsize=7, ncols=3)
+    return _saved(figure, path)
+
+
+def deformed(beam: Beam, solution: Solution, stations: Array) -> Array:
+    """Places of the axis in the beam's frame (times × stations × (1 + deflections)): along the axis, then v and w."""
+    whole = beam.deformation
+    directions = [whole.axis, *(f.along for f in whole.bending)]
+    wanted = [whole.place(float(x)).dot(e) for x in stations for e in directions]
+    values = np.array(solution[wanted])
+    return np.moveaxis(values.reshape(len(stations), len(directions), -1), 2, 0)
+
+
+def _check(beam: Any) -> None:
+    if not isinstance(beam, Beam):
+        raise ModelError(f"Expected a kn.Beam, got {cut(repr(beam))}.")
+
+
+def _style(axes: Any) -> None:
+    axes.grid(True, color="0.9", linewidth=0.6)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def _saved(figure: Figure, path: str | Path | None) -> Figure:
+    if path is not None:
+        figure.savefig(path)
+    return figure

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Beams along a motion: what is said of those that spin too fast for what they are declared with."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import pytest
+
+import kane as kn
+from tests.systems.beams import spinning
+
+
+def said(spin: float, **more: Any) -> list[type[Warning]]:
+    """The categories of the warnings of a short motion at a spin."""
+    _, system = spinning(**more)
+    zero = {"q": dict.fromkeys(system.coordinates, 0.0), "u": dict.fromkeys(system.speeds, 0.0)}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        kn.simulate(kn.derive(system), (0, 0.1), samples=3, parameters={"Omega": spin}, **zero)
+    return [w.category for w in caught]
+
+
+def test_premature_linearization() -> None:
+    """Beyond the first frequency at rest, 3.516 rad/s, and not below it."""
+    assert said(3.4, stiffening=False) == []
+    assert said(3.6, stiffening=False) == [kn.StiffeningWarning]
+    assert said(3.6) == []
+
+
+def test_a_shaft_that_spins_about_its_axis_says_nothing() -> None:
+    N = kn.Frame("N")
+    A = N.rotate("A", 50 * kn.time, N.x)
+    beam = kn.Beam(
+        "shaft",
+        kn.Point("O", fixed_in=N),
+        frame=A,
+        axis=A.x,
+        length=1.0,
+        mass_per_length=1.0,
+        EI=1.0,
+        modes=1,
+        stiffening=False,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        kn.simulate(kn.derive(kn.System(N, bodies=[beam])), (0, 0.01), q=[0.0], u=[0.0], samples=3)
+
+
+@pytest.mark.parametrize(
+    ("modes", "spin", "enough"), [(1, 4, True), (1, 12, False), (3, 12, True), (2, 30, False), (4, 30, True)]
+)
+def test_too_few_modes(modes: int, spin: float, enough: bool) -> None:
+    """One clamped-free mode has the first flapwise frequency at γ = 12, 13.170, as 13.572."""
+    assert said(spin, modes=modes) == ([] if enough else [kn.ModesWarning])

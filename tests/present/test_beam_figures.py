@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of beams: mode shapes, deformed axes, Campbell diagrams show the numbers that they are made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kane as kn
+from tests.oracles import rotating_beam
+from tests.systems.beams import spinning
+
+
+def labels(axes: Any) -> list[str]:
+    """What the legend says."""
+    return [t.get_text() for t in axes.get_legend().get_texts()]
+
+
+def test_mode_shapes(tmp_path) -> None:
+    beam, _ = spinning(modes=3, EA=100.0, stretch=2)
+    figure = kn.mode_figure(beam, tmp_path / "modes.svg")
+    stretch, bend = figure.axes
+    assert (stretch.get_ylabel(), bend.get_ylabel()) == ("stretch", "v")
+    assert labels(bend) == ["v1_beam", "v2_beam", "v3_beam"]
+    lines = [line for line in bend.lines if str(line.get_label()).startswith("v")]
+    for line in lines:
+        assert np.abs(line.get_ydata()).max() == pytest.approx(1)
+    assert (tmp_path / "modes.svg").read_text().lstrip().startswith("<?xml")
+    with pytest.raises(kn.ModelError, match=r"Expected a kn\.Beam, got 3"):
+        kn.mode_figure(3)
+
+
+def test_deformed_axis() -> None:
+    beam, system = spinning(modes=2)
+    eom = kn.derive(system)
+    sol = kn.simulate(eom, (0, 1), q=[0.05, 0.0], u=[0.0, 0.0], samples=11, parameters={"Omega": 1.0})
+    (axes,) = kn.beam_figure(beam, sol, [0.0, 0.5]).axes
+    assert labels(axes) == ["t = 0 s", "t = 0.5 s"]
+    for line, row in zip(axes.lines, (0, 5), strict=True):
+        tip = sol[beam.point_at(1).position(beam.root).dot(beam.frame.y)][row]
+        assert np.asarray(line.get_ydata())[-1] == pytest.approx(tip)
+    _, other = spinning(modes=1)
+    alone = kn.simulate(kn.derive(other), (0, 0.1), q=[0.0], u=[0.0], samples=3)
+    with pytest.raises(kn.SimulationError, match="a motion of a system with the beam beam"):
+        kn.beam_figure(beam, alone)
+
+
+def test_campbell_diagram() -> None:
+    """The curves of a flap are those of an independent collocation."""
+    _, system = spinning(flap=True, modes=kn.mode_shapes("polynomials", 6))
+    zero = {"q": dict.fromkeys(system.coordinates, kn.guess(0.0)), "u": dict.fromkeys(system.speeds, 0.0)}
+    branch = kn.continuation(kn.derive(system), "Omega", [0.0, 3.0, 6.0], **zero)
+    np.testing.assert_allclose(branch.frequencies[-1, :2], rotating_beam.flapwise(6.0)[:2], rtol=1e-5)
+    (axes,) = kn.campbell_diagram(branch, orders=(1, 2), count=2).axes
+    curves = np.array([line.get_ydata() for line in axes.lines[:2]]).T
+    np.testing.assert_array_equal(curves, branch.frequencies[:, :2])
+    assert [t.get_text() for t in axes.texts] == ["1 Ω", "2 Ω"]
+    assert axes.get_ylabel() == "ω [rad/s]"
+    with pytest.raises(kn.SimulationError, match=r"a branch from kn\.continuation, got int"):
+        kn.campbell_diagram(3)
