@@ -54,3 +54,16 @@ def test_a_shaft_that_spins_about_its_axis_says_nothing() -> None:
 def test_too_few_modes(modes: int, spin: float, enough: bool) -> None:
     """One clamped-free mode has the first flapwise frequency at γ = 12, 13.170, as 13.572."""
     assert said(spin, modes=modes) == ([] if enough else [kn.ModesWarning])
+
+
+@pytest.mark.parametrize(
+    ("form", "deflection", "fits"), [("linearized", 0.1, True), ("linearized", 0.2, False), ("nonlinear", 0.2, True)]
+)
+def test_large_deflections(form: str, deflection: float, fits: bool) -> None:
+    """One function has the slope 2.75 q/L at the tip."""
+    _, system = spinning(modes=1, form=form)
+    eom = kn.derive(system)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        kn.simulate(eom, (0, 0.01), q=[deflection], u=[0.0], samples=3)
+    assert [str(w.message).endswith('Take form="nonlinear".') for w in caught] == ([] if fits else [True])

@@ -1,21 +1,35 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Beams along a motion: how fast each spins, and what is doubtful then."""
+"""Beams along a motion: how fast each spins, how far it bends, and what is doubtful then."""
 
 import warnings
 
 import numpy as np
 
+from kane.errors import KaneWarning
+from kane.expr.evaluate import evaluate
 from kane.model.beams.beam import Beam
 from kane.model.beams.doubts import doubts
 from kane.motion.solution import Solution
 
+_STEEPEST = {"linearized": 0.4, "nonlinear": 0.8}
+"""Slopes up to which the forms follow a beam: the kinetic energy to second order, and a strain energy quadratic in v''."""
+
 
 def warn_of_beams(solution: Solution) -> None:
-    """Warn of beams that spin faster than what they are declared with has it."""
+    """Warn of beams that spin faster, or bend further, than what they are declared with has it."""
     for beam in solution.equations.system.bodies:
         if isinstance(beam, Beam):
             for said, category in doubts(beam, _spin(solution, beam), solution.parameters):
                 warnings.warn(said, category, stacklevel=4)
+            slope = _slope(solution, beam)
+            if beam.deformation.stiffening and slope > _STEEPEST[beam.form]:
+                warnings.warn(
+                    f"Expected deflections of {beam.name} with slopes below {_STEEPEST[beam.form]:g}, as the {beam.form} form has it, "
+                    f"got {slope:.3g}: the motion is that of another beam from about there on. "
+                    + ('Take form="nonlinear".' if beam.form == "linearized" else "Divide the beam into several."),
+                    KaneWarning,
+                    stacklevel=4,
+                )
 
 
 def _spin(solution: Solution, beam: Beam) -> float:
@@ -27,3 +41,12 @@ def _spin(solution: Solution, beam: Beam) -> float:
     along = w.dot(beam.deformation.axis)
     across = np.asarray(solution[w.dot(w)] - solution[along] ** 2)
     return float(np.sqrt(np.max(across, initial=0.0, where=np.isfinite(across))))
+
+
+def _slope(solution: Solution, beam: Beam) -> float:
+    """The largest slope dv/dx of the deflections."""
+    length, steepest = float(evaluate(beam.length, solution.parameters)), 0.0
+    for f in beam.deformation.bending:
+        slopes = f.shapes.evaluate(np.linspace(0, 1, 17), 1) @ np.array([solution[q] for q in f.coordinates]) / length
+        steepest = max(steepest, float(np.max(np.abs(slopes), initial=0.0, where=np.isfinite(slopes))))
+    return steepest
