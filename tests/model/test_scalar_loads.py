@@ -120,3 +120,24 @@ def test_lengths_have_units():
     own = kn.Load.from_potential(stiff * (r**2 + s**2 + r * s) / 2)
     eom = kn.derive(kn.System(N, bodies=[bead], speeds="rates", loads=[own]))
     assert np.array(eom.evaluate(eom.Fr, q=[0.3, 0.4], u=[0, 0])) == pytest.approx([-2.5, -2.75])
+
+
+def test_frames_that_only_points_are_written_along_are_found():
+    """A pendulum of a particle has a frame that turns by its angle: there the torque acts, and no point is added."""
+    bob = kn.Particle("bob", O.at("W", -A.y), 1.0)
+    system = kn.System(N, bodies=[bob], speeds="rates", loads=[kn.Load.from_potential(k * q1**2 / 2)])
+    assert [p.name for p in system.points] == ["O", "W"]
+    assert [f.name for f, _ in system.loads[0].torques] == ["A"]
+
+
+def test_speeds_that_the_system_does_not_define():
+    with pytest.raises(kn.ModelError, match=r"speeds that the system defines \(none, as all are the rates\), got u1"):
+        kn.System(N, bodies=[BODY], speeds="rates", loads=[kn.Load.from_dissipation(c * u1**2)])
+    with pytest.raises(kn.ModelError, match="got other"):
+        kn.System(N, bodies=[BODY], speeds=MIXED, loads=[kn.Load.from_dissipation(c * kn.speed("other") ** 2)])
+
+
+def test_coordinates_that_nothing_moves_by():
+    stray = kn.Load.from_potential(k * kn.coordinate("stray") ** 2)
+    with pytest.raises(kn.KaneError, match="stray"):
+        kn.derive(kn.System(N, bodies=[BODY], speeds="rates", loads=[stray]))

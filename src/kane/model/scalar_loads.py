@@ -6,19 +6,20 @@ place like any other load: where a frame of a body turns by the coordinate alone
 it along the inertial frame's first axis, or a frame that turns by it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
 from typing import Any
 
+from kane.errors import ModelError
 from kane.expr.build import add
 from kane.expr.diff import diff
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Symbol
 from kane.expr.visit import substitute
-from kane.model.bodies import Body, parts_of
+from kane.model.bodies import Body
 from kane.model.loads import Load
+from kane.model.survey import places
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector, axes
@@ -46,19 +47,15 @@ def _pulls(load: Load, speeds: Any) -> Pulls:
         u: as_expr(e) for u, e in by_speed.items() if isinstance(u, Speed) and not isinstance(e, Vector)
     }
     function = substitute(load.scalar, known)
+    left = [s for s in free_symbols([function]) if isinstance(s, Speed)]
+    if left:
+        names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"
+        raise ModelError(
+            f"Expected the dissipation function of {load.name!r} in rates or in speeds that the system defines ({names}), got "
+            f"{left[0]} in it. Write it by rates, q.dt."
+        )
     rates = [s for s in free_symbols([function]) if isinstance(s, Rate) and isinstance(s.place, Coordinate)]
     return [(r.place, -diff(function, r)) for r in rates if isinstance(r.place, Coordinate)]
-
-
-def _frames(bodies: Sequence[Body]) -> list[Frame]:
-    """Those of the bodies, and what they descend from."""
-    return list(dict.fromkeys(chain.from_iterable(_line(p.frame) for p in parts_of(bodies) if p.frame is not None)))
-
-
-def _line(frame: Frame | None) -> Iterator[Frame]:
-    while frame is not None:
-        yield frame
-        frame = frame.parent
 
 
 def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int]]:
@@ -77,7 +74,8 @@ def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int
 
 
 def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -> Load:
-    frames, root = _frames(bodies), next(iter(parts_of(bodies))).mass_center.root()
+    frames, points = places(inertial, tuple(bodies), (), ())
+    root = points[0].root()
     turning, angles = _turning(frames), set(free_symbols(x for f in frames for x in _scalars(f)))
     forces: list[tuple[Point, Vector]] = []
     torques: list[tuple[Frame, Vector]] = []
