@@ -201,3 +201,36 @@ def test_a_parameter_that_is_zero_by_default_counts():
     )
     with pytest.raises(kn.PotentialError, match="∂Q_x/∂y"):
         eom.find_potential()
+
+
+# Euler parameters --------------------------------------------------------------------------------------------------------
+
+
+def floating(*loads: kn.Load | kn.Gravity) -> kn.Equations:
+    """A body by Euler parameters on a spherical joint; `M` is a point of it."""
+    e = kn.coordinates("e0:4")
+    C = N.rotate_euler_parameters("C", e)
+    M = O.at("M", 0.3 * C.x + 0.1 * C.z)
+    body = kn.RigidBody("body", frame=C, mass_center=M, mass=2.0, inertia=kn.inertia(C, 1, 2, 2.5))
+    w = kn.speeds("w1:4")
+    speeds = dict(zip(w, C.angular_velocity(N).components(C), strict=True))
+    return kn.derive(kn.System(N, bodies=[body], speeds=speeds, loads=[load(C, M) for load in loads]))
+
+
+def test_gravity_and_springs_by_euler_parameters():
+    T = O.at("T", 0.5 * N.x + 0.2 * N.y)
+    for load in (lambda C, M: kn.gravity(-g * N.z), lambda C, M: bare(kn.linear_spring(M, T, k, 0.1))):
+        eom = floating(load)
+        found = eom.find_potential()
+        for seed in range(3):
+            rng = np.random.default_rng(seed)
+            q = rng.normal(size=4)
+            state = {"q": q / np.linalg.norm(q), "u": rng.uniform(-1, 1, 3)}
+            power = eom.evaluate(sum(eom.load_powers.values()), **state)
+            assert -eom.evaluate(eom.time_derivative(found.value), **state) == pytest.approx(power, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("axis", ["inertial", "body"])
+def test_constant_torques_have_none(axis):
+    with pytest.raises(kn.PotentialError, match="along the motions that the constraints allow"):
+        floating(lambda C, M: kn.Torque(C, 2.0 * (N.z if axis == "inertial" else C.z), "motor")).find_potential()

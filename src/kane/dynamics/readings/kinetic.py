@@ -18,6 +18,7 @@ from typing import NamedTuple
 from kane.dynamics.bodies import Moving
 from kane.dynamics.derived import Derived, Exprs
 from kane.dynamics.lazy import LazyMapping
+from kane.dynamics.readings.rate_forces import quasi_rates
 from kane.dynamics.readings.values import without_rates
 from kane.dynamics.terms import sum_of
 from kane.expr.build import add, mul, neg, sub
@@ -86,22 +87,7 @@ def energy_in_rates(derived: Derived) -> Expr:
         if part.frame is not None and part.inertia is not None:
             w = part.frame.angular_velocity(system.inertial)
             twice = add(twice, w.dot(part.inertia.dot(w)))
-    return substitute(twice / 2, _quasi_rates(derived))
-
-
-def _quasi_rates(derived: Derived) -> dict[Expr, Expr]:
-    """w of Euler parameters by ė: w = 2 (e₀ ė − ė₀ e − e × ė)."""
-    found: dict[Expr, Expr] = {}
-    for s in derived.system.euler_parameters:
-        e0, e1, e2, e3 = s.coordinates
-        d0, d1, d2, d3 = (rate(e) for e in s.coordinates)
-        rows = (
-            e0 * d1 - d0 * e1 - (e2 * d3 - e3 * d2),
-            e0 * d2 - d0 * e2 - (e3 * d1 - e1 * d3),
-            e0 * d3 - d0 * e3 - (e1 * d2 - e2 * d1),
-        )
-        found.update((w, 2 * row) for w, row in zip(s.quasi, rows, strict=True))
-    return found
+    return substitute(twice / 2, quasi_rates(derived))
 
 
 def lagrange_terms(derived: Derived) -> Exprs:

@@ -15,7 +15,7 @@ from kane.dynamics.readings.energy import linear_momentum
 from kane.dynamics.readings.kinetic import energy_in_rates
 from kane.dynamics.readings.rate_forces import by_rates, differs, measured, places, rows_in_rates
 from kane.dynamics.readings.values import without_rates
-from kane.errors import ArgumentError, KaneError, cut
+from kane.errors import ArgumentError, cut
 from kane.expr.build import add
 from kane.expr.diff import diff, gradient
 from kane.expr.node import ZERO, Expr
@@ -85,10 +85,7 @@ def cyclic_coordinates(derived: Derived) -> tuple[Coordinate, ...]:
     q = derived.system.coordinates
     turned = {e for s in derived.system.euler_parameters for e in s.coordinates}
     k = energy_in_rates(derived)
-    try:
-        forces = by_rates(derived, derived.system.all_loads())
-    except KaneError:  # torques about axes of Euler parameters are no forces of the other rates
-        return ()
+    forces = by_rates(derived, derived.system.all_loads())
     rows = rows_in_rates(derived)
     found = []
     for i, s in enumerate(q):

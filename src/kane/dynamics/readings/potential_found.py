@@ -64,11 +64,12 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
     own = derived.system.all_loads() if loads is None else tuple(_own(derived, x) for x in loads)
     q = derived.system.coordinates
     forces = _of_coordinates(by_rates(derived, own), own)
-    at = places([*forces, *q])
+    sets = [s.coordinates for s in derived.system.euler_parameters]
+    at = places([*forces, *q], unit=sets)
     gap = _gap(forces, q, at)
     if gap is None:
         return _integrated(forces, q, own, at)
-    if not derived.constraints.constraints:
+    if not derived.constraints.constraints and not sets:
         raise PotentialError(_reason(forces, q, own, *gap))
     rows = rows_in_rates(derived)
     _check_allowed(derived, forces, rows, own)
@@ -161,8 +162,11 @@ def _check_allowed(derived: Derived, forces: Exprs, rows: list[list[Expr]], load
     Where λ = 0 is the only one, at all of them, Q itself would have to do, and does not.
     """
     q = derived.system.coordinates
-    n, at = len(q), derived.compared.at
-    own = places([*forces, *(x for row in rows for x in row), *q], [at.at(k) for k in range(min(at.count, _SEEN))])
+    n, whole = len(q), [*forces, *(x for row in rows for x in row), *q]
+    own = places(whole, unit=[s.coordinates for s in derived.system.euler_parameters])
+    if derived.constraints.constraints:
+        at = derived.compared.at
+        own = places(whole, [at.at(k) for k in range(min(at.count, _SEEN))])
     c = measured([x for row in rows for x in row], own)[0].reshape(len(own), len(rows), n)
     tables = [measured([diff(f[i], x) for i in range(n) for x in q], own) for f in (forces, *rows)]
     alone: list[int] = []
