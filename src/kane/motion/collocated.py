@@ -16,7 +16,7 @@ from kane.motion.routines import Routines
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.gauss import STAGES
 from kane.numeric.arrays import Array
-from kane.program.native.entry import aligned, hoisted, wide_entry
+from kane.program.native.entry import aligned, entry, hoisted, wide_entry
 
 Given = dict[str, Any]
 """Arrays, integers and routines by the names of a kernel's arguments."""
@@ -34,17 +34,18 @@ def by_kind(eom: Equations) -> dict[str, Array | int]:
     return {**arrays, "pair_count": len(pairs), "free_count": len(free)}
 
 
-def watching(now: Routines, t: float, y: Array, switches: int = 0) -> Given:
+def watching(now: Routines, t: float, y: Array, switches: int = 0, wide: bool = True) -> Given:
     """What tells of events, and of so many switches behind them: their routine, their quantities at the start, their thresholds."""
     events, none = now.eom.events, [0.0] * switches
-    room = {"values": aligned((len(events) + switches + 2) * PARTS)}
+    room = {"values": aligned((len(events) + switches) * (PARTS + 1) + 3 * PARTS)}
+    code = wide_entry(now.events or now.rates, PARTS) if wide else entry(now.events or now.rates)
     if now.events is None:
         empty = ("hw", "seen", "largest", "least", "shares", "pivots")
-        return {"watch": wide_entry(now.rates, PARTS), "events": 0, **{name: np.zeros(1) for name in empty}, **room}
+        return {"watch": code, "events": 0, **{name: np.zeros(1) for name in empty}, **room}
     seen = now.watch(t, y)
     shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events])
     return {
-        "watch": wide_entry(now.events, PARTS),
+        "watch": code,
         "events": len(events) + switches,
         "hw": hoisted(now.events, t, y[: now.width], now.p, now.inputs(t, y)),
         "seen": seen,
@@ -56,12 +57,9 @@ def watching(now: Routines, t: float, y: Array, switches: int = 0) -> Given:
     }
 
 
-def after(given: Given) -> Array:
-    """The end of the step on its constraints, but for the last component."""
-    n = len(given["y"])
-    first = 4 * STAGES * n + STAGES + n
-    found: Array = given["work"][first : first + n].copy()
-    return found
+def after_stages(n: int) -> int:
+    """Where in `work` the end of a step stands, for n components."""
+    return 4 * STAGES * n + STAGES + n
 
 
 def polynomial(given: Given, h: float, start: float) -> Callable[[Array], Array]:

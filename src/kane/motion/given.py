@@ -37,12 +37,13 @@ class Arguments:
             "h": h,
         }
         self.given |= self._driving(t)
+        if self.integrator.watches:
+            self.given |= watching(now, t, y, switches, self.integrator.width > 1)
         if self.integrator.width == 1:
             self.given["rhs"] = entry(now.rates)
         else:
             self.given["rhs"] = wide_entry(now.rates, self.integrator.width)
             self.given |= now.eom.numeric(now.settings).value(by_kind)
-            self.given |= watching(now, t, y, switches)
 
     def _driving(self, t: float) -> Given:
         """r, and what gives it where an input is a function of time."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kane.motion.collocated import Given, polynomial
+from kane.motion.collocated import Given, after_stages, polynomial
 from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.explicit import rows
 from kane.motion.steppers.rk4 import RK4
@@ -21,6 +21,14 @@ def interpolant(name: str, given: Given, h: float, start: float) -> Callable[[Ar
     if name in _EXPLICIT:
         return _nested(_EXPLICIT[name], given, h, start)
     return polynomial(given, h, start)
+
+
+def after(name: str, given: Given) -> Array:
+    """The end of the step that is looked at, on its constraints; but, of collocation, for the last component."""
+    n = len(given["y"])
+    first = (rows(_EXPLICIT[name]) - len(_EXPLICIT[name].dense) - 2) * n if name in _EXPLICIT else after_stages(n)
+    found: Array = given["work"][first : first + n].copy()
+    return found
 
 
 def _nested(tableau: Tableau, given: Given, h: float, start: float) -> Callable[[Array], Array]:

@@ -9,11 +9,10 @@ from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import on_from, up_to
 from kane.motion.chatter import HELD, RECENT, Pace, chattering, standing
-from kane.motion.collocated import after
 from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
-from kane.motion.interpolants import interpolant
+from kane.motion.interpolants import after, interpolant
 from kane.motion.met import crossings, thresholds, vanishing
 from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.singular_rates import nearly_singular
@@ -244,7 +243,7 @@ class NativeCourse:
         times = start + h * np.array(SHARES)
         states = dense(times[1:])
         if self.holding is not None:
-            states[-1] = after(self.given)
+            states[-1] = after(self.method.name, self.given)
         count = int(self.given["events"])
         values = np.vstack([self.given["seen"][:count], now.watch_all(times[1:], states)])
         sizes = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]

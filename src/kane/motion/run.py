@@ -88,8 +88,7 @@ def simulate(
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
     method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", and at steps of the
         length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
-        "LSODA". "auto" takes machine code where constraints do not bend, and there are no events or jumps of loads beside inputs
-        that are functions of time; `sol.method` says which ran
+        "LSODA". "auto" takes machine code where constraints do not bend and no tables jump; `sol.method` says which ran
     rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span

@@ -36,7 +36,7 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
     arrays |= {"times": np.append(samples, np.inf), "rows": np.zeros((max(count, 1), n))}
     numbers = {"n": n, "limit": 10**6, "samples": count}
     rhs = entry(routine) if integrator.width == 1 else wide_entry(routine, integrator.width)
-    silent = {name: np.zeros(64) for name in ("hw", "seen", "largest", "least", "shares", "pivots", "values", "hd")}
+    silent = {name: np.zeros(80) for name in ("hw", "seen", "largest", "least", "shares", "pivots", "values", "hd")}
     return {
         **numbers,
         **arrays,

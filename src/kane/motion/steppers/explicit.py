@@ -2,11 +2,12 @@
 """The kernel of an explicit embedded method, from its tableau."""
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 
+from kane.motion.bounds import DEGREE as PARTS
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
 from kane.motion.steppers.tableau import Row, Tableau
+from kane.motion.steppers.watched import Watched
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Array, Term, Variable, Writer
 
@@ -35,6 +36,7 @@ class _Explicit:
 
     def __init__(self, tableau: Tableau, held: bool) -> None:
         self.tableau, self.outline = tableau, Outline(tableau.name)
+        self.watched = Watched(self.outline, None)
         self.held = Held(self.outline) if held else None
         self.writer = self.outline.writer
         self.rhs = self.writer.callee("rhs", *RATE)
@@ -108,27 +110,39 @@ class _Explicit:
         factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
         with w.when(error <= 1.0):
             look = self.looked_at(h, last)
-            with nullcontext() if look is None else w.when(~look):
+            with w.when(look):
+                o.back.put(int(Back.LOOK))
+            with w.otherwise():
                 self.go_on(h, last, h * w.compute("min", factor, w.select(shorter.get() > 0, 1.0, _MOST)))
                 shorter.put(0)
         with w.otherwise():
             shorter.put(1)
             o.shorten(h * w.compute("min", factor, 1.0), finite)
 
-    def looked_at(self, h: Term, last: Term) -> Term | None:
-        """The end of the step on the constraints; whether Python looks at the step before it is gone on from. None without them."""
+    def looked_at(self, h: Term, last: Term) -> Term:
+        """The end of the step on the constraints; whether Python looks at the step before it is gone on from."""
         w, o, held = self.writer, self.outline, self.held
-        if held is None:
-            return None
         begin = o.get(At.TIME)
-        self.prepare(h)
-        held.end(w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG))), o.work, self.after)
-        held.passage(begin, h, self.dense)
-        look = (held.doubt.get() > 0) & (o.get(At.LOOKED) < 1.0)
-        with w.when(look):
-            o.put(At.HELD, 1.0)
-            o.back.put(int(Back.LOOK))
-        return look
+        self.watched.doubtful.put(0)
+        o.put(At.HELD, 0.0)
+        if held is not None:
+            self.prepare(h)
+            held.end(w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG))), o.work, self.after)
+            held.passage(begin, h, self.dense)
+            o.put(At.HELD, w.compute("float", held.doubt.get()))
+        with w.when(self.watched.count > 0):
+            if held is None:
+                self.prepare(h)
+            self.watched.look_along(begin, h, self.place, self.state)
+        doubt = self.watched.doubtful.get() > 0
+        return (doubt if held is None else doubt | (o.get(At.HELD) > 0.0)) & (o.get(At.LOOKED) < 1.0)
+
+    def place(self, k: Term, theta: Term) -> None:
+        """The state at a place at which events are looked at; the last is what is gone on from."""
+        w, o = self.writer, self.outline
+        self.dense(theta, o.work, self.state)
+        with w.when(k >= PARTS - 1), w.count(o.n) as i:
+            o.work[self.state + i] = o.work[self.after + i]
 
     def go_on(self, h: Term, last: Term, longer: Term) -> None:
         """y at the end of the step; the next one is to be `longer`."""
@@ -139,9 +153,9 @@ class _Explicit:
             o.y[i] = o.work[self.after + i]
             o.lag[i] = o.work[self.after_lag + i]
             o.work[i] = o.work[o.row(self.tableau.stages) + i]
+        self.watched.keep()
         if held is not None:
             held.kept()
-            o.put(At.LOOKED, 0.0)
             o.rate(self.rhs, o.get(At.TIME), o.y, 0, 0)
         # what is left before the end says nothing of the step that would do
         with w.when(~last):

@@ -43,6 +43,7 @@ def _explicit(tableau: Tableau) -> Integrator:
         tableau.order,
         lambda held=False: explicit_kernel(tableau, held),
         lambda n: rows(tableau) * n,
+        watches=True,
         driven=True,
         fixed=not tableau.errors,
         holds=True,

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Events along a step of collocation: whether there may be one, from eight places of the step in one call.
+"""Events along a step: whether there may be one, from eight places of the step, of collocation in one call.
 
 What it finds is only that it may: Python then looks at the step with the tests that say so for all methods (`kane.motion.met`). So
 the places are the same, and a quantity that passes zero between two of them, or comes near it where it must not, is never left out.
 """
 
+from collections.abc import Callable
+
 from kane.motion.bounds import CLOSE, LEFT, SHARES, TO_BERNSTEIN, TO_LAST
 from kane.motion.bounds import DEGREE as PARTS
 from kane.motion.met import SMALL
 from kane.motion.steppers.collocation import Nodes, integrals
-from kane.motion.steppers.outline import WIDE, At, Outline
+from kane.motion.steppers.outline import RATE, WIDE, At, Outline
 from kane.program.kernel.language import INT
 from kane.program.kernel.write import Term
 
@@ -23,26 +25,48 @@ class Watched:
     """The arguments that tell of events, and the look at a step.
 
     `seen` holds the events' quantities at the beginning of the step, `largest` the sizes that they have had; `least` and `shares` of
-    that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 8 of each and 16 more.
+    that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 24 more.
+    Without `nodes` their routine takes one state.
     """
 
-    def __init__(self, outline: Outline, nodes: Nodes) -> None:
-        self.outline, self.nodes = outline, nodes
+    def __init__(self, outline: Outline, nodes: Nodes | None) -> None:
+        self.outline = outline
         self.writer = w = outline.writer
-        self.call = w.callee("watch", *WIDE)
+        self.call = w.callee("watch", *(RATE if nodes is None else WIDE))
         self.count = w.number("events")
         names = ("hw", "seen", "largest", "least", "shares", "pivots", "values")
         self.h, self.seen, self.largest, self.least, self.shares, self.pivots, self.values = map(w.array, names)
         self.doubtful = w.variable("doubtful", INT)
-        self.once, self.twice = (
-            tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(nodes, s) for s in PLACES), strict=True)
-        )
+        if nodes is not None:
+            self.once, self.twice = (
+                tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(nodes, s) for s in PLACES), strict=True)
+            )
 
     def look(self, clock: Term, states: Term) -> None:
         """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""
-        w, o = self.writer, self.outline
-        self.doubtful.put(0)
+        o = self.outline
         self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(_ROOM))
+        self.compare()
+
+    def look_along(self, t: Term, h: Term, state: Callable[[Term, Term], None], place: Term) -> None:
+        """The same where one state is looked at at a time: `state(k, θ)` writes it into `work` at a place, the kth one at a share."""
+        w, o = self.writer, self.outline
+        one = (self.count + 2) * PARTS
+        shares = one + self.count
+        self.values.store(shares, w.lanes(*PLACES))
+        with w.few(PARTS) as k:
+            share = self.values[shares + k]
+            state(k, share)
+            o.drive(t + share * h, o.work.at(place))
+            self.call(t + share * h, o.work.at(place), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(one))
+            with w.few(self.count) as e:
+                self.values[e * PARTS + k + _ROOM] = self.values[one + e]
+        self.compare()
+
+    def compare(self) -> None:
+        """What the values at the places tell."""
+        w = self.writer
+        self.doubtful.put(0)
         with w.count(self.count) as e:
             new = self.at_places(e)
             # one place on, behind what was seen at the beginning: what there was a place before
