@@ -72,7 +72,7 @@ class Solved(Immutable):
     Where W has poles that the motion has not, `twin` is the solution by speeds some of which vanish, `vanishing`: what is read in
     numbers is written in those. `shorter_rates` are q̇ on the constraints, where these make them shorter than W u + X. `routes` holds
     the operations of all routes that were compared, by name; `asked` is the one that was asked for. `lightened` has the
-    loads without those along what constraints hold.
+    loads without those along what constraints hold. `of_rows` are the multipliers by row, where the route has found them itself.
     """
 
     route: str
@@ -89,6 +89,7 @@ class Solved(Immutable):
     routes: Mapping[str, int] = field(default_factory=dict)
     asked: str | None = None
     lightened: Derived | None = None
+    of_rows: Mapping[int, Expr] | None = None
 
     regular = read[Derived](lambda s: s.twin.derived if s.twin else s.derived, "What is read in numbers.")
     rates = read[Exprs](
@@ -210,6 +211,8 @@ class Solved(Immutable):
             return {}
         if self.twin is not None:
             return dict(zip(self.twin.multipliers, self.written(self.twin.multipliers.values()), strict=True))
+        if self.of_rows is not None:
+            return {c: self.of_rows.get(r, ZERO) for r, c in enumerate(d.constraints.constraints)}
         left = d.mass_matrix.take(e.partition.dependent) @ [rate(u) for u in d.speeds]
         residual = [sub(x, d.forcing[i]) for x, i in zip(left, e.partition.dependent, strict=True)]
         return dict(zip(d.constraints.constraints, e.multipliers(residual), strict=True))
@@ -263,6 +266,7 @@ class Solved(Immutable):
             pivots=tuple(map(change, self.pivots)),
             reaction_matrix=self.reaction_matrix.map(change),
             bare_reaction_matrix=self.bare_reaction_matrix.map(change),
+            of_rows=self.of_rows and {r: change(x) for r, x in self.of_rows.items()},
         )
 
     def guarded(self) -> Solved:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.dynamics.routes.closed import closed
 from kane.dynamics.routes.trees import tree_with_reactions
+from kane.expr.count import count_operations
 from kane.kinematics.freedoms import Unsuited
 from tests.examples import examples
 from tests.laws.test_random_loops import State, multiplier_form
@@ -28,12 +29,13 @@ GALLERY = (
 
 
 def off(system, seed=1, count=2):
-    """The largest difference of u̇ and R by recursion from those of the classical route, over the largest of them."""
+    """The largest difference of u̇, R and λ by recursion from those of the classical route, over the largest of them."""
     own, usual = kn.derive(system, route="recursive"), kn.derive(system, route="classical")
     worst, inputs = 0.0, dict.fromkeys(system.inputs, 0.3)
     for q, u in states(usual, np.random.default_rng(seed), count):
         found, wanted = (
-            np.array(e.evaluate([*e.accelerations, *e.reactions], q=q, u=u, inputs=inputs)) for e in (own, usual)
+            np.array(e.evaluate([*e.accelerations, *e.reactions, *e.multipliers.values()], q=q, u=u, inputs=inputs))
+            for e in (own, usual)
         )
         worst = max(worst, np.abs(found - wanted).max() / np.abs(wanted).max())
     return worst
@@ -59,12 +61,38 @@ def test_random_loops(planar):
             own = tree_with_reactions(state.eom.derived, closed(state.eom.derived, state.eom.embedding.partition))
         except Unsuited:
             return
-        roots = ([*e.accelerations, *e.reactions] for e in (own, state.eom))
+        roots = ([*e.accelerations, *e.reactions, *e.multipliers.values()] for e in (own, state.eom))
         found, wanted = map(state.values, roots)
         _, _, condition = multiplier_form(state)
         assert np.abs(found - wanted).max() <= tolerance(1e-9, condition**2) * np.abs(wanted).max()
 
     check()
+
+
+def test_multipliers_are_those_that_u_dot_is_made_with():
+    """No mass matrix is assembled for them, and no operation is left to do; without recursion they are less what loads hold."""
+    eom = kn.derive(rings.ring(24, True))
+    forces = list(eom.multipliers.values())
+    both = count_operations([*eom.accelerations, *forces]).total
+    assert both == count_operations(eom.accelerations).total
+    assert "mass_matrix" not in eom.derived.__dict__
+
+
+def test_multipliers_with_a_load_along_what_is_held():
+    """The end of a chain is pulled along the line that holds it: λ is less by the force, u̇ as it was."""
+    values = []
+    for pull in (0.0, 3.0):
+        system = rings.ring(14)
+        end = system.constraints[0].forces[0][0]
+        x = system.constraints[0].forces[0][1]
+        eom = kn.derive(system.with_loads([*system.loads, kn.Force(end, pull * x)] if pull else system.loads))
+        assert eom.route == "recursive"
+        ((q, u),) = states(kn.derive(system), np.random.default_rng(3), 1)
+        roots = [*eom.accelerations, *eom.multipliers.values()]
+        values.append(np.array(eom.evaluate(roots, q=q, u=u)))
+    change = values[1] - values[0]
+    assert np.abs(change[:14]).max() <= 1e-9 * np.abs(values[0]).max()
+    assert change[14:] == pytest.approx([-3.0, 0.0], abs=1e-9 * np.abs(values[0]).max())
 
 
 def test_operations_grow_as_the_ring():

@@ -100,7 +100,8 @@ def _solved(derived: Derived, partition: Partition, carried: Carrying, whole: _H
     u_dot = tuple(values[u] for u in derived.speeds)
     own = guards(zip(whole.pivots, whole.sizes, strict=True), (), u_dot)
     e = embedding(derived.constraints, partition).watching(own)
-    found = Solved("recursive", derived, e, u_dot, (), tuple(whole.passed.pivots), matrix, matrix)
+    pivots = tuple(whole.passed.pivots)
+    found = Solved("recursive", derived, e, u_dot, (), pivots, matrix, matrix, of_rows=whole.multipliers)
     if not derived.reactions or carried.crossings is None:
         return found
     return with_reactions(found, _felt(derived, e, carried, whole))

@@ -41,12 +41,16 @@ def without_held_forces(route: Route) -> Route:
         if found.twin is not None or found.derived is not light:
             return route(derived, partition)
         memo: dict[Expr, Affine] = {}
-        reactions = list(found.reactions)
+        reactions, constraints = list(found.reactions), derived.constraints.constraints
         for i, r in enumerate(derived.reactions):
             c = constraint_of(r)
             if c is not None and c in held:
                 reactions[i] = sub(reactions[i], derived.kinematical.in_speeds(held[c], memo))
-        return replace(found, derived=derived, lightened=light, reactions=tuple(reactions))
+        of_rows = found.of_rows and {
+            r: sub(x, derived.kinematical.in_speeds(held[c], memo)) if (c := constraints[r]) in held else x
+            for r, x in found.of_rows.items()
+        }
+        return replace(found, derived=derived, lightened=light, reactions=tuple(reactions), of_rows=of_rows)
 
     return solved
 

@@ -126,7 +126,8 @@ def with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
     values: dict[Expr, Expr] = dict(zip(reactions, solution, strict=True))
     memo: dict[Expr, Expr] = {}
     u_dot = tuple(substitute(x, values, memo) for x in found.accelerations)
-    return replace(found, accelerations=u_dot, reactions=solution, reaction_matrix=matrix)
+    of_rows = found.of_rows and {r: substitute(x, values, memo) for r, x in found.of_rows.items()}
+    return replace(found, accelerations=u_dot, reactions=solution, reaction_matrix=matrix, of_rows=of_rows)
 
 
 def is_regular(pivots: Sequence[Expr]) -> bool:
