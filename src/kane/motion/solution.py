@@ -10,6 +10,7 @@ import numpy as np
 
 from kane import show
 from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
@@ -21,12 +22,14 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
+from kane.model.loads import Load
 from kane.motion import tables
 from kane.motion.checking import Drift, checking_functions, drifts
 from kane.motion.contents import contents, some
 from kane.motion.energy import EnergyCheck, energy_check
 from kane.motion.feedback import along
 from kane.motion.files import write
+from kane.motion.works import work_of
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
 
@@ -226,6 +229,18 @@ class Solution:
         """
         wanted = self.equations.integrals if functions is None else functions
         return drifts(self.t, checking_functions(self.equations.derived, wanted), self._values)
+
+    @cached_property
+    def load_works(self) -> Mapping[Load, Array]:
+        """The work of each load since the start (n), by the load or its name: −ΔV where it has a potential, else ∫ (Σ F·v + Σ T·ω) dt.
+
+        The power is a cubic spline between samples: where loads jump, take samples close to each other.
+        """
+        eom = self.equations
+        meant = dict(zip((*eom.system.gravities, *eom.system.loads), eom.loads, strict=True))
+        return LazyMapping(
+            eom.loads, lambda load: work_of(load, eom.load_powers[load], self.t, lambda e: self._values(list(e))), meant
+        )
 
     @property
     def keeps_energy(self) -> bool:

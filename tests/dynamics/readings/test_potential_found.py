@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import random
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -234,3 +235,18 @@ def test_gravity_and_springs_by_euler_parameters():
 def test_constant_torques_have_none(axis):
     with pytest.raises(kn.PotentialError, match="along the motions that the constraints allow"):
         floating(lambda C, M: kn.Torque(C, 2.0 * (N.z if axis == "inertial" else C.z), "motor")).find_potential()
+
+
+@pytest.mark.parametrize(
+    "name", ["double_pendulum", "furuta_pendulum", "particle_on_spring", "spinning_top", "rotating_beam"]
+)
+def test_declared_potentials_are_found_again(name):
+    """Gravity, springs and the elasticity of beams of the gallery: ∂V/∂q of what is found and of what is declared."""
+    eom = kn.derive(import_module(f"kane.gallery.{name}").system())
+    at = {"q": np.linspace(0.3, 0.9, len(eom.coordinates)), "u": np.zeros(len(eom.speeds))}
+    for load in eom.system.all_loads():
+        if load.potential is not None:
+            found = eom.find_potential([load]).value
+            pair = [list(kn.gradient(v, eom.coordinates)) for v in (found, load.potential)]
+            own, declared = (np.array(x) for x in eom.evaluate(pair, **at))
+            assert own == pytest.approx(declared, rel=1e-10, abs=1e-12 * np.abs(declared).max())

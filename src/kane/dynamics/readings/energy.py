@@ -82,7 +82,7 @@ def power(solved: Solved) -> Expr:
     still = _is_still(derived)
     for load in derived.loads:
         works = load.potential is None
-        if load.potential is not None and _depends_on_time(load.potential):
+        if load.potential is not None and depends_on_time(load.potential):
             works = True
             total = add(total, time_derivative(derived, load.potential))
         for _, vector, motion in derived.active_terms[load] if works or not still else ():
@@ -111,7 +111,8 @@ def _is_still(derived: Derived) -> bool:
     )
 
 
-def _depends_on_time(e: Expr) -> bool:
+def depends_on_time(e: Expr) -> bool:
+    """Whether the time or an input is in an expression."""
     return any(isinstance(s, Time) or input_of(s) is not None for s in free_symbols([e]))
 
 

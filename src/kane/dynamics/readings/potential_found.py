@@ -88,8 +88,9 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
 def _own(derived: Derived, load: Any) -> Load:
     system = derived.system
     listed, written = (*system.gravities, *system.loads), system.all_loads()
+    name = load.name if isinstance(load, Load) else load if isinstance(load, str) else None
     for x, meant in zip(listed, written, strict=True):
-        if any(load is y for y in (x, meant)) or (isinstance(load, str) and load == meant.name):
+        if load is x or name == meant.name:
             return meant
     names = ", ".join(x.name for x in written) or "none"
     raise PotentialError(f"Expected some of the loads of the system ({names}), got {cut(repr(load))}.")

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The work of each load along a motion: ∫ (Σ F·v + Σ T·ω) dt, which is −ΔV where a potential energy is declared.
+
+Between samples the power is a cubic spline, so that what loads do within a sample's distance is as fine as the samples are.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from kane.dynamics.readings.energy import depends_on_time
+from kane.expr.node import Expr
+from kane.model.loads import Load
+from kane.numeric.arrays import Array
+
+_LEAST = 4
+"""Samples that a cubic spline needs."""
+
+
+def work_of(load: Load, power: Expr, t: Array, values: Callable[[Sequence[Expr]], list[Array]]) -> Array:
+    """The work since the start (n), from the values of expressions along a motion."""
+    if load.potential is not None and not depends_on_time(load.potential):
+        (v,) = values([load.potential])
+        return np.asarray(v[0] - v)
+    from scipy.interpolate import CubicSpline  # takes its time to import
+
+    (p,) = values([power])
+    if len(t) < _LEAST:
+        return np.append(0.0, np.cumsum((p[1:] + p[:-1]) / 2 * np.diff(t)))
+    whole = CubicSpline(t, p).antiderivative()
+    return np.asarray(whole(t) - whole(t[0]))
