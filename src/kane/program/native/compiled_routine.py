@@ -27,6 +27,9 @@ Block: TypeAlias = tuple[Any, ...]
 
 _ALIGNMENT = 64
 _ARRAY: Any = np.ndarray
+_NUMBERS = frozenset((float, int, np.float64))
+_MOST_KEYS = 1000
+"""Sets of names that are remembered."""
 ALL = slice(None)
 
 
@@ -63,6 +66,8 @@ class CompiledRoutine:
         "_defaults",
         "_free",
         "_library",
+        "_named",
+        "_places",
         "_standard",
         "more",
         "not_finite",
@@ -87,8 +92,11 @@ class CompiledRoutine:
         own = {port.name: arguments.defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
         self._defaults = {name: np.array(values) for name, values in own.items()}
         self._free: list[Block] = []
+        self._named: dict[tuple[Any, ...], tuple[int, ...]] = {}
+        """The places of values that are given by symbol or name, by port and keys, where a call with them was checked before."""
         self.more: dict[str, Library] = {}
         """Code of other kinds of it, by the names of its functions."""
+        self._places = range(len(program.ports))
         self._standard = tuple(self._without_values(port.name, len(port.symbols)) for port in program.ports)
         library = self._library = library or build_library([program], settings)
         pointer, count = ctypes.c_void_p, ctypes.c_int64
@@ -133,7 +141,7 @@ class CompiledRoutine:
         except IndexError:
             own = new_block(self.program, self.routine)
         try:  # the common case without conversions: a memoryview takes doubles of the same shape and nothing else
-            for view, value, standard in zip(own[1:-1], inputs, self._standard, strict=True):
+            for port, view, value, standard in zip(self._places, own[1:-1], inputs, self._standard, strict=True):
                 kind = type(value)
                 if kind is _ARRAY:
                     view[ALL] = value
@@ -141,9 +149,11 @@ class CompiledRoutine:
                     view.value = value
                 elif value is None:
                     view[ALL] = standard
+                elif kind is dict:
+                    self._put(port, view, value, standard)
                 else:
                     raise TypeError
-        except (AttributeError, TypeError, ValueError, NotImplementedError):
+        except (AttributeError, KeyError, TypeError, ValueError, NotImplementedError):
             free.append(own)
             return self._general(*inputs)
         if self._call(own[0]):
@@ -151,6 +161,24 @@ class CompiledRoutine:
         results: Array = own[-1].copy()
         free.append(own)
         return results
+
+    def _put(self, port: int, view: Any, given: dict[Any, Any], standard: Any) -> None:
+        """Numbers by symbol or name into the memory of a port; a KeyError where these keys were not checked before."""
+        places = self._named[port, *given]
+        if standard is not None:
+            view[ALL] = standard
+        for place, value in zip(places, given.values(), strict=True):
+            if type(value) not in _NUMBERS:
+                raise TypeError
+            view[place] = value
+
+    def _remember(self, inputs: tuple[Any, ...]) -> None:
+        """The keys of mappings that were found good."""
+        for at, port, given in zip(self._places, self.program.ports, inputs, strict=True):
+            if type(given) is dict and not port.scalar and len(self._named) < _MOST_KEYS:
+                place = {s: k for k, s in enumerate(port.symbols)} | {s.name: k for k, s in enumerate(port.symbols)}
+                if all(key in place for key in given):
+                    self._named[at, *given] = tuple(place[key] for key in given)
 
     def _doubtful(self, own: Block, inputs: tuple[Any, ...]) -> Array:
         """The results of a call that met NaN or infinity: names the argument, or the intermediate."""
@@ -182,6 +210,7 @@ class CompiledRoutine:
     def _general(self, *inputs: Any) -> Array:
         """The results at values of any kind: converted, checked, with leading axes."""
         ports, arrays = self.program.ports, self._arrays(inputs)
+        self._remember(inputs)
         leading = [a.shape if port.scalar else a.shape[:-1] for port, a in zip(ports, arrays, strict=True)]
         try:
             rows = np.broadcast_shapes(*leading)
