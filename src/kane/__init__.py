@@ -192,6 +192,7 @@ from kane.model.solids import (
     triangular_plate,
 )
 from kane.model.system import System
+from kane.motion.accuracy import Accuracy
 from kane.motion.drives import Signal, signal
 from kane.motion.feedback import sampled
 from kane.motion.load import load_solution
@@ -274,7 +275,7 @@ __all__ = [
     "motions", "Motions",
     "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",
     "Guess",
-    "signal", "Signal", "sampled", "simulate", "Solution", "load_solution",
+    "signal", "Signal", "sampled", "simulate", "Solution", "load_solution", "Accuracy",
     "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer", "SymbolicLinear", "SecondOrder", "Mode",
     "normal_modes", "NormalModes", "impact", "Impact", "constraint_forces", "ConstraintForces", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",

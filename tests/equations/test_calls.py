@@ -45,9 +45,7 @@ def test_names_that_were_seen(rhs, careful):
             assert len(careful) - before <= 1
     less = {EOM.parameters[0]: 5.0}
     for _ in range(3):
-        assert np.array_equal(
-            rhs(0.0, X, less, {"F": 2.0}), rhs(0.0, X, EOM.compile().parameters(less), {"F": 2.0})
-        )
+        assert np.array_equal(rhs(0.0, X, less, {"F": 2.0}), rhs(0.0, X, EOM.compile().parameters(less), {"F": 2.0}))
 
 
 def test_names_that_were_seen_are_those_of_their_port(rhs):

@@ -4,6 +4,7 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -140,9 +141,27 @@ def simulate(
         kind = NativeCourse if solver.name in INTEGRATORS else Course
         course = kind(stepper, solver, span, start, sample_times(samples, span))
         end = _to_its_end(course)
-    solution = _solution(course, end, constants, drives)
+    given = {"parameters": parameters, "inputs": inputs, "breakpoints": breakpoints, "settings": settings}
+    solution = _repeatable(_solution(course, end, constants, drives), max_step, given)
     _check_kept(solution, check)
     return solution
+
+
+def _repeatable(solution: Solution, max_step: float | None, given: dict[str, Any]) -> Solution:
+    return replace(solution, _again=partial(_again, solution, max_step, given))
+
+
+def _again(
+    solution: Solution, max_step: float | None, given: dict[str, Any], *, halved: bool = False, **more: Any
+) -> Solution:
+    """The same motion once more, at other tolerances or half the steps."""
+    if halved and max_step is not None:
+        max_step /= 2
+    start = {"q": solution.q[0], "u": solution.u[0], "method": solution.method, "max_step": max_step}
+    with warnings.catch_warnings():  # of what is wrong with the motion it has warned
+        warnings.simplefilter("ignore", KaneWarning)
+        span = float(solution.t[0]), float(solution.t[-1])
+        return simulate(solution.equations, span, samples=solution.t.tolist(), **start, **given, **more)
 
 
 def _begun(stepper: Stepper, q: Any, u: Any, rates: Any, parameters: Any, t0: float) -> Array:

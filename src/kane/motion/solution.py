@@ -24,6 +24,7 @@ from kane.model.constraints import Constraint
 from kane.model.declarations import Event
 from kane.model.loads import Load
 from kane.motion import tables
+from kane.motion.accuracy import Accuracy, accuracy
 from kane.motion.checking import Drift, checking_functions, drifts
 from kane.motion.contents import contents, some
 from kane.motion.energy import EnergyCheck, energy_check
@@ -93,6 +94,7 @@ class Solution:
     rtol: float = 1.0
     atol: float = 0.0
     method: str = ""
+    _again: Callable[..., Any] | None = None
 
     def __reduce__(self) -> tuple[Callable[..., "Solution"], tuple[Any, ...]]:
         """Equations are derived again where a pickle is read; of the inputs their values at the samples stay."""
@@ -101,6 +103,7 @@ class Solution:
         place = {eom: k for k, eom in enumerate(kept)}
         own["inputs"] = {s: Recorded(str(s), self.t, along(f, self.t, self.states)) for s, f in self.inputs.items()}
         own["segments"] = [(s.start, place[s.equations]) for s in self.segments]
+        own["_again"] = None
         own["samples"] = [place[eom] for eom in self.samples]
         partitions = [eom.embedding and eom.embedding.partition for eom in kept]
         return _restored, (own.pop("equations"), partitions, own)
@@ -186,6 +189,18 @@ class Solution:
             if the name ends otherwise, or there is no such folder
         """
         write(path, contents(self, lambda at: np.asarray(some(self, at).rates())))
+
+    def accuracy(self) -> Accuracy:
+        """The errors of coordinates and speeds, estimated by the same motion at a tenth of the tolerances, or at half the steps.
+
+        It takes somewhat longer than the motion took.
+
+        Raises
+        ------
+        SimulationError
+            if the motion was read from a file or a pickle, or a tenth of its tolerances is less than rounding
+        """
+        return accuracy(self, self._again)
 
     def to_dataframe(self, outputs: Mapping[str, Any] | None = None) -> Any:
         """A DataFrame of pandas over t: coordinates, speeds, inputs, and the expressions that `outputs` names.

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How exact a motion is: what becomes of it at a tenth of its tolerances, or at half its steps."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.errors import SimulationError
+from kane.numeric.arrays import Array
+
+_TENTH = 0.1
+_LEAST = 1e-13
+"""A relative tolerance below which rounding says more than steps."""
+_SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
+"""The error, over what half the step changes, of methods of fixed steps."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Accuracy:
+    """The errors of coordinates and speeds along a motion, as far as a second motion shows them.
+
+    Attributes
+    ----------
+    t : times (n) that both motions have
+    errors : absolute errors there (n × (coordinates + speeds)), in their units
+    largest : the largest of each, by name
+    relative : the largest error over the largest size of its own coordinate or speed
+    worst : the name of that coordinate or speed
+    at : when (s)
+    """
+
+    t: Array
+    errors: Array
+    largest: dict[str, float]
+    relative: float
+    worst: str
+    at: float
+
+    def __repr__(self) -> str:
+        return f"Accuracy({self.relative:.1e} of {self.worst} at t = {self.at:.4g} s)"
+
+
+def accuracy(motion: Any, again: Callable[..., Any] | None) -> Accuracy:
+    """See Solution.accuracy."""
+    if again is None:
+        raise SimulationError(
+            "Expected a motion that this process simulated, got one that was read from a file or a pickle: of its inputs the values "
+            "at the samples alone are known. Simulate it here, then ask."
+        )
+    share = _SHARES.get(motion.method, 1.0)
+    if share != 1.0:
+        finer = again(halved=True)
+    elif motion.rtol * _TENTH < _LEAST:
+        raise SimulationError(
+            f"Expected a motion with rtol of {_LEAST / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
+            "that differs. Compare it with a motion by another method."
+        )
+    else:
+        finer = again(rtol=motion.rtol * _TENTH, atol=motion.atol * _TENTH)
+    _, here, there = np.intersect1d(motion.t, finer.t, return_indices=True)
+    errors = share * np.abs(motion.states[here] - finer.states[there])
+    sizes = np.abs(motion.states).max(axis=0)
+    ratio = np.divide(errors, sizes, out=np.where(errors > 0, np.inf, 0.0), where=sizes > 0)
+    k, i = (int(x) for x in np.unravel_index(int(np.argmax(ratio)), ratio.shape))
+    names = [s.name for s in (*motion.equations.coordinates, *motion.equations.speeds)]
+    largest = dict(zip(names, errors.max(axis=0).tolist(), strict=True))
+    return Accuracy(motion.t[here], errors, largest, float(ratio[k, i]), names[i], float(motion.t[here][k]))
