@@ -150,6 +150,7 @@ from kane.model.joints.closing import (
     close_weld,
 )
 from kane.model.joints.contact import Contact, disk_on_plane, sphere_on_plane, torus_on_plane
+from kane.model.joints.crossed_gears import bevel_pair, worm_pair
 from kane.model.joints.gears import gear_pair, rack_and_pinion
 from kane.model.joints.joint import Joint
 from kane.model.joints.lower_pairs import cylindrical, pin, planar, screw, slider, universal, weld
@@ -270,7 +271,7 @@ __all__ = [
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling", "configuration_constraint",
     "motion_constraint",
     "close_pin", "close_slider", "close_cylindrical", "close_screw", "close_universal", "close_ball", "close_planar", "close_weld",
-    "disk_on_plane", "sphere_on_plane", "torus_on_plane", "Contact", "gear_pair", "rack_and_pinion",
+    "disk_on_plane", "sphere_on_plane", "torus_on_plane", "Contact", "gear_pair", "bevel_pair", "worm_pair", "rack_and_pinion",
     "reaction", "JointReaction", "Noncontributing", "auxiliary_speed", "Event",
     "motions", "Motions",
     "System", "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "Assembled", "guess",

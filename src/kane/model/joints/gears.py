@@ -59,7 +59,7 @@ def gear_pair(
     """
     check_named("gears", name)
     (frame_a, at_a), (frame_b, at_b) = (
-        _side(name, part, "pin", "gears on pins", "a gear as a pin joint or (frame, centre)") for part in (a, b)
+        gear_side(name, part, "pin", "gears on pins", "a gear as a pin joint or (frame, centre)") for part in (a, b)
     )
     n = axis if axis is not None else a.axis if isinstance(a, Joint) else None
     if n is None:
@@ -106,7 +106,8 @@ def _pitch_radius(size: Expr, teeth: Expr, whole: Expr) -> Expr:
     return teeth if size is whole else mul(size, div(teeth, whole))
 
 
-def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> tuple[Frame, Point]:
+def gear_side(name: str, part: Any, kind: str, joint: str, pair: str) -> tuple[Frame, Point]:
+    """Frame and centre of a gear that is given by its joint, or by these."""
     if isinstance(part, Joint):
         if part.kind != kind:
             raise ModelError(f"Expected {joint} for {name!r}, got {part.name!r}, a {part.kind} joint.")
@@ -166,7 +167,7 @@ def rack_and_pinion(
     if n is None or d is None:
         raise ModelError(f"Expected axis= and along= for {name!r}, which is not given by a pin and a slider.")
     (wheel, center), (bar, foot) = (
-        _side(name, part, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)")
+        gear_side(name, part, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)")
         for part, kind in ((pinion, "pin"), (rack, "slider"))
     )
     r = as_expr(radius)
