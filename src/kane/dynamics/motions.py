@@ -24,7 +24,7 @@ from kane.expr.count import price
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbols
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
 from kane.model.scaffold import placed, scaffold
@@ -200,7 +200,7 @@ class Motions(Immutable):
 
 def _short(v: Vector) -> Vector:
     """The vector along one frame where that takes fewer operations: what cancels is gone there."""
-    return min(v, v.gathered(), key=lambda w: price(w.scalars()))
+    return min(v, v.gathered(), key=lambda w: (price(w.scalars()), sum(x is not ZERO for x in w.scalars())))
 
 
 def motions(
