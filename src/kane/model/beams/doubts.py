@@ -19,7 +19,7 @@ from kane.model.beams.integrals import fine, moments_beyond
 from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.numeric.arrays import Array
 
-_ENOUGH = 16
+_ENOUGH = 10
 """Functions that have the first frequency of any beam that spins at a few times it."""
 _OFF = 0.02
 """Share of the first frequency by which it may be wrong at the spin before a word is said."""
@@ -63,6 +63,8 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
                 ),
                 StiffeningWarning,
             )
+        return
+    if spin < first:  # shapes change little then
         return
     for f in beam.deformation.bending:
         own = first_frequency(beam, f, values, spin)

@@ -10,6 +10,7 @@ mass, ∫ r H dξ and ∫ r ξ H dξ, are by Fubini ∫ m₀ φ'_i φ'_j dξ and
 """
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -44,11 +45,17 @@ class Rule(NamedTuple):
 
 def gauss(points: int, breaks: Sequence[float] = (0.0, 1.0)) -> Rule:
     """Gauss's rule with so many points in each piece."""
-    x, w = np.polynomial.legendre.leggauss(points)
+    x, w = _of_legendre(points)
     starts, ends = np.array(breaks[:-1]), np.array(breaks[1:])
     half = (ends - starts) / 2
     places = ((starts + ends) / 2)[:, None] + np.multiply.outer(half, x)
     return Rule(places.ravel(), np.multiply.outer(half, w).ravel())
+
+
+@cache
+def _of_legendre(points: int) -> tuple[Array, Array]:
+    """Gauss's points from −1 to 1 and their weights."""
+    return np.polynomial.legendre.leggauss(points)
 
 
 def fine(shapes: Sequence[ModeShapes]) -> Rule:
