@@ -250,3 +250,34 @@ def test_declared_potentials_are_found_again(name):
             pair = [list(kn.gradient(v, eom.coordinates)) for v in (found, load.potential)]
             own, declared = (np.array(x) for x in eom.evaluate(pair, **at))
             assert own == pytest.approx(declared, rel=1e-10, abs=1e-12 * np.abs(declared).max())
+
+
+def under_a_blade(seed: int) -> None:
+    """A random V of all coordinates, and a force across the blade of any size: F̃_r = −Σ ∂V/∂q_s (W_sr + Σ_D W_sD A_n[D, r])."""
+    rng = random.Random(seed)
+    v = rng.uniform(1, 3) * x**2 * y + k * kn.cos(a - 0.3 * y) + rng.uniform(1, 3) * x * kn.sin(b)
+    across = rng.uniform(2, 5) * (x * y + kn.cos(a) + rng.uniform(0, 2) * b)
+    blade = kn.motion_constraint("blade", P.velocity(N).dot(A.y))
+    loads = [kn.Load.from_potential(v, "V"), kn.Force(P, across * A.y, "wall")]
+    eom = kn.derive(
+        kn.System(N, bodies=[BODY], speeds=random_speeds(rng), loads=loads, nonholonomic=blade, coordinates=Q)
+    )
+    found = eom.find_potential().value
+    numbers = np.random.default_rng(seed)
+    u = dict(zip(eom.independent_speeds, numbers.uniform(-1, 1, 3), strict=True))
+    state = {"q": numbers.uniform(0.2, 1.1, 4), "u": u, "t": 0.3}
+    slopes = np.array(eom.evaluate(kn.gradient(found, Q), **state))
+    forces, w, a_n = eom.evaluate([list(eom.Fr_nh), eom.W, eom.A_n], **state)
+    free, given = ([eom.speeds.index(u) for u in own] for own in (eom.independent_speeds, eom.dependent_speeds))
+    assert np.array(forces) == pytest.approx(-slopes @ (w[:, free] + w[:, given] @ a_n), rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_found_beside_forces_that_constraints_hold(seed):
+    under_a_blade(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 8))
+def test_found_beside_more_forces_that_constraints_hold(seed):
+    under_a_blade(seed)

@@ -2,38 +2,31 @@
 """A potential energy found from the forces: V with F_r = −Σ_s ∂V/∂q_s W_sr, or the reason why there is none.
 
 (Kane & Levinson 1985, sec. 5.1.) Whatever the speeds are, the forces Q_s of the rates tell: V exists where ∂Q_s/∂q_t = ∂Q_t/∂q_s.
-Under constraints C q̇ + c = 0 the forces Q + Cᵀλ do the same, and it is enough that some λ(q) makes these derivatives agree: along
-motions that the constraints allow dQ + Σ λ_k dC_k must vanish. Where no λ does that there is no V; where one may, coordinates are left
-out, one set after another. What is found is differentiated back.
+Under constraints forces of these may be added first (`potential_held`). What is found is differentiated back.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, islice
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.potential_held import check_allowed, held
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
 from kane.errors import KaneError, PotentialError, cut
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, neg, sub
 from kane.expr.diff import diff
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.line_integral import NODES, line_integral
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.expr.visit import substitute
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 
-_SETS = 24
-"""Sets of coordinates that are tried as those that V does without."""
-_SEEN = 8
-"""Configurations at which constraints are looked at."""
-_SLACK = 1e-7
 _LEAST = 2
 """Places at which numbers must be finite."""
 
@@ -72,16 +65,16 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
     if not derived.constraints.constraints and not sets:
         raise PotentialError(_reason(forces, q, own, *gap))
     rows = rows_in_rates(derived)
-    _check_allowed(derived, forces, rows, own)
-    for kept, held in _without_some(forces, rows, q):
+    check_allowed(derived, forces, rows, _names(own))
+    for kept, changed in held(forces, rows, q, at[0]):
         try:
-            if not _moved_by(held, [s for s in q if s not in set(kept)], at) and _gap(held, kept, at) is None:
-                return _integrated(held, kept, own, at)
+            if not _moved_by(changed, [s for s in q if s not in set(kept)], at) and _gap(changed, kept, at) is None:
+                return _integrated(changed, kept, own, at)
         except KaneError:
             continue
     raise PotentialError(
-        f"Expected a potential energy that some of the coordinates give, got none for {_names(own)}: the constraints may let one "
-        "exist, but it was not found by leaving out coordinates. Declare it: Load(…, potential=V) is compared with the forces."
+        f"Expected a potential energy under the constraints, got none for {_names(own)}: they may let one exist, but no forces of "
+        "constraints were found that leave it over. Declare it: Load(…, potential=V) is compared with the forces."
     )
 
 
@@ -134,6 +127,12 @@ def _gap(forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> tu
     return int(place), *pairs[int(pair)]
 
 
+def _moved_by(forces: Exprs, others: Sequence[Symbol], at: Sequence[Place]) -> bool:
+    values, sizes = measured([diff(f, s) for f in forces for s in others], at)
+    _check_finite(values)
+    return bool(differs(values, sizes).any())
+
+
 def _check_finite(values: Array) -> None:
     if np.isfinite(values).all(axis=1).sum() < _LEAST:
         raise PotentialError(
@@ -152,84 +151,6 @@ def _reason(forces: Exprs, q: Sequence[Coordinate], loads: Sequence[Load], place
         f"∂Q_{q[i]}/∂{q[j]} = {left:.6g} but ∂Q_{q[j]}/∂{q[i]} = {right:.6g} at {where}, so that their work depends on the way. Name "
         "the other loads, eom.find_potential([…]); what these do is power."
     )
-
-
-# Under constraints -------------------------------------------------------------------------------------------------------
-
-
-def _check_allowed(derived: Derived, forces: Exprs, rows: list[list[Expr]], loads: Sequence[Load]) -> None:
-    """Raise where no λ makes dQ + Σ λ_k dC_k vanish along the motions that the constraints allow, at some configuration.
-
-    Where λ = 0 is the only one, at all of them, Q itself would have to do, and does not.
-    """
-    q = derived.system.coordinates
-    n, whole = len(q), [*forces, *(x for row in rows for x in row), *q]
-    own = places(whole, unit=[s.coordinates for s in derived.system.euler_parameters])
-    if derived.constraints.constraints:
-        at = derived.compared.at
-        own = places(whole, [at.at(k) for k in range(min(at.count, _SEEN))])
-    c = measured([x for row in rows for x in row], own)[0].reshape(len(own), len(rows), n)
-    tables = [measured([diff(f[i], x) for i in range(n) for x in q], own) for f in (forces, *rows)]
-    alone: list[int] = []
-    for k in range(len(own)):
-        turns = [t[0][k].reshape(n, n) - t[0][k].reshape(n, n).T for t in tables]
-        if not np.isfinite(turns).all() or not np.isfinite(c[k]).all():
-            continue
-        free = _null(c[k])
-        inside = np.triu_indices(free.shape[1], 1)
-        within = [(free.T @ t @ free)[inside] for t in turns]
-        bound = _SLACK * np.linalg.norm((np.abs(free).T @ (2 * tables[0][1][k].reshape(n, n)) @ np.abs(free))[inside])
-        others = np.array(within[1:]).reshape(len(rows), -1).T
-        weights, _, rank, _ = np.linalg.lstsq(others, within[0], rcond=None)
-        if np.linalg.norm(within[0] - others @ weights) > bound:
-            raise PotentialError(_not_allowed(loads, q, own[k]))
-        alone.append(k if rank == len(rows) and np.linalg.norm(others @ weights) <= bound else -1)
-    if alone and min(alone) >= 0:
-        raise PotentialError(_not_allowed(loads, q, own[0]))
-
-
-def _not_allowed(loads: Sequence[Load], q: Sequence[Coordinate], at: Place) -> str:
-    where = ", ".join(f"{s} = {at[s]:.4g}" for s in q)
-    return (
-        f"Expected forces with a potential energy, got {_names(loads)}, which have none along the motions that the constraints allow: "
-        f"about {where} their work depends on the way, whatever forces of constraints are added. Name the other loads, "
-        "eom.find_potential([…]); what these do is power."
-    )
-
-
-def _null(c: Array) -> Array:
-    _, s, v = np.linalg.svd(c)
-    rank = int((s > 1e-9 * s.max(initial=0)).sum())
-    return np.asarray(v[rank:].T)
-
-
-def _without_some(
-    forces: Exprs, rows: list[list[Expr]], q: Sequence[Coordinate]
-) -> Iterator[tuple[tuple[Coordinate, ...], Exprs]]:
-    """Q + Cᵀλ with λ such that some coordinates have no force, and the other coordinates with theirs."""
-    m, n = len(rows), len(q)
-    for gone in islice(combinations(reversed(range(n)), m), _SETS):
-        kept = [i for i in range(n) if i not in gone]
-        try:
-            inverse = invert([[row[i] for row in rows] for i in gone]).rows
-        except KaneError:
-            continue
-        weights = [_sum(mul(x, forces[i]) for x, i in zip(line, gone, strict=True)) for line in inverse]
-        own = [sub(forces[i], _sum(mul(row[i], w) for row, w in zip(rows, weights, strict=True))) for i in kept]
-        yield tuple(q[i] for i in kept), tuple(own)
-
-
-def _sum(terms: Iterator[Expr]) -> Expr:
-    total = ZERO
-    for x in terms:
-        total = add(total, x)
-    return total
-
-
-def _moved_by(forces: Exprs, others: Sequence[Symbol], at: Sequence[Place]) -> bool:
-    values, sizes = measured([diff(f, s) for f in forces for s in others], at)
-    _check_finite(values)
-    return bool(differs(values, sizes).any())
 
 
 # Integrated --------------------------------------------------------------------------------------------------------------
