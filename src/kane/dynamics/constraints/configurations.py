@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.branches import branch_scalars, branches, turned_function
-from kane.dynamics.constraints.closure import OFF, Closure, closure, unit_places
+from kane.dynamics.constraints.closure import OFF, Closure, closure, in_rows, unit_places
 from kane.errors import ModelError
 from kane.expr.evaluate import compile_reference, free_symbols
 from kane.expr.matrix import Matrix
@@ -240,7 +240,7 @@ class _Search:
 
         def function(x: Array, starts: Indices) -> tuple[Array, Array]:
             others = [v if np.ndim(v) == 0 else v[starts] for v in (values[s] for s in rest)]
-            numbers = _stacked(run([*x.T, *others]), len(x))
+            numbers = in_rows(run, x, others)
             return numbers[:, : len(f)], numbers[:, len(f) :].reshape(-1, *shape)
 
         return function
