@@ -11,6 +11,8 @@ from kane.cli.derive import derived
 from kane.cli.faults import Misuse
 from kane.cli.models import model_of
 from kane.cli.options import Force, Name, Out
+from kane.motion.simulator_c import METHODS as SIMULATORS
+from kane.motion.simulator_c import emit_simulator
 from kane.progress import working
 
 
@@ -29,16 +31,27 @@ def emit(
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
     ] = None,
+    with_integrator: Annotated[
+        str | None,
+        typer.Option(
+            help=f"A whole program in C that simulates, by {', '.join(SIMULATORS)}: compile it with cc alone.",
+            metavar="METHOD",
+            show_default=False,
+        ),
+    ] = None,
     force: Force = False,
 ) -> None:
     """Print the equations of MODEL as C or NumPy source."""
+    if with_integrator is not None and target is not Target.c:
+        raise Misuse(f"Expected --target c with --with-integrator, got {target.value}.")
     model = model_of(name)
     if called is not None and not (called.isidentifier() and called.isascii()):
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
     place = screen.target(out, model.path, force) if out else None
     eom = derived(model)
     with working("Compiling"):
-        source = eom.compile(name=called or model.name).emit(target.value)
+        compiled = eom.compile(name=called or model.name)
+        source = emit_simulator(compiled, with_integrator) if with_integrator else compiled.emit(target.value)
     if place:
         screen.write(place, source)
     else:
