@@ -151,3 +151,25 @@ def test_errors_say_what_to_do(arm):
         kn.composite("c", [rod, tip], N)
     system = kn.System(N, bodies=[rod, tip], speeds="rates")
     assert str(kn.mass_center(system, O)) == str(kn.mass_center([rod, tip], O))
+
+
+@pytest.mark.parametrize("form", ["nonlinear", "linearized"])
+def test_of_a_flexible_beam(form):
+    """½ ω·I·ω of the deformed shape is the kinetic energy of a turn without deformation, also where points share momentum."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    B = N.rotate("B", kn.coordinate("q"), N.z)
+    beam = kn.Beam("arm", O, frame=B, axis=B.x, length=2.0, mass_per_length=3.0, EI=5.0, modes=2, form=form)
+    eom = kn.derive(kn.System(N, bodies=[beam], speeds="rates"))
+    q = {x: 0.1 * (k + 1) for k, x in enumerate(eom.coordinates)}
+    turning = {u: 1.5 if str(d) == "q'" else 0.0 for u, d in eom.system.speeds.items()}
+    moment, energy = kn.moment_of_inertia(beam, O, N.z), eom.kinetic_energy
+    found = [float(x) for x in eom.evaluate([moment, energy], q=q, u=turning)]
+    assert found[0] * 1.5**2 / 2 == pytest.approx(found[1], rel=1e-6 if form == "linearized" else 1e-12)
+    assert found[0] > 0
+    center = kn.mass_center(beam, O) - eom.mass_center(O)
+    np.testing.assert_allclose(
+        [float(x) for x in eom.evaluate(list(center.components(N)), q=q, u=turning)], 0, atol=1e-14
+    )
+    with pytest.raises(kn.ModelError, match=r"deforms|depend on"):
+        kn.composite("c", [beam], B)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from kane import show
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
 from kane.dynamics.derived import Derived, Exprs, derived
@@ -190,6 +191,8 @@ class Motions(Immutable):
             "near": self.derived.near,
         }
         return _restored, (system.frames, system.points, system.inertial, dict(system.speeds), named, self.nonholonomic)
+
+    _repr_html_ = show.html
 
     def __repr__(self) -> str:
         return (

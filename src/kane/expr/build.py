@@ -306,6 +306,17 @@ def _function(op: Op) -> Callable[[Expr], Expr]:
     return build
 
 
+_tangent = _function(OPS["tan"])
+
+
+def tan(a: Expr) -> Expr:
+    """Tangent; exact where sine and cosine are."""
+    if a.op is NEG:
+        return neg(tan(a.args[0]))
+    over, under = turns_sine(a, 0), turns_sine(a, 1)
+    return _tangent(a) if over is None or not under else div(constant(over), constant(under))
+
+
 def _binary(op: Op) -> Callable[[Expr, Expr], Expr]:
     def build(a: Expr, b: Expr) -> Expr:
         x, y = constant_value(a), constant_value(b)
@@ -336,4 +347,6 @@ NODE_BUILDERS: dict[str, Callable[..., Expr]] = {
     name: _function(op) if op.arity == 1 else _binary(op) for name, op in OPS.items() if op.arity
 }
 """Builders that take expressions only; the public ones of `operators` also take numbers."""
-NODE_BUILDERS |= {build.__name__: build for build in (add, sub, mul, div, neg, sqrt, sin, cos, where)} | {"pow": power}
+NODE_BUILDERS |= {build.__name__: build for build in (add, sub, mul, div, neg, sqrt, sin, cos, tan, where)} | {
+    "pow": power
+}

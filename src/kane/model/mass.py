@@ -55,11 +55,7 @@ def inertia_about(bodies: Any, point: Point) -> Dyadic:
     """
     parts = parts_listed(bodies)
     _check_point(point, "about which an inertia is asked for")
-    total = Dyadic()
-    for part in parts:
-        central = Dyadic() if part.inertia is None else part.inertia
-        total = total + parallel_axis(central, part.mass, part.mass_center.position(point).gathered())
-    return _along_one(total)
+    return _along_one(sum((_about(part, point) for part in parts), start=Dyadic()))
 
 
 def inertia_matrix(bodies: Any, point: Point, frame: Frame) -> Matrix:
@@ -108,6 +104,10 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
         if something moves in `frame`, or nothing is left of the mass
     """
     kept = parts_listed(bodies)
+    if any(p.momenta for p in kept):
+        raise ModelError(
+            f"Expected rigid bodies and particles for the composite {name}, got a flexible body: it deforms."
+        )
     parts = [*kept, *(p._replace(mass=-p.mass, inertia=_negative(p.inertia)) for p in parts_listed(without))]
     origin, mass = kept[0].mass_center, _mass(parts)
     moment = sum((p.mass_center.position(origin) * p.mass for p in parts), start=Vector())
@@ -139,6 +139,20 @@ def _along_one(inertia: Dyadic) -> Dyadic:
 
 def _along(frame: Frame, inertia: Dyadic) -> Dyadic:
     return Dyadic.of(frame, inertia.components(frame).map(collected).rows)
+
+
+def _about(part: Part, point: Point) -> Dyadic:
+    """I + m (p² 1 − p p); of a point that shares momentum with others, of a flexible body, I + Σ μ (p·q 1 − p q)."""
+    own = Dyadic() if part.inertia is None else part.inertia
+    p = part.mass_center.position(point).gathered()
+    if not part.momenta:
+        return parallel_axis(own, part.mass, p)
+    for other, mass in part.momenta:
+        q = other.position(point).gathered()
+        for frame, _ in q.parts[:1]:
+            unit = Dyadic.of(frame, ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+            own = own + unit * (mass * p.dot(q)) - p.outer(q) * mass
+    return own
 
 
 def parts_listed(bodies: Any) -> list[Part]:

@@ -327,6 +327,15 @@ def test_nothing_heavy_is_imported() -> None:
     assert {"sympy", "matplotlib", "jinja2", "scipy.integrate", "llvmlite", "IPython"} & set(loaded) == set()
 
 
+def test_motions_are_tables():
+    frame = kn.Frame("F$<")
+    q, u = kn.coordinates("q1 q2"), kn.speeds("u1 u2")
+    held = [q[0].dt - kn.parameter("a<i>") * q[1].dt]
+    shown = Shown(kn.motions(frame, {u[0]: q[0].dt, u[1]: 2 * q[1].dt}, nonholonomic=held)._repr_html_())
+    assert [row[0] for row in shown.rows if not row[0].startswith("$")] == ["speed", "rate", "dependent speed"]
+    assert len(shown.formulas) == 10
+
+
 def test_sets_of_forces_and_wrenches_are_tables():
     frame = kn.Frame("F$<")
     at = kn.Point("O<&", fixed_in=frame)

@@ -9,6 +9,7 @@ from kane.analysis.compare_methods import MethodComparison
 from kane.analysis.compare_speeds import SpeedComparison
 from kane.analysis.linear import Linear
 from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.motions import Motions
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.equations.handle import Handle
@@ -22,6 +23,7 @@ from kane.present.notebook.equations import equations_html
 from kane.present.notebook.force_systems import force_system_html, wrench_html
 from kane.present.notebook.linear import linear_html
 from kane.present.notebook.methods import formulation_html, methods_html
+from kane.present.notebook.motions import motions_html
 from kane.present.notebook.principal import principal_html
 from kane.present.notebook.program import program_html, routine_html
 from kane.present.notebook.solution import solution_html
@@ -48,6 +50,7 @@ show.HTML.update(
         Linear: linear_html,
         SpeedComparison: speeds_html,
         Principal: principal_html,
+        Motions: motions_html,
         ForceSystem: force_system_html,
         Wrench: wrench_html,
         MethodComparison: methods_html,
