@@ -15,9 +15,10 @@ from kane.dynamics.constraints.choice import Compared, compared
 from kane.dynamics.constraints.closure import Closure, closure
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
+from kane.expr.count import Prices
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, Expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
@@ -173,16 +174,33 @@ class Derived(Immutable):
         self, kinematics: Kinematics, bodies: Sequence[Moving], u_dot: Mapping[Expr, Expr] = MappingProxyType({})
     ) -> tuple[terms.Term, ...]:
         """`left` by other motions, or at other accelerations."""
-        loads = [term for load in self.declared_loads for term in terms.active_terms(load, kinematics)]
-        fall = sum((g.acceleration for g in self.system.gravities), start=Vector())
-        return tuple(terms.bias_terms(loads, bodies, fall, u_dot))
+        return tuple(terms.bias_terms(self._active(kinematics), bodies, falling(self.system), u_dot))
+
+    def _active(self, kinematics: Kinematics) -> list[terms.Term]:
+        return [term for load in self.declared_loads for term in terms.active_terms(load, kinematics)]
 
     @read
     def blocks(self) -> Blocks:
         """M, f and G by speeds and auxiliary speeds."""
         mass = mass_rows(self.bodies, self.speeds, self.auxiliary_speeds)
         right = [terms.generalized_by_motion(self.left, s) for s in self.all_speeds]
+        apart = self._with_weights_apart()
+        if apart is not None:
+            cost = Prices([x for row in mass for x in row])
+            right = min(right, apart, key=cost)
         return blocks(mass, right, self.auxiliary_speeds, self.reactions, self.pairs)
+
+    def _with_weights_apart(self) -> list[Expr] | None:
+        """f where a speed moves nothing up or down, with weights along their own direction: along others they would have to cancel."""
+        fall = falling(self.system)
+        if fall.is_zero:
+            return None
+        weights = [terms.Term(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
+        heavy = [terms.generalized_by_motion(weights, s) for s in self.all_speeds]
+        if all(x is not ZERO for x in heavy):
+            return None
+        rest = terms.bias_terms(self._active(self.kinematics), self.bodies, Vector())
+        return [add(terms.generalized_by_motion(rest, s), x) for s, x in zip(self.all_speeds, heavy, strict=True)]
 
     mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
     auxiliary_mass_matrix = read[Matrix](lambda d: d.blocks.mass_a, "M_a (auxiliary × n).")
@@ -205,6 +223,11 @@ class Derived(Immutable):
         "Configurations at which constraints are compared.",
     )
     constraint_rates = read[Exprs](lambda d: tuple(map(add, d.A @ d.speeds, d.b)), "A u + b.")
+
+
+def falling(system: System) -> Vector:
+    """The acceleration of free fall."""
+    return sum((g.acceleration for g in system.gravities), start=Vector())
 
 
 def derived(system: System, near: Mapping[Symbol, float] | None = None) -> Derived:
