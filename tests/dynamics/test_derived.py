@@ -100,6 +100,6 @@ def test_weights_do_not_cancel_where_a_speed_moves_nothing_up():
     """f of the cart holds no g: m g cos θ sin θ − m g cos θ sin θ stood there."""
     eom = kn.derive(pendulum_on_cart.system())
     x, theta = eom.forcing
-    assert "g" not in {s.name for s in kn.free_symbols(x)}
-    assert "g" in {s.name for s in kn.free_symbols(theta)}
+    assert "g" not in {s.name for s in kn.free_symbols([x])}
+    assert "g" in {s.name for s in kn.free_symbols([theta])}
     assert kn.count_operations(eom.right_hand_side).total <= 25
