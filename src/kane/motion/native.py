@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import on_from, up_to
@@ -18,7 +19,7 @@ from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, not_held
+from kane.motion.stepping import IMPLICIT, NARROW, STEPPED, Course, End, Method, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
@@ -27,6 +28,9 @@ from kane.program.native.machine import Settings
 _AT_ONCE = 1000
 """Steps between two looks at the clock."""
 _DOUBLINGS = 80
+_PACE = (At.STEPS, At.SMOOTH, At.LIMITED)
+_MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
+"""After so many steps it is asked whether these shares of them hardly bend, and are short all the same."""
 
 
 class NativeCourse:
@@ -43,7 +47,8 @@ class NativeCourse:
         self.marks = np.zeros(len(self.times))
         self.kernel = compiled(method.name, stepper.now.settings or Settings(), stepper.manifold is not None)
         self.stepped: Course | None = None
-        self.passed = self.for_good = False
+        self.passed, self.for_good = "", False
+        self.seen = np.zeros(len(_PACE))
         self.handed = (0, 0)
         self.switching = bool(switches(stepper.eom))
         self._take_up(span[0])
@@ -93,7 +98,7 @@ class NativeCourse:
     @property
     def name(self) -> str:
         """The method, with SciPy's where that has led past a place."""
-        return f"{self.method.name}, {STEPPED}" if self.passed else self.method.name
+        return f"{self.method.name}, {self.passed}" if self.passed else self.method.name
 
     @property
     def steps(self) -> int:
@@ -123,6 +128,8 @@ class NativeCourse:
         back = Back(self.kernel(self.given | {"limit": min(limit, RECENT) if self.switching else limit}))
         self.arguments.check()
         self._collect()
+        if self._stiff():
+            return None
         if self.regimes is not None and float(self.s[At.TIME]) > before:
             self.regimes.gone_on()
         if back is Back.LOOK:
@@ -140,7 +147,11 @@ class NativeCourse:
             if self.t[-1] < self.span[1]:
                 self._sample(self.span[1], self.y.copy())
             return End("finished", f"reached t = {self.span[1]:g}")
-        # at a breakpoint, beyond which rates may be others
+        self._lead_on(back, changed)
+        return None
+
+    def _lead_on(self, back: Back, changed: bool) -> None:
+        """By other equations, where a switch has turned or other speeds are dependent, or beyond a breakpoint."""
         t = on_from(float(self.s[At.END])) if back is Back.END else float(self.s[At.TIME])
         if changed and unheld(self.stepper):
             self._hand_over(t)
@@ -151,7 +162,22 @@ class NativeCourse:
             self._take_up(t)
         elif back is Back.END:
             self._begin(t)
-        return None
+
+    def _stiff(self) -> bool:
+        """Whether the steps of "auto" are short for stability alone: then an implicit method of SciPy's leads on."""
+        s = self.s
+        steps, smooth, limited = (s[at] - seen for at, seen in zip(_PACE, self.seen, strict=True))
+        if not self.method.free or steps < _MANY:
+            return False
+        self.seen = s[[*_PACE]]
+        if limited < _LIMITED * steps or smooth < _SMOOTH * steps:
+            return False
+        t = float(s[At.TIME])
+        told = f"steps of {self.method.name} were short for stability alone; SciPy's {IMPLICIT} leads on"
+        self.stepper.changes.append((Event("the equations are stiff", ZERO, terminal=False, message=told), t))
+        self._hand_over(t, IMPLICIT)
+        self.for_good = True
+        return True
 
     def _stalled(self, back: Back, before: float) -> str:
         """That a motion stands at a switch of a load, in words; "" where it does not."""
@@ -213,12 +239,12 @@ class NativeCourse:
         holding.measure()
         return changed
 
-    def _hand_over(self, t: float) -> None:
+    def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
-        method = replace(self.method, name=STEPPED, max_steps=self.method.max_steps - self.steps)
+        method = replace(self.method, name=name, max_steps=self.method.max_steps - self.steps)
         self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1])
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
-        self.stepped.span, self.passed = self.span, True
+        self.stepped.span, self.passed = self.span, name
 
     def _step_by_scipy(self, course: Course) -> End | None:
         """One of SciPy's steps; machine code goes on where constraints are regular again."""

@@ -22,7 +22,7 @@ from kane.motion.checking import check_drifts, checking_functions
 from kane.motion.drives import Function, Signal, check_prescribed, input_functions
 from kane.motion.feedback import HeldInput, controllers
 from kane.motion.formulas import Formula, own_parameters
-from kane.motion.methods import check_method, chosen
+from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
@@ -137,7 +137,7 @@ def simulate(
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
         solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
-        solver = replace(solver, name=chosen(method, stepper, stepper.now.drives, solver.max_step))
+        solver = replace(solver, name=chosen(method, stepper, stepper.now.drives, solver.max_step), free=method == AUTO)
         kind = NativeCourse if solver.name in INTEGRATORS else Course
         course = kind(stepper, solver, span, start, sample_times(samples, span))
         end = _to_its_end(course)
@@ -157,7 +157,9 @@ def _again(
     """The same motion once more, at other tolerances or half the steps."""
     if halved and max_step is not None:
         max_step /= 2
-    start = {"q": solution.q[0], "u": solution.u[0], "method": solution.method, "max_step": max_step}
+    # where others have led on, "auto" finds them again
+    method = AUTO if ", " in solution.method else solution.method
+    start = {"q": solution.q[0], "u": solution.u[0], "method": method, "max_step": max_step}
     with warnings.catch_warnings():  # of what is wrong with the motion it has warned
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])

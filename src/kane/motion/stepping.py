@@ -28,6 +28,8 @@ from kane.numeric.newton import close
 
 STEPPED = "DOP853"
 """What "auto" is where a motion does not run in machine code."""
+IMPLICIT = "Radau"
+"""What leads on where equations are stiff."""
 _IMPLICIT = ("Radau", "BDF", "LSODA")
 """Those that take derivatives of the rates."""
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
@@ -46,7 +48,8 @@ _SHORT_OF_RANK = 0.02
 class Method:
     """One of SciPy's solvers by name, relative and absolute tolerance, how many steps, how long, and where they end.
 
-    `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly.
+    `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly. `free` says that the
+    method was not: then it may be left.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Method:
     breakpoints: tuple[float, ...] = ()
     max_seconds: float = np.inf
     bounded: bool = True
+    free: bool = False
 
     def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
         """SciPy's solver at a state, up to just before the next of the breakpoints, as rates may jump there."""

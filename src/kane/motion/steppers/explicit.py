@@ -13,6 +13,8 @@ from kane.program.kernel.write import Array, Term, Variable, Writer
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0
 """The next step is so much shorter than the error allows; it changes by these factors at most."""
+_STABLE = 4.0
+"""h times a rate at which an explicit method comes to the border of its stability."""
 _TINY, _HUGE = 2.0**-1000, 1e300
 
 
@@ -106,6 +108,7 @@ class _Explicit:
         """The step is gone on from, or taken again."""
         w, o = self.writer, self.outline
         finite = error < _HUGE
+        self.count_stiff(h, error)
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), self.tableau.exponent)
         factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
         with w.when(error <= 1.0):
@@ -160,6 +163,25 @@ class _Explicit:
         # what is left before the end says nothing of the step that would do
         with w.when(~last):
             o.put(At.STEP, longer)
+
+    def count_stiff(self, h: Term, error: Term) -> None:
+        """Whether stability bounds the step: the last two stages at t + h tell of the largest rate, Hairer & Wanner II, sec. IV.2."""
+        w, o, s = self.writer, self.outline, self.tableau.stages
+        if self.tableau.c[-1] != 1.0 or not self.tableau.errors:
+            return
+        rates, states = w.variable("rates_apart"), w.variable("states_apart")
+        rates.put(0.0)
+        states.put(0.0)
+        with w.count(o.n) as i:
+            allowed = o.get(At.ATOL) + o.get(At.RTOL) * w.compute("abs", o.y[i])
+            one = (o.work[o.row(s) + i] - o.work[o.row(s - 1) + i]) / allowed
+            two = (o.work[self.after + i] - o.work[self.state + i]) / allowed
+            rates.put(rates.get() + one * one)
+            states.put(states.get() + two * two)
+        large = h * w.compute("sqrt", rates.get()) > _STABLE * w.compute("sqrt", states.get())
+        with w.when(large & (error <= 1.0)):
+            o.more(At.SMOOTH, 1.0)
+            o.more(At.LIMITED, 1.0)
 
     def prepare(self, h: Term) -> None:
         """The stages of dense output, and its weights."""

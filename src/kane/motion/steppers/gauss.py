@@ -25,7 +25,7 @@ STAGES = 8
 _N = gauss(STAGES)
 _V = Type("float", STAGES)
 _SAFETY, _LEAST, _MOST = 0.95, 0.3, 2.0
-_ACCEPTED = 30.0
+_ACCEPTED, _SMOOTH = 30.0, 1e-4
 _ITERATIONS = 12
 _REST, _FLOOR = 0.1, 2.0**-50
 _SLOW, _STALLED = 0.9, 1e-8
@@ -238,12 +238,16 @@ class _Gauss:
             o.back.put(int(Back.LOOK))
         with w.when(found & ~look):
             self.watched.keep()
+            with w.when(error <= _SMOOTH):
+                o.more(At.SMOOTH, 1.0)
             o.sample(h, lambda: None, lambda k, theta: self.sampled(h, k, theta))
             self.go_on(h)
             o.advance(h, last)
             o.put(At.FRESH, 0.0)
             with w.when(~last):
                 o.put(At.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
+        with w.when((self.status.get() > _TOO_LONG) & finite):
+            o.more(At.LIMITED, 1.0)
         with w.when(~found):
             half = (self.status.get() > _TOO_LONG) | ~finite
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)

@@ -28,7 +28,10 @@ class Back(IntEnum):
 
 
 class At(IntEnum):
-    """Places in the array `s`: what the kernel is told, and what it leaves for the next call and for Python."""
+    """Places in the array `s`: what the kernel is told, and what it leaves for the next call and for Python.
+
+    SMOOTH counts steps along which the solution hardly bends, LIMITED those that nothing but stability or convergence made short.
+    """
 
     TIME = 0
     TIME_LAG = 1
@@ -49,6 +52,8 @@ class At(IntEnum):
     HELD = 16
     SHARE = 17
     QUIET = 18
+    SMOOTH = 19
+    LIMITED = 20
 
 
 SIZE = len(At)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stiff equations: "auto" goes over to an implicit method, and only there."""
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import pendulums
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+x = kn.coordinates("x1:5")
+c, k = kn.parameter("c", 1e6), kn.parameter("k", 1.0)
+
+
+def chain(*more):
+    """Four masses in a row, each tied to the one before by a spring and a strong damper, the first one shaken."""
+    points = [O.at(f"P{i}", x[i] * N.x) for i in range(4)]
+    loads = [kn.Force(points[0], (kn.sin(kn.time) + sum(more)) * N.x)]
+    for i, at in enumerate(points):
+        before = x[i - 1] if i else 0
+        pull = -k * (x[i] - before) - c * (x[i].dt - (before.dt if i else 0))
+        loads += [kn.Force(at, pull * N.x)] + ([kn.Force(points[i - 1], -pull * N.x)] if i else [])
+    bodies = [kn.Particle(f"p{i}", p, 1) for i, p in enumerate(points)]
+    return kn.derive(kn.System(N, bodies=bodies, loads=loads, speeds="rates"))
+
+
+@pytest.mark.parametrize(("more", "method"), [((), "gauss16"), ((-kn.tanh(x[0].dt),), "dop853")])
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+def test_a_stiff_chain_is_left_to_an_implicit_method(more, method, unit):
+    """Rates of 1e6 /s and a motion of seconds; found in a few hundred steps, in other units too."""
+    eom, given = chain(*more), {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 6}
+    given["parameters"] = {c: 1e6 * unit}
+    own, other = (kn.simulate(eom, (0, 5), **given, method=m, rtol=1e-9, atol=1e-13 / unit) for m in ("auto", "Radau"))
+    assert own.method == f"{method}, Radau"
+    assert own.steps < 3000
+    assert [e.name for e, _ in own.events] == ["the equations are stiff"]
+    assert f"steps of {method} were short for stability alone" in own.events[0][0].message
+    assert own.q == pytest.approx(other.q, abs=1e-7 * np.abs(other.q).max())
+
+
+def test_a_method_that_is_asked_for_stays():
+    given = {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 2, "parameters": {c: 1e4}}
+    sol = kn.simulate(chain(), (0, 0.02), **given, method="gauss16")
+    assert (sol.method, sol.status) == ("gauss16", "finished")
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-12])
+def test_what_oscillates_is_not_stiff(tolerance):
+    """A double pendulum; fast and slow springs in a row without damping: their oscillations are the motion."""
+    swinging = kn.derive(pendulums.system(2))
+    sol = kn.simulate(swinging, (0, 30), q=[1.5, 1.5], u=[0, 0], rtol=tolerance, atol=tolerance, samples=2)
+    assert sol.method == "gauss16"
+    given = {"q": [0.1, 0.0, 0.3, 0.0], "u": [0.0] * 4, "samples": 2, "parameters": {c: 0.0, k: 1e4}}
+    sol = kn.simulate(chain(), (0, 10), **given, rtol=tolerance, atol=tolerance)
+    assert sol.method == "gauss16"
