@@ -98,3 +98,11 @@ def test_integrals_hold_for_all_values_of_parameters():
     body = kn.RigidBody("body", frame=B, mass_center=O, mass=1, inertia=kn.inertia(B, I1, I2, 1.0))
     eom = kn.derive(kn.System(N, bodies=[body], speeds=dict(zip(w, B.angular_velocity(N).components(B), strict=True))))
     assert "speed w3" not in {one.name for one in eom.integrals}
+
+
+@pytest.mark.slow
+def test_stiff_systems_have_no_integrals_by_the_size_of_their_terms():
+    """Two arms that bend: bounds of the terms of u̇ are astronomic there; only the energy is kept, with that of constant torques."""
+    (one,) = kn.derive(import_module("kane.gallery.flexible_arm").system()).integrals
+    assert one.name == "energy"
+    assert "shoulder, elbow found" in one.why

@@ -269,3 +269,11 @@ def test_what_is_no_blow() -> None:
         bounce([0, 0, 1.0, 0, 0, 0], 0.5, 0.0)
     with pytest.raises(kn.ArgumentError, match="restitution from 0 to 1"):
         bounce([0, 0, -1.0, 0, 0, 0], 1.5, 0.0)
+
+
+def test_sliding_friction_has_no_value_at_rest() -> None:
+    s = kn.coordinate("s")
+    P = O.at("P", s * N.x)
+    drag = kn.Force(P, -0.3 * P.velocity(N).normalized(), "friction")
+    with pytest.raises(kn.ModelError, match="that have a value at rest"):
+        _ = derived([kn.Particle("P", P, 1.0)], [drag]).equilibrium_conditions

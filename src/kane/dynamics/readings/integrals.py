@@ -3,7 +3,7 @@
 
 What may be one is proposed by name: the energy, the Hamiltonian K₂ − K₀ + V by the rates, momenta of cyclic coordinates, linear and
 angular momenta along the inertial axes, single speeds. Of each the rate along the motion is looked at in numbers at several states,
-beside the sizes of its terms; what is the same as one before it, but for a factor, is left out.
+beside its terms; what is the same as one before it, but for a factor, is left out.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,19 +17,19 @@ from kane.dynamics.readings.kinetic import energy_in_rates
 from kane.dynamics.readings.momenta import central_angular_momentum, conjugate_momenta
 from kane.dynamics.readings.potential_found import find_potential
 from kane.dynamics.readings.rate_forces import Place, differs, measured, places
-from kane.dynamics.readings.values import time_derivative, without_rates, without_unknowns
+from kane.dynamics.readings.values import without_rates
 from kane.dynamics.solved import Solved
 from kane.errors import PotentialError, cut
 from kane.expr.build import add, mul, sub
-from kane.expr.diff import gradient
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.diff import diff, gradient
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import rate
+from kane.expr.symbols import Time, input_of, rate
 from kane.expr.visit import substitute
 from kane.numeric.arrays import Array
 
-_STATES = 8
+_STATES, _LEAST = 8, 2
 _SAME = 1e-9
 """Share by which numbers of two integrals may differ from being proportional at all states."""
 
@@ -67,20 +67,37 @@ def integrals(solved: Solved) -> tuple[Integral, ...]:
 
 def _kept(solved: Solved, value: Expr) -> Array | None:
     """Numbers of a function at some states, with one set of parameters, where it is an integral; None where it is none."""
-    derived = solved.derived
     if is_constant_in_time([value]):
         return None
-    change = without_unknowns(solved, [time_derivative(derived, value)])[0]
+    derived = solved.derived
+    plain = without_rates(derived, value)
     by: dict[Expr, Expr] = {
         u: x for u, x in zip(derived.speeds, solved.speeds_by_independent, strict=True) if u is not x
     }
     memo: dict[Expr, Expr] = {}
-    pair = [substitute(e, by, memo) for e in (change, value)] if by else [change, value]
-    values, sizes = measured(pair, _states(solved, pair))
+    terms = [substitute(e, by, memo) for e in _rate_terms(solved, plain)]
+    own = substitute(plain, by, memo)
+    values, moved = differs([terms, [own]], _states(solved, [*terms, own]))
     finite = np.isfinite(values).all(axis=1)
-    if finite.sum() < 2 or differs(values, sizes)[finite, 0].any() or not differs(values, sizes)[finite, 1].any():
+    if finite.sum() < _LEAST or moved[finite, 0].any() or not moved[finite, 1].any():
         return None
-    return np.asarray(measured(pair[1:], _states(solved, pair[1:], varied=False))[0][:, 0])
+    return np.asarray(measured([own], _states(solved, [own], varied=False))[:, 0])
+
+
+def _rate_terms(solved: Solved, value: Expr) -> list[Expr]:
+    """The terms of dc/dt: ∂c/∂q q̇, ∂c/∂u u̇, those of the time and of inputs."""
+    derived = solved.derived
+    moves: dict[Expr, Expr] = dict(zip(derived.system.coordinates, solved.written(derived.rates), strict=True))
+    moves.update(zip(derived.speeds, solved.accelerations, strict=True))
+    found = [ZERO]
+    for s in free_symbols([value]):
+        if isinstance(s, Time):
+            found.append(diff(value, s))
+        elif s in moves:
+            found.append(mul(diff(value, s), moves[s]))
+        elif input_of(s) is not None:
+            found.append(mul(diff(value, s), rate(s)))
+    return found
 
 
 def _states(solved: Solved, exprs: Sequence[Expr], *, varied: bool = True) -> list[Place]:

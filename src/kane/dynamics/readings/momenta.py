@@ -13,7 +13,7 @@ from kane.dynamics.bodies import Moving
 from kane.dynamics.derived import Derived, Exprs
 from kane.dynamics.readings.energy import linear_momentum
 from kane.dynamics.readings.kinetic import energy_in_rates
-from kane.dynamics.readings.rate_forces import by_rates, differs, measured, places, rows_in_rates
+from kane.dynamics.readings.rate_forces import by_rates, differs, places, rows_in_rates
 from kane.dynamics.readings.values import without_rates
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add
@@ -91,6 +91,6 @@ def cyclic_coordinates(derived: Derived) -> tuple[Coordinate, ...]:
     for i, s in enumerate(q):
         held = [forces[i], *(row[i] for row in rows)]
         at = places([k, *held])
-        if s not in turned and not differs(*measured([diff(k, s), *held], at)).any():
+        if s not in turned and not differs([[e] for e in (diff(k, s), *held)], at)[1].any():
             found.append(s)
     return tuple(found)

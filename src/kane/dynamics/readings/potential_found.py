@@ -16,17 +16,20 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.readings.potential_held import check_allowed, held
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
 from kane.errors import KaneError, PotentialError, cut
-from kane.expr.build import add, neg, sub
+from kane.expr.build import neg
 from kane.expr.diff import diff
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.line_integral import NODES, line_integral
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.size import size
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.expr.visit import substitute
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 
+_RULE = 1e-12
+"""Share of all terms below which a difference is what integration by a rule leaves."""
 _LEAST = 2
 """Places at which numbers must be finite."""
 
@@ -100,8 +103,7 @@ def _of_coordinates(forces: Exprs, loads: Sequence[Load]) -> Exprs:
     ]
     at = places([*forces, *moving])
     for s in moving:
-        values, sizes = measured([diff(f, s) for f in forces], at)
-        if differs(values, sizes).any():
+        if differs([[diff(f, s)] for f in forces], at)[1].any():
             kind = "the reaction" if isinstance(s, Reaction) else "the speed" if isinstance(s, Speed) else "the rate"
             raise PotentialError(
                 f"Expected forces that follow from the coordinates, got {_names(loads)}, which depend on {kind} {s}: they have no "
@@ -114,23 +116,21 @@ def _of_coordinates(forces: Exprs, loads: Sequence[Load]) -> Exprs:
 def _gap(forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> tuple[int, int, int] | None:
     """The pair of coordinates whose cross derivatives differ most, and the place; None where none do."""
     pairs = list(combinations(range(len(q)), 2))
-    values, sizes = measured([sub(diff(forces[i], q[j]), diff(forces[j], q[i])) for i, j in pairs], at)
     if not pairs:
         return None
+    values, wrong = differs([[diff(forces[i], q[j]), neg(diff(forces[j], q[i]))] for i, j in pairs], at)
     _check_finite(values)
-    wrong = differs(values, sizes)
     if not wrong.any():
         return None
-    with np.errstate(all="ignore"):
-        share = np.where(wrong, np.abs(values) / sizes, -1.0)
+    share = np.where(wrong, np.abs(values), -1.0)
     place, pair = np.unravel_index(int(np.argmax(share)), share.shape)
     return int(place), *pairs[int(pair)]
 
 
 def _moved_by(forces: Exprs, others: Sequence[Symbol], at: Sequence[Place]) -> bool:
-    values, sizes = measured([diff(f, s) for f in forces for s in others], at)
+    values, wrong = differs([[diff(f, s)] for f in forces for s in others], at)
     _check_finite(values)
-    return bool(differs(values, sizes).any())
+    return bool(wrong.any())
 
 
 def _check_finite(values: Array) -> None:
@@ -144,7 +144,7 @@ def _check_finite(values: Array) -> None:
 def _reason(forces: Exprs, q: Sequence[Coordinate], loads: Sequence[Load], place: int, i: int, j: int) -> str:
     a, b = diff(forces[i], q[j]), diff(forces[j], q[i])
     at = places([*forces, *q])[place]
-    (left, right), _ = (row[0] for row in measured([a, b], [at]))
+    left, right = measured([a, b], [at])[0]
     where = ", ".join(f"{s} = {at[s]:.4g}" for s in q if s in at)
     return (
         f"Expected forces with a potential energy, got {_names(loads)}, which have none: with Q the forces by rates, "
@@ -182,9 +182,10 @@ def _integrated(
 
 
 def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> bool:
-    slopes = [diff(v, s) for s in q]
-    values, sizes = measured([add(s, f) for s, f in zip(slopes, forces, strict=True)], at)
-    own = np.nan_to_num(measured(slopes, at)[1]) + np.nan_to_num(measured(list(forces), at)[1])
+    """Whether −∂V/∂q are the forces; what Gauss's rule leaves is small beside all terms, not beside their sum."""
+    slopes, memo = [diff(v, s) for s in q], dict[Expr, tuple[Expr, ...]]()
+    values, wrong = differs(list(zip(slopes, forces, strict=True)), at)
+    sizes = measured([size(e, memo) for pair in zip(slopes, forces, strict=True) for e in pair], at)
     finite = np.isfinite(values).all(axis=1)
-    wrong = differs(values, np.maximum(sizes, own))
-    return int(finite.sum()) >= _LEAST and not wrong[finite].any()
+    whole = np.nan_to_num(sizes).reshape(len(at), len(q), 2).sum(axis=2)
+    return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > _RULE * whole))[finite].any()

@@ -42,17 +42,19 @@ def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> No
     if derived.constraints.constraints:
         at = derived.compared.at
         own = places(whole, [at.at(k) for k in range(min(at.count, _SEEN))])
-    c = measured([x for row in rows for x in row], own)[0].reshape(len(own), len(rows), n)
+    c = measured([x for row in rows for x in row], own).reshape(len(own), len(rows), n)
     tables = [measured([diff(f[i], x) for i in range(n) for x in q], own) for f in (forces, *rows)]
     alone: list[int] = []
     for k in range(len(own)):
-        turns = [t[0][k].reshape(n, n) - t[0][k].reshape(n, n).T for t in tables]
+        turns = [t[k].reshape(n, n) - t[k].reshape(n, n).T for t in tables]
         if not np.isfinite(turns).all() or not np.isfinite(c[k]).all():
             continue
         free = _null(c[k])
         inside = np.triu_indices(free.shape[1], 1)
         within = [(free.T @ t @ free)[inside] for t in turns]
-        bound = _SLACK * np.linalg.norm((np.abs(free).T @ (2 * tables[0][1][k].reshape(n, n)) @ np.abs(free))[inside])
+        bound = _SLACK * np.linalg.norm(
+            (np.abs(free).T @ (2 * np.abs(tables[0][k].reshape(n, n))) @ np.abs(free))[inside]
+        )
         others = np.array(within[1:]).reshape(len(rows), -1).T
         weights, _, rank, _ = np.linalg.lstsq(others, within[0], rcond=None)
         if np.linalg.norm(within[0] - others @ weights) > bound:
@@ -107,7 +109,7 @@ def _by_multipliers(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Plac
         allowed = [_direction(i, gone, inverse, rows, n) for i in kept]
         pairs = list(combinations(allowed, 2))
         table = [[_turn(row, x, y, q) for row in rows] for x, y in pairs]
-        numbers = measured([x for line in table for x in line], [at])[0].reshape(len(pairs), len(rows))
+        numbers = measured([x for line in table for x in line], [at]).reshape(len(pairs), len(rows))
         chosen = _independent(numbers, len(rows))
         if chosen is None:
             continue

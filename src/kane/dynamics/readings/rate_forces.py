@@ -14,11 +14,10 @@ from kane.expr.build import add, mul
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.size import Sizes, size
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Symbol, rate
 from kane.expr.visit import substitute
 from kane.model.loads import Load
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.sample import draw
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -32,7 +31,9 @@ _SEED, _PLACES, _WIDE = 20111, 8, 1.2
 _ABOUT = (0.7, 1.3)
 """Multiples of their defaults between which parameters are drawn."""
 ZERO_SHARE = 1e-9
-"""Share of its terms below which a number is zero, where it is at all places."""
+"""Share of its terms below which a sum is zero, where it is at all places."""
+_NEIGHBOURS, _STEP, _SPREAD = 4, 1e-11, 0.1
+"""Places near by at which a number is computed again, how far they are, and by which share what is not of rounding changes at most."""
 
 
 def by_rates(derived: Derived, loads: Iterable[Load]) -> Exprs:
@@ -132,16 +133,38 @@ def _value(s: Symbol, k: int, known: Mapping[Symbol, float], varied: bool) -> fl
     return draw(_SEED + k, s, -_WIDE if wide else 0.3, _WIDE)
 
 
-def measured(exprs: Sequence[Expr], at: Sequence[Place]) -> tuple[Array, Array]:
-    """Values and sizes of the terms of some expressions, each place a row; NaN where they are not finite."""
-    memo: Sizes = {}
-    both = [*exprs, *(size(e, memo) for e in exprs)]
+def measured(exprs: Sequence[Expr], at: Sequence[Place]) -> Array:
+    """Values of some expressions, each place a row; NaN where they are not finite."""
     with np.errstate(all="ignore"):
-        found = np.array([np.array(evaluate(both, dict(place)), dtype=float) for place in at]).reshape(len(at), -1)
+        found = np.array([np.array(evaluate(list(exprs), dict(place)), dtype=float) for place in at])
+    found = found.reshape(len(at), len(exprs))
     found[~np.isfinite(found)] = np.nan
-    return found[:, : len(exprs)], found[:, len(exprs) :]
+    return found
 
 
-def differs(values: Array, sizes: Array) -> Array:
-    """Where values are more than rounding leaves of their terms (places × expressions); False where they are not finite."""
-    return np.asarray(np.abs(values) > ZERO_SHARE * sizes)
+def differs(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Array, Mask]:
+    """Sums of groups of terms at some places (places × groups), and where they are more than rounding leaves.
+
+    A sum is zero where it is a small share of its terms, or where it is another number as near by as rounding shows: what rounding
+    leaves of zero has other digits wherever it is computed.
+    """
+    if not groups:
+        return np.zeros((len(at), 0)), np.zeros((len(at), 0), dtype=bool)
+    flat = [e for group in groups for e in group]
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+
+    def sums(table: Array) -> Array:
+        return np.array([part.sum(axis=1) for part in np.split(table, ends, axis=1)]).reshape(len(groups), -1).T
+
+    values = measured(flat, at)
+    total, terms = sums(values), sums(np.abs(values))
+    spread = np.zeros(total.shape)
+    for k in range(_NEIGHBOURS):
+        spread = np.fmax(spread, np.abs(sums(measured(flat, [_near(place, k) for place in at])) - total))
+    with np.errstate(invalid="ignore"):
+        told = (np.abs(total) > ZERO_SHARE * terms) & (spread <= _SPREAD * np.abs(total))
+    return total, np.asarray(told)
+
+
+def _near(place: Place, k: int) -> Place:
+    return {s: x * (1 + _STEP * draw(_SEED + k, s, -1.0, 1.0)) for s, x in place.items()}

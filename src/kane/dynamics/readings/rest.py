@@ -9,7 +9,7 @@ from typing import Any
 
 from kane.dynamics.derived import Exprs
 from kane.dynamics.solved import Solved
-from kane.errors import ModelError, ValueMissingError, alike, cut
+from kane.errors import ExpressionError, ModelError, ValueMissingError, alike, cut
 from kane.expr.build import add
 from kane.expr.collect import collected
 from kane.expr.count import price
@@ -25,7 +25,7 @@ def equilibrium_conditions(solved: Solved) -> Exprs:
     Raises
     ------
     ModelError
-        if motion is prescribed, so that nothing can be at rest
+        if motion is prescribed, so that nothing can be at rest, or a load has no value there
     """
     d = solved.derived
     given = [s for s in free_symbols([*d.z, *d.constraints.b]) if isinstance(s, Time) or input_of(s) is not None]
@@ -35,7 +35,13 @@ def equilibrium_conditions(solved: Solved) -> Exprs:
             "evenly is in eom.steady_conditions({…})."
         )
     at: dict[Expr, Expr] = dict(zip(d.speeds, d.z, strict=False))  # z ends with a zero for each set of Euler parameters
-    return _written(solved.Fr_nh[: len(solved.independent_speeds)], at)
+    try:
+        return _written(solved.Fr_nh[: len(solved.independent_speeds)], at)
+    except ExpressionError as error:
+        raise ModelError(
+            "Expected loads that have a value at rest, got one that is divided by a speed, as sliding friction is: at rest it may be "
+            "any in a range. Leave it out, eom.system.replace(loads=[…])."
+        ) from error
 
 
 def steady_conditions(solved: Solved, values: Mapping[Any, Any]) -> Exprs:
