@@ -250,6 +250,49 @@ def test_sag_and_twist_in_space(form: str) -> None:
     assert twist * float(kn.mode_shapes("legendre rod", 1).at(1)[0]) == pytest.approx(0.005 * L / GJ, rel=1e-5)
 
 
+@pytest.mark.parametrize("form", ["linearized", pytest.param("nonlinear", marks=pytest.mark.slow)])
+def test_loads_along_the_beam(form: str) -> None:
+    """A weight per length is gravity, in every equation; one that grows as ξ bends the tip by 11 p L⁴/120EI."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    hinge = kn.pin("hinge", O, N, axis=N.z)
+    A = hinge.frame
+    beam = kn.Beam(
+        "arm",
+        hinge.point,
+        frame=A,
+        axis=A.x,
+        length=2.0,
+        mass_per_length=1.5,
+        EI=2e4,
+        modes=kn.mode_shapes("legendre", 4),
+        form=form,
+    )
+    loads = kn.gravity(-9.81 * N.y), beam.distributed(-kn.parameter("p", 1.5 * 9.81, "N/m") * N.y)
+    state = {"q": [0.4, 0.02, -0.01, 0.003, 0.001], "u": [0.0] * 5}
+    own, other = (kn.derive(kn.System(N, bodies=[beam], joints=[hinge], loads=[x])).Fr for x in loads)
+    eom = kn.derive(kn.System(N, bodies=[beam], joints=[hinge]))
+    np.testing.assert_allclose(eom.evaluate(list(own), **state), eom.evaluate(list(other), **state), rtol=1e-9)
+    p = kn.parameter("p", 3.0, "N/m")
+    held = kn.Beam(
+        "arm",
+        O,
+        frame=N,
+        axis=N.x,
+        length=2.0,
+        mass_per_length=1.5,
+        EI=2e4,
+        modes=kn.mode_shapes("legendre", 4),
+        form=form,
+    )
+    eom = kn.derive(kn.System(N, bodies=[held], loads=[held.distributed(lambda xi: p * xi * N.y)]))
+    at = kn.equilibrium(eom, q=dict.fromkeys(eom.coordinates, kn.guess(0.0)))
+    tip = eom.evaluate([held.point_at(1).position(O).dot(N.y)], q=at.q, u=dict.fromkeys(eom.speeds, 0.0))[0]
+    assert tip == pytest.approx(11 * 3.0 * 2.0**4 / (120 * 2e4), rel=1e-8)
+    with pytest.raises(kn.ModelError, match="a load per length on arm as a Vector"):
+        held.distributed(3.0)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("field", ["v", "s"])
 def test_damping_ratios(field: str) -> None:
     """Each mode at rest has the ratio asked for; Rayleigh's (α/ω + β ω)/2."""

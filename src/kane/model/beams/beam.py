@@ -6,15 +6,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from kane.errors import ModelError, cut
-from kane.expr.build import div
+from kane.expr.build import div, mul
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
-from kane.expr.node import Expr, as_expr, constant_value
+from kane.expr.node import Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Speed, rate
 from kane.model.beams.arguments import axial, bending, directions
 from kane.model.beams.damping import damping_of
 from kane.model.beams.deformation import Fields
 from kane.model.beams.elastic import Gauges, elasticity
+from kane.model.beams.integrals import gauss
 from kane.model.beams.masses import Matter, particles, sharing, slices
 from kane.model.beams.section import Tapered, measure, section
 from kane.model.bodies import Part
@@ -22,6 +23,7 @@ from kane.model.joints.joint import check_named
 from kane.model.loads import Load
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.vector import Vector
 
 _FORMS = ("linearized", "nonlinear")
 
@@ -150,6 +152,25 @@ class Beam(Immutable):
     def frame_at(self, xi: Any) -> Frame:
         """The frame of the section at ξ = x/L: `frame` turned by the slopes v' and −w', and by the twist."""
         return self._place(xi)[1]
+
+    def distributed(self, per_length: Vector | Callable[[float], Vector], name: str = "") -> Load:
+        """A load per length along the beam: a vector (N/m, in parameters), or a function of ξ that gives one.
+
+        Along the axes of `beam.frame_at(ξ)` it follows the sections. Forces stand at Gauss's points, enough for the products of loads
+        that are polynomials of low degree with the beam's functions.
+        """
+        most = max(f.shapes.count for f in self.deformation.fields)
+        rule = gauss(2 * most + 6)
+        forces = []
+        for x, w in zip(rule.places, rule.weights, strict=True):
+            v = per_length(float(x)) if callable(per_length) else per_length
+            if not isinstance(v, Vector):
+                raise ModelError(
+                    f"Expected a load per length on {self.name} as a Vector, or a function of ξ that gives one, got {cut(repr(v))}. "
+                    "Say along which axis it acts: p*N.y."
+                )
+            forces.append((self.point_at(float(x)), v * mul(constant(float(w)), self.length)))
+        return Load(name or f"load along {self.name}", tuple(forces))
 
     def _place(self, xi: Any) -> tuple[Point, Frame]:
         share = self._share(xi)
