@@ -93,7 +93,7 @@ def test_power_of_loads_and_of_the_hub(form: str) -> None:
         modes=2,
         form=form,
         damping={"ratio": 0.02, "mass": 0.01},
-        EI=5.0,
+        EI=25.0,
         EA=500.0,
         stretch=1,
     )
