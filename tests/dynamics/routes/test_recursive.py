@@ -16,6 +16,7 @@ from benchmarks.systems import COUNTED, wrist_arm
 from kane.dynamics.derived import Derived, derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying
+from kane.expr.count import price
 from kane.gallery import four_bar, pendulums, rattleback
 from kane.kinematics.freedoms import Unsuited
 from tests.examples import examples
@@ -311,6 +312,19 @@ def test_links_without_length_or_mass_are_as_good_as_others():
 def test_planar_chains_are_as_short_as_by_hand(rods, relative, most):
     """Each rod is two masses at its ends and a moment of inertia: M of the pins has two entries to add for it."""
     assert kn.derive(pendulums.system(rods, relative=relative)).operations.state <= most
+
+
+@pytest.mark.parametrize("route", WAYS)
+def test_rates_of_euler_parameters_by_half_of_omega(route):
+    """Three halves a set, in the place of four, where u̇ does not hold the rates itself."""
+    floating = random_tree((-1, 0, 0, 1), 3, floating=True)
+    for system, least in ((floating, 1), (jointed.system(4, 3, ("free", "ball")), 0)):
+        own, usual = kn.derive(system, route=route), kn.derive(system, route="classical")
+        roots = [*own.solved.rates, *usual.solved.rates]
+        values = state([*roots, *own.accelerations], 2)
+        a, b = np.array(kn.evaluate(roots, values), dtype=float).reshape(2, -1)
+        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-13)
+        assert price(usual.solved.rates) - price(own.solved.rates) == least
 
 
 @pytest.mark.parametrize("seed", range(4))

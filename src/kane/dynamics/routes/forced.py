@@ -6,6 +6,7 @@ from collections.abc import Callable
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.closed import closed
+from kane.dynamics.routes.half_speeds import with_half_speeds
 from kane.dynamics.routes.recursive import by_recursion, carrying
 from kane.dynamics.routes.trees import compared, has_no_poles, tree_with_reactions
 from kane.dynamics.solved import Solved
@@ -35,7 +36,7 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
                 return compared([_closed(derived, partition, route)])
             found = by_recursion(derived, carrying(derived), route)
             _check_poles(derived, found)
-            return compared([tree_with_reactions(derived, found)])
+            return compared([with_half_speeds(tree_with_reactions(derived, found))])
         except Unsuited as why:
             raise ModelError(
                 f"Expected a tree of joint speeds for route={route!r}, got {why}. Leave out route=, or take "

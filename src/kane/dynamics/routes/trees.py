@@ -12,6 +12,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.closed import closed
 from kane.dynamics.routes.divisors import divisors
+from kane.dynamics.routes.half_speeds import with_half_speeds
 from kane.dynamics.routes.recursive import recursions
 from kane.dynamics.routes.ways import Found, all_speeds, with_reactions
 from kane.dynamics.solved import Solved
@@ -31,7 +32,8 @@ def trees(derived: Derived) -> list[Solved]:
     """The solutions by recursion, of trees large enough, that divide by nothing of W by which velocities do not."""
     if len(derived.inertias) < _TREE:
         return []
-    return [tree_with_reactions(derived, s) for s in recursions(derived) if has_no_poles(derived, s)]
+    found = [s for s in recursions(derived) if has_no_poles(derived, s)]
+    return [with_half_speeds(tree_with_reactions(derived, s)) for s in found]
 
 
 def loops(derived: Derived, partition: Partition) -> list[Solved]:
