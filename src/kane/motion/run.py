@@ -22,6 +22,7 @@ from kane.motion.checking import check_drifts, checking_functions
 from kane.motion.drives import Function, Signal, check_prescribed, input_functions
 from kane.motion.feedback import HeldInput, controllers
 from kane.motion.formulas import Formula, own_parameters
+from kane.motion.jumps import warn_of_jumps
 from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.singular_rates import check_regular
@@ -189,6 +190,7 @@ def _breakpoints(
     span: tuple[float, float],
 ) -> tuple[float, ...]:
     """Those given, and those that loads and inputs are known to have."""
+    warn_of_jumps(drives.values(), span, given)
     own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
     own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
     return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
