@@ -107,7 +107,10 @@ def test_warnings_are_kane_s_and_point_at_the_caller():
             assert len(call.args) == 1, path
             continue
         assert ast.unparse(call.func) == "warnings.warn", path
-        assert ast.unparse(call.args[1]) == "KaneWarning", path
+        named = ast.unparse(call.args[1])
+        assert named == "KaneWarning" or (named == "category" and path.name == "beams.py"), (
+            path
+        )  # those of doubts.py are
         assert [k.arg for k in call.keywords] == ["stacklevel"], path
 
 

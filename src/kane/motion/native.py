@@ -245,6 +245,7 @@ class NativeCourse:
         self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1])
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
         self.stepped.span, self.passed = self.span, name
+        self.stepped.pace.before.append((self.t[0], self.rows[0][0]))  # sizes of quantities at switches, farther back
 
     def _step_by_scipy(self, course: Course) -> End | None:
         """One of SciPy's steps; machine code goes on where constraints are regular again."""
