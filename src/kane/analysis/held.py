@@ -15,7 +15,6 @@ import numpy as np
 
 from kane.analysis.state import GIVEN, misses
 from kane.analysis.tangents import turning
-from kane.dynamics.poles import constraint_rate
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.evaluate import evaluate
@@ -23,6 +22,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.expr.symbols import rate
 from kane.expr.visit import substitute
+from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import DERIVE_RANK, balance, singular

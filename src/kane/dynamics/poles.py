@@ -16,13 +16,13 @@ from kane.dynamics.constraints.closure import Closure, residual_function, usual_
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.derived import Derived
 from kane.expr.build import div
-from kane.expr.diff import jacobian, time_derivative
+from kane.expr.diff import jacobian
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
 from kane.expr.visit import substitute
-from kane.model.constraints import Constraint
+from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed, close
 from kane.numeric.rank import DERIVE_RANK, balanced, level, singular
@@ -39,11 +39,6 @@ _REGULAR = 1e-6
 """Reciprocal condition number above which the speeds count as determined at a pole."""
 _ZERO = 1e-9
 """Residual, a pivot's being its share of its usual size, at which it counts as zero where Newton's method ended."""
-
-
-def constraint_rate(constraint: Constraint) -> Expr:
-    """ḟ of a configuration constraint, a motion constraint itself: A_q q̇ + b_q."""
-    return time_derivative(constraint.expr) if constraint.kind == "configuration" else constraint.expr
 
 
 def without_poles(derived: Derived, partition: Partition | None) -> Partition | None:

@@ -176,6 +176,19 @@ def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reac
             )
 
 
+def check_all_dependent(
+    coordinates: tuple[Any, ...],
+    ordered: Iterable[Any],
+    speeds: tuple[Any, ...],
+    definitions: Mapping[Any, Any],
+    constraints: Iterable[Constraint],
+) -> None:
+    """No more dependent coordinates and speeds than constraints give, each the system's own."""
+    kinds = [c.kind for c in constraints]
+    check_dependent("coordinates", coordinates, ordered, kinds.count("configuration"), "dependent_coordinates")
+    check_dependent("speeds", speeds, definitions, len(kinds), "dependent_speeds")
+
+
 def check_dependent(what: str, dependent: tuple[Any, ...], own: Iterable[Any], most: int, argument: str) -> None:
     """Dependent coordinates or speeds are the system's own, each once, and as many as the constraints can fix."""
     names = ", ".join(map(str, dependent))

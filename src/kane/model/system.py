@@ -17,6 +17,7 @@ from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, S
 from kane.model import checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, extended, parts_of, rigid
 from kane.model.checks import listed
+from kane.model.completed import completed
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.declarations import Declarations, Event
 from kane.model.doubtful import warn_of_doubts
@@ -47,7 +48,8 @@ class System(Declarations):
     inertial : Frame
         the root frame, in which Newton's laws hold
     bodies : sequence of RigidBody and Particle
-    speeds : mapping of Speed to its definition, affine in the rates, or "rates" for u = q̇ throughout; left out, the joints' own
+    speeds : mapping of Speed to its definition, affine in the rates, or "rates" for u = q̇ throughout; left out, the joints' own.
+        Under constraints the independent ones alone will do: rates of constraints, w1, w2, …, complete them, and vanish
     loads : sequence of loads and gravity
     reactions : reactions to bring into evidence
     auxiliary_speeds : explicit auxiliary speeds
@@ -98,7 +100,8 @@ class System(Declarations):
         euler = euler_sets(frames)
         shape = list(geometry(frames, points))
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
-        definitions = speed_definitions(told, ordered, euler)
+        vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
+        definitions |= vanishing
         matter = list(contents(bodies, own, gravities))
         watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints)]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
@@ -108,10 +111,8 @@ class System(Declarations):
         checks.check_names((*symbols, *definitions, *reactions, *auxiliary))
         checks.check_reactions(symbols, reactions, auxiliary)
         dependent_q = by_name(dependent_coordinates, ordered)
-        dependent_u = by_name(dependent_speeds, definitions)
-        holding = sum(c.kind == "configuration" for c in constraints)
-        checks.check_dependent("coordinates", dependent_q, ordered, holding, "dependent_coordinates")
-        checks.check_dependent("speeds", dependent_u, definitions, len(constraints), "dependent_speeds")
+        dependent_u = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
+        checks.check_all_dependent(dependent_q, ordered, dependent_u, definitions, constraints)
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
         Declarations.__init__(

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
-from kane.dynamics.poles import constraint_rate
 from kane.expr.build import neg
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
@@ -21,6 +20,7 @@ from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import substitute
 from kane.kinematics.constraints import drift_of
 from kane.kinematics.motion import Following
+from kane.model.completed import constraint_rate
 
 Exprs = tuple[Expr, ...]
 

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from kane.dynamics.derived import Derived
-from kane.dynamics.poles import constraint_rate
 from kane.dynamics.solved import Solved
 from kane.expr.evaluate import holds_any
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substitute
+from kane.model.completed import constraint_rate
 
 
 @dataclass(frozen=True, slots=True, eq=False)

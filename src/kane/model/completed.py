@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Independent speeds alone: those that are missing are rates of constraints, which vanish.
+
+With as many motions as speeds the book writes u_1 … u_p only (Kane & Levinson 1985, sec. 2.13). The equations need as many speeds as
+rates: w = A_q q̇ + b_q of constraints completes them, is zero, and shortens q̇ = W u + X where it stands in it.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from kane.expr.affine import affine_forms
+from kane.expr.diff import euler_parameter_rates, time_derivative
+from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Coordinate, Speed, rate
+from kane.expr.visit import substitute
+from kane.model.constraints import Constraint
+from kane.model.variables import EulerParameters
+from kane.numeric.arrays import Array
+from kane.numeric.rank import SPEEDS_RANK, balanced
+from kane.numeric.sample import values_of
+
+_SEEDS = (20119, 20120, 20121)
+
+
+def completed(
+    definitions: Mapping[Speed, Expr],
+    coordinates: Sequence[Coordinate],
+    euler: Sequence[EulerParameters],
+    constraints: Sequence[Constraint],
+) -> dict[Speed, Expr]:
+    """Rates of constraints as speeds, where these and the definitions determine all rates; none where nothing is missing."""
+    quasi_of = {q: s for s in euler for q in s.coordinates}
+    rates: list[Expr] = [rate(q) for q in coordinates if q not in quasi_of]
+    by_quasi: dict[Expr, Expr] = {}
+    for s in euler:
+        rates += s.quasi
+        by_quasi.update(zip(map(rate, s.coordinates), euler_parameter_rates(s.coordinates, s.quasi), strict=True))
+    missing = len(rates) - len(definitions)
+    if not definitions or not 0 < missing <= len(constraints):
+        return {}
+    offered = [substitute(constraint_rate(c), by_quasi) for c in constraints]
+    told = [substitute(e, by_quasi) for e in definitions.values()]
+    forms = [row for row, _ in affine_forms([*told, *offered], rates)]
+    entries = [row.get(b, ZERO) for row in forms for b in rates]
+    chosen: set[tuple[int, ...]] = set()
+    for seed in _SEEDS:
+        with np.errstate(all="ignore"):
+            numbers = np.array(evaluate(entries, values_of(free_symbols(entries), seed)), dtype=float)
+        places = _independent(numbers.reshape(len(forms), len(rates)), len(told), missing)
+        if places is None:
+            return {}
+        chosen.add(places)
+    if len(chosen) != 1:
+        return {}
+    taken = {u.name for u in definitions}
+    found: dict[Speed, Expr] = {}
+    for k, place in enumerate(next(iter(chosen))):
+        c = constraints[place]
+        name = next(
+            n for n in (f"w{k + 1}", f"w{k + 1}_{c.name}", *(f"w_{i}" for i in range(len(rates)))) if n not in taken
+        )
+        taken.add(name)
+        found[Speed.declare(_word(name), None, "", f"rate of the constraint {c.name}, which vanishes")] = offered[place]
+    return found
+
+
+def constraint_rate(constraint: Constraint) -> Expr:
+    """ḟ of a configuration constraint, a motion constraint itself: A_q q̇ + b_q."""
+    return time_derivative(constraint.expr) if constraint.kind == "configuration" else constraint.expr
+
+
+def _independent(rows: Array, first: int, missing: int) -> tuple[int, ...] | None:
+    """The rows beyond the `first` ones that these do not give, as many as are missing; None where that is not so."""
+    if not np.isfinite(rows).all():
+        return None
+    scaled, kept, found = balanced(rows), list(range(first)), list[int]()
+    for k in range(first, len(rows)):
+        if len(found) == missing:
+            break
+        if _rank(scaled[[*kept, k]]) == len(kept) + 1:
+            kept.append(k)
+            found.append(k - first)
+    return tuple(found) if len(found) == missing and _rank(scaled[kept]) == rows.shape[1] else None
+
+
+def _rank(rows: Array) -> int:
+    values = np.linalg.svd(rows, compute_uv=False)
+    return int((values > SPEEDS_RANK * values[0]).sum())
+
+
+def _word(name: str) -> str:
+    return "".join(c if c.isalnum() or c == "_" else "_" for c in name)
