@@ -10,6 +10,7 @@ from kane.errors import ModelError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Symbol, Symbols
 from kane.model import checks
+from kane.model.completed import completed
 from kane.model.constraints import as_constraints
 from kane.model.declarations import Declarations
 from kane.model.loads import Load
@@ -45,13 +46,14 @@ def scaffold(
     euler = euler_sets(frames)
     shape = list(geometry(frames, points))
     ordered = ordered_coordinates(free_symbols([*shape, *moved(speeds, constraints), *_moving(speeds)]), coordinates)
-    definitions = speed_definitions(speeds, ordered, euler)
+    vanishing = completed(definitions := speed_definitions(speeds, ordered, euler), ordered, euler, constraints)
+    definitions |= vanishing
     watched = [c.expr for c in constraints]
     symbols = free_symbols([*shape, *definitions.values(), *watched])
     checks.check_geometry(free_symbols(shape))
     checks.check_strays(free_symbols(watched), ordered, definitions, euler)
     checks.check_names((*symbols, *definitions))
-    dependent = by_name(dependent_speeds, definitions)
+    dependent = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
     checks.check_dependent("speeds", dependent, definitions, len(constraints), "dependent_speeds")
     parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
     inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))

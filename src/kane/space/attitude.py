@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from kane import show
 from kane.errors import SpaceError, cut
 from kane.expr.build import cos, sin
 from kane.expr.evaluate import evaluate
@@ -301,6 +302,8 @@ class Rotation(Immutable):
         from scipy.spatial.transform import Rotation as ScipyRotation
 
         return ScipyRotation.from_quat(self._parameters[..., [1, 2, 3, 0]])
+
+    _repr_latex_ = show.latex
 
     def __repr__(self) -> str:
         if not self.is_symbolic and self.shape:

@@ -7,11 +7,14 @@ import re
 
 import pytest
 from hypothesis import given
+from scipy.spatial.transform import Rotation
 
+import kane as kn
 from kane import show
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.symbols import coordinate, coordinates, parameters
+from kane.gallery import double_pendulum
 from kane.present.notebook.pieces import ROWS, either, escaped, listed, math, table
 from kane.units.text import unit_text
 from kane.write.latex import to_latex
@@ -130,3 +133,13 @@ def test_nothing_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     assert Broken()._repr_latex_() is None
     assert either(odd, None) == "<p>Not shown: ValueError: &lt;no&gt;</p>"
     assert object.__new__(Matrix)._repr_latex_() is None
+
+
+def test_rotations_potentials_and_integrals_are_typeset():
+    r = kn.Rotation.from_angles("xyz", kn.coordinates("a b c"))
+    assert r"\cos" in r._repr_latex_()
+    assert r"\begin" in r._repr_latex_()
+    assert kn.Rotation.from_scipy(Rotation.random(3, random_state=1))._repr_latex_() == "Rotation(array of 3)"
+    eom = kn.derive(double_pendulum.system())
+    assert r"\cos" in eom.find_potential()._repr_latex_()
+    assert all(i._repr_latex_().startswith("$") for i in eom.integrals)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kane import show
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings import energy
 from kane.dynamics.readings.kinetic import energy_in_rates
@@ -48,6 +49,8 @@ class Integral(Immutable):
     name: str
     value: Expr
     why: str
+
+    _repr_latex_ = show.latex
 
     def __repr__(self) -> str:
         return f"Integral({self.name!r}: {cut(self.value)})"

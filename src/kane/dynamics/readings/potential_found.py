@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import show
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.potential_held import check_allowed, held
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
@@ -50,6 +51,8 @@ class FoundPotential(Immutable):
     value: Expr
     how: str
     loads: tuple[Load, ...]
+
+    _repr_latex_ = show.latex
 
     def __repr__(self) -> str:
         return f"FoundPotential({cut(self.value)}; {self.how})"

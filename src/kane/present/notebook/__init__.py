@@ -10,6 +10,8 @@ from kane.analysis.compare_speeds import SpeedComparison
 from kane.analysis.linear import Linear
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.motions import Motions
+from kane.dynamics.readings.integrals import Integral
+from kane.dynamics.readings.potential_found import FoundPotential
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.equations.handle import Handle
@@ -26,10 +28,12 @@ from kane.present.notebook.methods import formulation_html, methods_html
 from kane.present.notebook.motions import motions_html
 from kane.present.notebook.principal import principal_html
 from kane.present.notebook.program import program_html, routine_html
+from kane.present.notebook.rotation import rotation_latex
 from kane.present.notebook.solution import solution_html
 from kane.present.notebook.speeds import speeds_html
 from kane.present.notebook.system import system_html
 from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
+from kane.space.attitude import Rotation
 from kane.space.vector import Dyadic, Vector
 
 show.LATEX.update(
@@ -38,6 +42,9 @@ show.LATEX.update(
         Matrix: lambda m: matrix(m).dollars(f"A {matrix_words(m)},"),
         Vector: lambda v: vector(v).dollars("A vector"),
         Dyadic: lambda d: dyadic(d).dollars("A dyadic"),
+        Rotation: rotation_latex,
+        FoundPotential: lambda v: expression(v.value).dollars("A potential energy"),
+        Integral: lambda i: expression(i.value).dollars("An integral"),
     }
 )
 show.HTML.update(
