@@ -25,6 +25,7 @@ exclude_patterns = ["_build"]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
+suppress_warnings = ["ref.python"]  # words of types, such as "coordinates", are attributes of several classes
 default_role = "code"  # single backticks in docstrings
 toc_object_entries_show_parents = "hide"
 autosummary_generate = False
