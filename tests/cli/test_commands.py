@@ -293,3 +293,17 @@ def test_report_with_and_without_a_motion(tmp_path):
     assert "Choose another name, or add --force" in line(kane("report", file, code=2).stderr)
     assert (tmp_path / "model.html").read_bytes() == before
     assert "--q x=…" in line(kane("report", file, "--t1", 3, "--force", code=2).stderr)
+
+
+def test_emit_prints_a_program_that_simulates():
+    found = kane("emit", "double_pendulum", "--target", "c", "--with-integrator", "tsit5").stdout
+    assert "int main(" in found
+    assert "static int64_t tsit5(" in found
+    assert (
+        "Expected --target c with --with-integrator"
+        in kane("emit", "double_pendulum", "--target", "h", "--with-integrator", "rk4", code=2).stderr
+    )
+    assert (
+        "Expected an integrator among"
+        in kane("emit", "double_pendulum", "--target", "c", "--with-integrator", "euler", code=1).stderr
+    )

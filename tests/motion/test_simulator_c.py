@@ -10,7 +10,6 @@ import pytest
 import kane as kn
 from kane.gallery import double_pendulum, four_bar, pendulum_on_cart
 from kane.motion.simulator_c import METHODS, emit_simulator
-from tests.cli.command import kane
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wno-unused-function", "-Wno-unused-parameter", "-Werror"]
 EOM = kn.derive(pendulum_on_cart.system(force=True))
@@ -94,17 +93,3 @@ def test_what_a_motion_looks_after_is_refused():
     text = emit_simulator(EOM.compile(name="cart"), "rk4")
     assert "@" not in text
     assert "int main(" in text
-
-
-def test_the_command_prints_it():
-    found = kane("emit", "double_pendulum", "--target", "c", "--with-integrator", "tsit5").stdout
-    assert "int main(" in found
-    assert "static int64_t tsit5(" in found
-    assert (
-        "Expected --target c with --with-integrator"
-        in kane("emit", "double_pendulum", "--target", "h", "--with-integrator", "rk4", code=2).stderr
-    )
-    assert (
-        "Expected an integrator among"
-        in kane("emit", "double_pendulum", "--target", "c", "--with-integrator", "euler", code=1).stderr
-    )
