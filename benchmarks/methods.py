@@ -32,6 +32,8 @@ SYSTEMS = {
     "purely rolling disk": "pure_rolling_disk",
     "rattleback": "rattleback",
     "Whipple bicycle": "whipple_bicycle",
+    "flexible pendulum": "flexible_pendulum",
+    "four-bar with a flexible coupler": "flexible_four_bar",
 }
 """Modules of the gallery."""
 

@@ -6,16 +6,17 @@
 with T*(q, u); what is in brackets gives Hamel's coefficients γ (Hamel 1904; Neimark & Fufaev 1972, ch. III, sec. 5).
 """
 
+from functools import cache
+
 from kane.dynamics.methods.formulation import Exprs, Formulation
 from kane.dynamics.methods.in_rates import Held, InRates
-from kane.dynamics.methods.solving import on_constraints, solved, told
+from kane.dynamics.methods.solving import on_constraints, solved_for, told
 from kane.dynamics.readings.energy import kinetic_energy_in_speeds
 from kane.errors import ModelError
-from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, sub
 from kane.expr.diff import gradient, time_derivative
-from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ZERO, Expr
+from kane.expr.matrix import dot
+from kane.expr.node import Expr
 from kane.expr.symbols import rate
 from kane.expr.visit import substitute
 
@@ -42,18 +43,15 @@ def boltzmann_hamel(s: InRates) -> Formulation:
             tuple(d.constraint_rates[r] for r in own),
         )
 
-    def solution() -> Exprs:
-        forms = affine_forms(_left(s), u_dot)
-        mass = Matrix([[form.get(x, ZERO) for x in u_dot] for form, _ in forms])
-        return solved(mass, [sub(ZERO, rest) for _, rest in forms], held).x
-
+    left = cache(lambda: _left(s))
+    solution = cache(lambda: solved_for(u_dot, left(), held).x)
     return Formulation(
         "Boltzmann–Hamel",
         "Hamel 1904; Neimark & Fufaev 1972, ch. III",
         (*s.coordinates, *d.speeds),
         u_dot,
         (*gone, *told(held)),
-        lambda: on_constraints(_left(s), held, u_dot),
+        lambda: on_constraints(left(), held, u_dot),
         lambda: (*d.rates, *solution()),
         solution,
     )

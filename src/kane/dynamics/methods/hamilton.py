@@ -12,26 +12,22 @@ from dataclasses import dataclass
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.formulation import Exprs, Formulation
 from kane.dynamics.methods.in_rates import InRates
-from kane.dynamics.methods.lagrange import multiplier
-from kane.dynamics.methods.solving import definite, solved
+from kane.dynamics.methods.lagrange import multipliers_of
+from kane.dynamics.methods.solving import definite, solved, told
 from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.diff import gradient, time_derivative
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, constant
-from kane.expr.symbols import Reaction, Speed, rate
+from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substitute
 
 
 def canonical(s: InRates) -> Formulation:
     """q̇ and ṗ by q and p."""
     h = _Canonical(s)
-    gone: tuple[str, ...] = ("q̇, by p = ∂T/∂q̇",)
-    multipliers: tuple[Reaction, ...] = ()
-    if s.held is not None:
-        count = len(s.held.names)
-        gone += (f"{count} multiplier{'s' * (count > 1)}, by derivatives of the constraints",)
-        multipliers = tuple(multiplier(k, name) for k, name in enumerate(s.held.names))
+    gone = ("q̇, by p = ∂T/∂q̇", *told(s.held, "derivatives of the constraints"))
+    multipliers = multipliers_of(s)
 
     def equations() -> Exprs:
         left = [sub(rate(p), x) for p, x in zip(h.p, h.active, strict=True)]

@@ -117,11 +117,20 @@ class InRates(Immutable):
         twice = ZERO
         for part in self.parts:
             v = self.velocity(part.mass_center)
-            twice = add(twice, mul(part.mass, v.dot(v)))
+            for point, mass in momenta(part):
+                twice = add(twice, mul(mass, v.dot(self.velocity(point))))
             if part.frame is not None and part.inertia is not None:
                 w = self.velocity(part.frame).express(part.frame)
                 twice = add(twice, w.dot(part.inertia.dot(w)))
         return mul(constant(0.5), twice)
+
+    def inertia(self) -> Iterator[tuple[Point | Frame, Vector]]:
+        """m a of mass centres, I·α + ω × I·ω of frames, in q̈."""
+        for part in self.parts:
+            yield part.mass_center, sum((self.acceleration(p) * mass for p, mass in momenta(part)), start=Vector())
+            if part.frame is not None and part.inertia is not None:
+                w, alpha = (v.express(part.frame) for v in (self.velocity(part.frame), self.acceleration(part.frame)))
+                yield part.frame, part.inertia.dot(alpha) + w.cross(part.inertia.dot(w))
 
     def acting(self) -> Iterator[tuple[Point | Frame, Vector]]:
         """Forces with their points, torques with their frames; gravity's too."""
@@ -183,3 +192,8 @@ class InRates(Immutable):
             for definition in self.derived.system.speeds.values()
         ]
         return tuple(substitute(e, self.by_speeds, memo) for e in found)
+
+
+def momenta(part: Part) -> tuple[tuple[Point, Expr], ...]:
+    """The momentum as Σ m v: points, each with its mass; of a flexible body those that share it."""
+    return part.momenta or ((part.mass_center, part.mass),)

@@ -7,14 +7,14 @@ T is differentiated as a function of q and q̇. Where constraints are left, the 
 same multiplied by a basis B of the motions that the constraints admit, Σ_s B_sr (… )_s = 0.
 """
 
+from functools import cache
+
 from kane.dynamics.methods.formulation import Exprs, Formulation
 from kane.dynamics.methods.in_rates import InRates
-from kane.dynamics.methods.solving import constrained, on_constraints, solved, told
-from kane.expr.affine import affine_forms
+from kane.dynamics.methods.solving import constrained, on_constraints, solved_for, told
 from kane.expr.build import sub
 from kane.expr.diff import gradient, time_derivative
-from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ZERO
+from kane.expr.matrix import dot
 from kane.expr.symbols import Reaction
 
 
@@ -25,28 +25,24 @@ def second_kind(s: InRates) -> Formulation:
 
 def first_kind(s: InRates) -> Formulation:
     """With a multiplier for each constraint, which is solved for, too."""
-    names = () if s.held is None else tuple(multiplier(k, name) for k, name in enumerate(s.held.names))
-    return _formulation(s, "Lagrange, first kind", names, ())
+    return _formulation(s, "Lagrange, first kind", multipliers_of(s), ())
 
 
-def multiplier(k: int, name: str) -> Reaction:
-    """λ of a constraint."""
-    return Reaction.declare(f"lambda{k + 1}", None, "", f"multiplier of {name}")
+def multipliers_of(s: InRates) -> tuple[Reaction, ...]:
+    """λ of each constraint."""
+    names = s.held.names if s.held is not None else ()
+    return tuple(Reaction.declare(f"lambda{k}", None, "", f"multiplier of {name}") for k, name in enumerate(names, 1))
 
 
 def _formulation(s: InRates, name: str, multipliers: tuple[Reaction, ...], gone: tuple[str, ...]) -> Formulation:
-    def equations() -> Exprs:
-        left = [sub(e, q) for e, q in zip(inertia(s), s.forces, strict=True)]
-        if s.held is None or not multipliers:
-            return on_constraints(left, s.held, s.accelerations)
-        left = [sub(e, dot(column, multipliers)) for e, column in zip(left, s.held.a.T, strict=True)]
-        return (*left, *constrained(s.held, s.accelerations))
+    left = cache(lambda: tuple(sub(e, q) for e, q in zip(inertia(s), s.forces, strict=True)))
+    solution = cache(lambda: solved_for(s.accelerations, left(), s.held, bool(multipliers)))
 
-    def solution() -> tuple[Exprs, Exprs]:
-        forms = affine_forms(inertia(s), s.accelerations)
-        mass = Matrix([[form.get(x, ZERO) for x in s.accelerations] for form, _ in forms])
-        right = [sub(q, rest) for q, (_, rest) in zip(s.forces, forms, strict=True)]
-        return solved(mass, right, s.held, bool(multipliers))
+    def equations() -> Exprs:
+        if s.held is None or not multipliers:
+            return on_constraints(left(), s.held, s.accelerations)
+        with_forces = (sub(e, dot(column, multipliers)) for e, column in zip(left(), s.held.a.T, strict=True))
+        return (*with_forces, *constrained(s.held, s.accelerations))
 
     return Formulation(
         name,
@@ -55,8 +51,8 @@ def _formulation(s: InRates, name: str, multipliers: tuple[Reaction, ...], gone:
         (*s.accelerations, *multipliers),
         gone,
         equations,
-        lambda: (*s.rates, *solution()[0], *solution()[1]),
-        lambda: s.speeds_rates(solution()[0]),
+        lambda: (*s.rates, *solution().x, *solution().multipliers),
+        lambda: s.speeds_rates(solution().x),
     )
 
 

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.formulation import Exprs, Formulation
 from kane.dynamics.methods.in_rates import InRates
-from kane.dynamics.methods.solving import on_constraints, solved
-from kane.expr.affine import affine_forms
-from kane.expr.build import neg, sub
-from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
+from kane.dynamics.methods.solving import on_constraints, solved_for
+from kane.expr.build import sub
+from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.expr.visit import substitute
 from kane.space.frame import Frame
@@ -53,17 +51,10 @@ class _Everywhere:
     @read
     def balances(self) -> dict[Point | Frame, Vector]:
         """m a − F, I·α + ω × I·ω − T by place, in q̈."""
-        s = self.s
         found: dict[Point | Frame, Vector] = {}
-        for part in s.parts:
-            before = found.get(part.mass_center, Vector())
-            found[part.mass_center] = before + s.acceleration(part.mass_center) * part.mass
-            if part.frame is not None and part.inertia is not None:
-                w, alpha = s.velocity(part.frame), s.acceleration(part.frame)
-                momentum = part.inertia.dot(w)
-                torque = part.inertia.dot(alpha) + w.express(part.frame).cross(momentum.express(part.frame))
-                found[part.frame] = found.get(part.frame, Vector()) + torque
-        for place, v in s.acting():
+        for place, v in self.s.inertia():
+            found[place] = found.get(place, Vector()) + v
+        for place, v in self.s.acting():
             found[place] = found.get(place, Vector()) - v
         return {place: v.gathered() for place, v in found.items()}
 
@@ -107,10 +98,7 @@ class _Everywhere:
     @read
     def accelerations(self) -> Exprs:
         """q̈."""
-        s = self.s
-        forms = affine_forms(self._works, s.accelerations)
-        mass = Matrix([[form.get(x, ZERO) for x in s.accelerations] for form, _ in forms])
-        return solved(mass, [neg(rest) for _, rest in forms], s.held).x
+        return solved_for(self.s.accelerations, self._works, self.s.held).x
 
     @read
     def forces(self) -> Exprs:

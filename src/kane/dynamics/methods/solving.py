@@ -10,6 +10,7 @@ from typing import NamedTuple
 from kane.dynamics.methods.in_rates import Held
 from kane.dynamics.routes.recursive import is_regular
 from kane.errors import ModelError, SingularError
+from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
@@ -86,12 +87,21 @@ def constrained(held: Held, x: Sequence[Expr]) -> Exprs:
     return tuple(add(dot(row, x), c) for row, c in zip(held.a.rows, held.drift, strict=True))
 
 
-def told(held: Held | None) -> tuple[str, ...]:
-    """What is said of multipliers that are not solved for."""
+def told(held: Held | None, how: str = "a basis of the admitted motions") -> tuple[str, ...]:
+    """What is said of multipliers that are eliminated."""
     if held is None:
         return ()
     count = len(held.names)
-    return (f"{count} multiplier{'s' * (count > 1)}, by a basis of the admitted motions",)
+    return (f"{count} multiplier{'s' * (count > 1)}, by {how}",)
+
+
+def solved_for(
+    unknowns: Sequence[Expr], left: Sequence[Expr], held: Held | None, with_multipliers: bool = False
+) -> Solution:
+    """The unknowns with `left` = Aᵀ λ, which is affine in them, and A x + c = 0."""
+    forms = affine_forms(left, unknowns)
+    mass = Matrix([[form.get(x, ZERO) for x in unknowns] for form, _ in forms])
+    return solved(mass, [neg(rest) for _, rest in forms], held, with_multipliers)
 
 
 def _embedded(mass: Matrix, right: Sequence[Expr], held: Held, with_multipliers: bool) -> Solution:

@@ -7,25 +7,25 @@
 """
 
 from collections.abc import Callable, Iterator
+from functools import cache
 
 from kane.dynamics.methods.formulation import Exprs, Formulation
 from kane.dynamics.methods.in_rates import InRates
-from kane.dynamics.methods.solving import on_constraints, solved, told
+from kane.dynamics.methods.solving import on_constraints, solved_for, told
 from kane.errors import ModelError
-from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.diff import jacobian, time_derivative
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.model.bodies import Part
-from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.rotation import Triple
 from kane.space.vector import Vector
 
 
 def virtual_power(s: InRates) -> Formulation:
     """By partial velocities and partial angular velocities for q̇."""
-    return _formulation(s, "virtual power", "Jourdain 1909; Yoo 2004, eq. 6", (), lambda: _powers(s))
+    return _formulation(s, "virtual power", "Jourdain 1909; Yoo 2004, eq. 6", (), lambda: s.power_by(s.inertia()))
 
 
 def virtual_work(s: InRates) -> Formulation:
@@ -38,34 +38,18 @@ def virtual_work(s: InRates) -> Formulation:
 def _formulation(
     s: InRates, name: str, source: str, gone: tuple[str, ...], inertia: Callable[[], Exprs]
 ) -> Formulation:
-    def solution() -> Exprs:
-        forms = affine_forms(inertia(), s.accelerations)
-        mass = Matrix([[form.get(x, ZERO) for x in s.accelerations] for form, _ in forms])
-        return solved(mass, [sub(q, rest) for q, (_, rest) in zip(s.forces, forms, strict=True)], s.held).x
-
+    left = cache(lambda: tuple(sub(x, q) for x, q in zip(inertia(), s.forces, strict=True)))
+    solution = cache(lambda: solved_for(s.accelerations, left(), s.held).x)
     return Formulation(
         name,
         source,
         (*s.coordinates, *s.rates),
         s.accelerations,
         (*gone, *told(s.held)),
-        lambda: on_constraints([sub(x, q) for x, q in zip(inertia(), s.forces, strict=True)], s.held, s.accelerations),
+        lambda: on_constraints(left(), s.held, s.accelerations),
         lambda: (*s.rates, *solution()),
         lambda: s.speeds_rates(solution()),
     )
-
-
-def _powers(s: InRates) -> Exprs:
-    """Σ m a·∂v/∂q̇ + (I·α + ω × I·ω)·∂ω/∂q̇."""
-
-    def inertial() -> Iterator[tuple[Point | Frame, Vector]]:
-        for part in s.parts:
-            yield part.mass_center, s.acceleration(part.mass_center) * part.mass
-            if part.frame is not None and part.inertia is not None:
-                w, alpha = (v.express(part.frame) for v in (s.velocity(part.frame), s.acceleration(part.frame)))
-                yield part.frame, part.inertia.dot(alpha) + w.cross(part.inertia.dot(w))
-
-    return s.power_by(inertial())
 
 
 def _particles(part: Part) -> Iterator[tuple[Expr, Vector]]:
@@ -94,19 +78,31 @@ def _particles(part: Part) -> Iterator[tuple[Expr, Vector]]:
 
 def _works(s: InRates) -> Exprs:
     """Σ m a·∂r/∂q."""
-    inertial = s.derived.system.inertial
     total = [ZERO] * len(s.coordinates)
     for part in s.parts:
-        root = part.mass_center.root()
-        if root.frame is not inertial:
-            raise ModelError(
-                f"Expected positions from a point of {inertial.name}, got {part.name} placed from {root.name} of {root.frame}."
-            )
-        center = part.mass_center.position(root)
-        for mass, arm in _particles(part):
-            r = (center + arm).components(inertial)
-            a = [s.own(time_derivative(s.own(time_derivative(x)))) for x in r]
-            slopes = jacobian(list(r), s.coordinates)
-            for k, column in enumerate(slopes.T):
-                total[k] = add(total[k], mul(mass, dot(column, a)))
+        for r, carried in _carried(s, part):
+            columns = jacobian(list(r), s.coordinates).T
+            for mass, x in carried:
+                a = [s.own(time_derivative(s.own(time_derivative(c)))) for c in x]
+                for k, column in enumerate(columns):
+                    total[k] = add(total[k], mul(mass, dot(column, a)))
     return tuple(total)
+
+
+def _carried(s: InRates, part: Part) -> Iterator[tuple[Triple, list[tuple[Expr, Triple]]]]:
+    """Places of particles, each with the masses and places that its m a is a sum of."""
+    if part.momenta:
+        yield _place(s, part.mass_center), [(mass, _place(s, p)) for p, mass in part.momenta]
+        return
+    for mass, arm in _particles(part):
+        r = _place(s, part.mass_center, arm)
+        yield r, [(mass, r)]
+
+
+def _place(s: InRates, point: Point, arm: Vector = Vector()) -> Triple:  # noqa: B008, vectors are frozen
+    inertial, root = s.derived.system.inertial, point.root()
+    if root.frame is not inertial:
+        raise ModelError(
+            f"Expected positions from a point of {inertial.name}, got {point.name} placed from {root.name} of {root.frame}."
+        )
+    return (point.position(root) + arm).components(inertial)
