@@ -5,7 +5,7 @@ An expression knows its `str` and its picture in a notebook, but what writes the
 writers enter themselves here: `kane.write.text` when it is imported, `kane.present.notebook` when a notebook asks for the first time.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -34,6 +34,12 @@ def latex(thing: object) -> str | None:
 def html(thing: object) -> str | None:
     """What a notebook asks for as `_repr_html_`."""
     return _quietly(HTML, thing)
+
+
+def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table as text, its columns as wide as they need to be."""
+    wide = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    return "\n".join("  ".join(x.ljust(w) for x, w in zip(row, wide, strict=True)).rstrip() for row in (head, *rows))
 
 
 def _quietly(table: Writers, thing: object) -> str | None:

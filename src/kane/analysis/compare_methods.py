@@ -50,11 +50,7 @@ class MethodComparison:
         return head, [*rows, *((name, "–", "–", "–", cut(why, 100)) for name, why in self.refused.items())]
 
     def __repr__(self) -> str:
-        head, rows = self.table()
-        wide = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-        return "\n".join(
-            "  ".join(f"{x:<{w}}" for x, w in zip(row, wide, strict=True)).rstrip() for row in (head, *rows)
-        )
+        return show.columns(*self.table())
 
     _repr_html_ = show.html
 

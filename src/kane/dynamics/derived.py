@@ -174,7 +174,7 @@ class Derived(Immutable):
         self, kinematics: Kinematics, bodies: Sequence[Moving], u_dot: Mapping[Expr, Expr] = MappingProxyType({})
     ) -> tuple[terms.Term, ...]:
         """`left` by other motions, or at other accelerations."""
-        return tuple(terms.bias_terms(self._active(kinematics), bodies, falling(self.system), u_dot))
+        return tuple(terms.bias_terms(self._active(kinematics), bodies, free_fall(self.system), u_dot))
 
     def _active(self, kinematics: Kinematics) -> list[terms.Term]:
         return [term for load in self.declared_loads for term in terms.active_terms(load, kinematics)]
@@ -192,7 +192,7 @@ class Derived(Immutable):
 
     def _with_weights_apart(self) -> list[Expr] | None:
         """f where a speed moves nothing up or down, with weights along their own direction: along others they would have to cancel."""
-        fall = falling(self.system)
+        fall = free_fall(self.system)
         if fall.is_zero:
             return None
         weights = [terms.Term(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
@@ -225,7 +225,7 @@ class Derived(Immutable):
     constraint_rates = read[Exprs](lambda d: tuple(map(add, d.A @ d.speeds, d.b)), "A u + b.")
 
 
-def falling(system: System) -> Vector:
+def free_fall(system: System) -> Vector:
     """The acceleration of free fall."""
     return sum((g.acceleration for g in system.gravities), start=Vector())
 

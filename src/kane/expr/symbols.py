@@ -159,6 +159,11 @@ class Symbols(tuple[S, ...]):
         return int(key in self)
 
 
+def word(name: str) -> str:
+    """A name of anything as one that a symbol can have."""
+    return "".join(c if c.isalnum() or c == "_" else "_" for c in name)
+
+
 def declared(symbol: Symbol) -> str:
     """The call that declares a symbol, as the user wrote it."""
     words = [repr(x) for x in symbol.declaration()[:2] if x is not None]

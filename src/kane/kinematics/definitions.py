@@ -6,7 +6,6 @@ import numpy as np
 from kane.errors import SingularError, SpeedsError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.build import mul, neg, sub
-from kane.expr.diff import euler_parameter_rates
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.irreducible import structural_rank
 from kane.expr.matrix import Matrix
@@ -17,6 +16,7 @@ from kane.expr.visit import substitute
 from kane.kinematics.speeds import Speeds, is_rate
 from kane.kinematics.turned import blocks, rates_along, turned
 from kane.model.system import System
+from kane.model.variables import basic_rates, rates_by_quasi
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
 from kane.numeric.sample import draw, values_of
 
@@ -26,17 +26,8 @@ _SEED = 20041
 def generalized_speeds(system: System) -> Speeds:
     """The speeds' definitions read, checked (affine in the rates, as many as these, independent) and inverted."""
     sets = system.euler_parameters
-    quasi_of = {x: s for s in sets for x in s.coordinates}
-    rates: list[Expr] = []
-    for q in system.coordinates:
-        if q not in quasi_of:
-            rates.append(rate(q))
-        elif q is quasi_of[q].coordinates[0]:
-            rates.extend(quasi_of[q].quasi)
-    euler_rates: dict[Expr, Expr] = {}
-    for s in sets:
-        e_dots = euler_parameter_rates(s.coordinates, s.quasi)
-        euler_rates.update(zip(map(rate, s.coordinates), e_dots, strict=True))
+    rates = basic_rates(system.coordinates, sets)
+    euler_rates = rates_by_quasi(sets)
     speeds = tuple(system.speeds)
     rows, z = _definitions(system, rates, euler_rates)
     _check_cover(system, speeds, rows, rates)

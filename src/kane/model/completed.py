@@ -10,15 +10,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from kane.expr.affine import affine_forms
-from kane.expr.diff import euler_parameter_rates, time_derivative
+from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Coordinate, Speed, rate
+from kane.expr.symbols import Coordinate, Speed, word
 from kane.expr.visit import substitute
 from kane.model.constraints import Constraint
-from kane.model.variables import EulerParameters
+from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
 from kane.numeric.arrays import Array
-from kane.numeric.rank import SPEEDS_RANK, balanced
+from kane.numeric.rank import SPEEDS_RANK, balanced, singular
 from kane.numeric.sample import values_of
 
 _SEEDS = (20119, 20120, 20121)
@@ -31,12 +31,7 @@ def completed(
     constraints: Sequence[Constraint],
 ) -> dict[Speed, Expr]:
     """Rates of constraints as speeds, where these and the definitions determine all rates; none where nothing is missing."""
-    quasi_of = {q: s for s in euler for q in s.coordinates}
-    rates: list[Expr] = [rate(q) for q in coordinates if q not in quasi_of]
-    by_quasi: dict[Expr, Expr] = {}
-    for s in euler:
-        rates += s.quasi
-        by_quasi.update(zip(map(rate, s.coordinates), euler_parameter_rates(s.coordinates, s.quasi), strict=True))
+    rates, by_quasi = basic_rates(coordinates, euler), rates_by_quasi(euler)
     missing = len(rates) - len(definitions)
     if not definitions or not 0 < missing <= len(constraints):
         return {}
@@ -62,7 +57,7 @@ def completed(
             n for n in (f"w{k + 1}", f"w{k + 1}_{c.name}", *(f"w_{i}" for i in range(len(rates)))) if n not in taken
         )
         taken.add(name)
-        found[Speed.declare(_word(name), None, "", f"rate of the constraint {c.name}, which vanishes")] = offered[place]
+        found[Speed.declare(word(name), None, "", f"rate of the constraint {c.name}, which vanishes")] = offered[place]
     return found
 
 
@@ -79,16 +74,7 @@ def _independent(rows: Array, first: int, missing: int) -> tuple[int, ...] | Non
     for k in range(first, len(rows)):
         if len(found) == missing:
             break
-        if _rank(scaled[[*kept, k]]) == len(kept) + 1:
+        if singular(scaled[[*kept, k]]).rank(SPEEDS_RANK) == len(kept) + 1:
             kept.append(k)
             found.append(k - first)
-    return tuple(found) if len(found) == missing and _rank(scaled[kept]) == rows.shape[1] else None
-
-
-def _rank(rows: Array) -> int:
-    values = np.linalg.svd(rows, compute_uv=False)
-    return int((values > SPEEDS_RANK * values[0]).sum())
-
-
-def _word(name: str) -> str:
-    return "".join(c if c.isalnum() or c == "_" else "_" for c in name)
+    return tuple(found) if len(found) == missing and singular(scaled[kept]).rank(SPEEDS_RANK) == rows.shape[1] else None

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from kane.errors import ModelError, NotAffineError, SpeedsError, cut
 from kane.expr.affine import Affine, affine_forms
+from kane.expr.diff import euler_parameter_rates
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
@@ -130,6 +131,26 @@ def speed_definitions(
     for u, e in definitions.items():
         _check_definition(u, e, rates, known)
     return definitions
+
+
+def basic_rates(coordinates: Iterable[Coordinate], euler: Sequence[EulerParameters]) -> list[Expr]:
+    """The rates of the coordinates in their order, of each set of Euler parameters its quasi-rates in their place."""
+    set_of = {q: s for s in euler for q in s.coordinates}
+    found: list[Expr] = []
+    for q in coordinates:
+        if q not in set_of:
+            found.append(rate(q))
+        elif q is set_of[q].coordinates[0]:
+            found.extend(set_of[q].quasi)
+    return found
+
+
+def rates_by_quasi(euler: Sequence[EulerParameters]) -> dict[Expr, Expr]:
+    """The rates of Euler parameters by their quasi-rates."""
+    found: dict[Expr, Expr] = {}
+    for s in euler:
+        found.update(zip(map(rate, s.coordinates), euler_parameter_rates(s.coordinates, s.quasi), strict=True))
+    return found
 
 
 def inputs_with_rates(

@@ -22,7 +22,7 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.operators import atan2, sqrt
 from kane.numeric.arrays import Array, Entries
 from kane.space import attitude_formulas as formulas
-from kane.space.frame import Frame, turning_axes
+from kane.space.frame import Frame, turned_about, turning_axes
 from kane.space.vector import Vector
 
 if TYPE_CHECKING:
@@ -377,10 +377,8 @@ def _unit(v: Array, what: str) -> Array:
 def _about(n: Entries, theta: Entries) -> Entries:
     """C = c 1 + (1 − c) λ λᵀ + s λ× of expressions."""
     angle = as_expr(theta[()])
-    c, s = cos(angle), sin(angle)
-    x, y, z = n
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
-    return np.asarray(np.eye(3, dtype=int) * c + (1 - c) * np.outer(n, n) + s * cross)
+    x, y, z = map(as_expr, n)
+    return np.array(turned_about((x, y, z), cos(angle), sin(angle)), dtype=object)
 
 
 def _halved(n: Entries, theta: Entries) -> Entries:

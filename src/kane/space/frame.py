@@ -17,6 +17,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
 from kane.numeric.sample import sample
+from kane.space import attitude_formulas as formulas
 from kane.space.rotation import (
     UNITS,
     Basis,
@@ -104,7 +105,7 @@ class Frame(Basis):
             if all(x is ZERO for k, x in enumerate(direction) if k != i) and constant_value(unit) in (1, -1):
                 return self._turned(name, theta if unit is ONE else neg(theta), i)
         rate = time_derivative(theta)
-        cosines = _rodrigues(direction, cos(theta), sin(theta))
+        cosines = turned_about(direction, cos(theta), sin(theta))
         rates = (mul(rate, direction[0]), mul(rate, direction[1]), mul(rate, direction[2]))
         return self._child(name, Orientation(self, rates, angle=theta, cosines=cosines, direction=direction))
 
@@ -189,15 +190,9 @@ class Frame(Basis):
             raise SpaceError(f"Expected three Rodrigues parameters, got {cut(repr(parameters))}.")
         x, y, z = map(as_expr, rho)
         a, b, c = map(time_derivative, (x, y, z))
-        square = ONE + x * x + y * y + z * z
-        one, two = ONE - x * x - y * y - z * z, constant(2)
-        rows = (
-            (one + two * x * x, two * (x * y - z), two * (x * z + y)),
-            (two * (x * y + z), one + two * y * y, two * (y * z - x)),
-            (two * (x * z - y), two * (y * z + x), one + two * z * z),
-        )
-        (p, q, r), (s, t, u), (v, w, k) = (tuple(e / square for e in row) for row in rows)
-        factor = two / square
+        cosines = formulas.cosines_of(np.array((ONE, x, y, z), dtype=object), unit=False)
+        (p, q, r), (s, t, u), (v, w, k) = cosines
+        factor = constant(2) / (ONE + x * x + y * y + z * z)
         rates = (factor * (a + b * z - c * y), factor * (b + c * x - a * z), factor * (c + a * y - b * x))
         return self._child(name, Orientation(self, rates, cosines=((p, q, r), (s, t, u), (v, w, k))))
 
@@ -332,7 +327,7 @@ def _number(e: Expr) -> float | None:
     return float(evaluate(e, {}))
 
 
-def _rodrigues(n: Triple, c: Expr, s: Expr) -> Cosines:
+def turned_about(n: Triple, c: Expr, s: Expr) -> Cosines:
     """C = c 1 + (1 − c) n nᵀ + s [n×]."""
     k = sub(ONE, c)
     rows = [[mul(mul(n[i], n[j]), k) for j in range(3)] for i in range(3)]

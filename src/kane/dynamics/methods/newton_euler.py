@@ -15,7 +15,7 @@ from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.methods.solving import on_constraints, solved_for
 from kane.expr.build import sub
 from kane.expr.node import Expr
-from kane.expr.symbols import Reaction
+from kane.expr.symbols import Reaction, word
 from kane.expr.visit import substitute
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -36,10 +36,6 @@ def newton_euler(s: InRates) -> Formulation:
         lambda: (*s.rates, *e.accelerations, *e.forces),
         lambda: s.speeds_rates(e.accelerations),
     )
-
-
-def _word(name: str) -> str:
-    return "".join(c if c.isalnum() else "_" for c in name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +69,7 @@ class _Everywhere:
         """R and S by place and axis."""
         return tuple(
             Reaction.declare(
-                f"{'S' if isinstance(place, Frame) else 'R'}_{_word(place.name)}_{axis}", None, "", "of the constraints"
+                f"{'S' if isinstance(place, Frame) else 'R'}_{word(place.name)}_{axis}", None, "", "of the constraints"
             )
             for place in self.balances
             for axis in "xyz"

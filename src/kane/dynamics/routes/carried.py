@@ -13,7 +13,7 @@ at two additions, and m r* of the link vanishes where it is along the arm.
 from collections.abc import Collection, Sequence
 
 from kane.dynamics.bodies import ConstantInertia
-from kane.dynamics.derived import Derived
+from kane.dynamics.derived import Derived, free_fall
 from kane.expr.build import mul, neg, sub
 from kane.expr.collect import collected
 from kane.expr.content import Contents, content, divider, over_number
@@ -174,7 +174,4 @@ def load_wrenches(derived: Derived, segments: Segments) -> dict[int, tuple[Tripl
 
 def falling(derived: Derived) -> Triple:
     """−g along the inertial frame: what a system without gravity accelerates with to feel it."""
-    total = NOTHING
-    for gravity in derived.system.gravities:
-        total = summed(total, gravity.acceleration.components(derived.system.inertial))
-    return negative(total)
+    return negative(free_fall(derived.system).components(derived.system.inertial))

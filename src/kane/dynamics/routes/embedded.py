@@ -17,7 +17,7 @@ from kane.dynamics.blocks import blocks, mass_rows
 from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived, falling
+from kane.dynamics.derived import Derived, free_fall
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.solved import Solved
@@ -80,7 +80,7 @@ def embedded(
 def _by_momenta(derived: Derived, bodies: Sequence[Moving], speed: Expr) -> Expr:
     """Σ (m ṽ_r)·(g − a_b) − (I·ω̃_r)·α_b − ω̃_r·(ω × I·ω)."""
     total = ZERO
-    fall = falling(derived.system)
+    fall = free_fall(derived.system)
     for b in bodies:
         center, rotation = b.center, b.rotation
         for motion, mass in b.momenta if speed in center.partials else ():

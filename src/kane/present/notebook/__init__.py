@@ -24,13 +24,13 @@ from kane.motion.solution import Solution
 from kane.present.notebook.equations import equations_html
 from kane.present.notebook.force_systems import force_system_html, wrench_html
 from kane.present.notebook.linear import linear_html
-from kane.present.notebook.methods import formulation_html, methods_html
+from kane.present.notebook.methods import formulation_html
 from kane.present.notebook.motions import motions_html
 from kane.present.notebook.principal import principal_html
 from kane.present.notebook.program import program_html, routine_html
 from kane.present.notebook.rotation import rotation_latex
 from kane.present.notebook.solution import solution_html
-from kane.present.notebook.speeds import speeds_html
+from kane.present.notebook.speeds import comparison_html
 from kane.present.notebook.system import system_html
 from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
 from kane.space.attitude import Rotation
@@ -55,12 +55,12 @@ show.HTML.update(
         Compiled: lambda c: program_html(c.program, c.operations),
         Solution: solution_html,
         Linear: linear_html,
-        SpeedComparison: speeds_html,
+        SpeedComparison: comparison_html,
         Principal: principal_html,
         Motions: motions_html,
         ForceSystem: force_system_html,
         Wrench: wrench_html,
-        MethodComparison: methods_html,
+        MethodComparison: comparison_html,
         Formulation: formulation_html,
     }
 )
