@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Programs in C that simulate: compiled by cc alone, clean under the sanitizers, on the trajectory of `simulate`."""
 
-import shutil
 import subprocess
 
 import numpy as np
@@ -10,18 +9,16 @@ import pytest
 import kane as kn
 from kane.gallery import double_pendulum, four_bar, pendulum_on_cart
 from kane.motion.simulator_c import METHODS, emit_simulator
+from tests.program.programs import compiler
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wno-unused-function", "-Wno-unused-parameter", "-Werror"]
 EOM = kn.derive(pendulum_on_cart.system(force=True))
 
 
 def built(folder, eom, method, *options):
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("no C compiler")
     (folder / "cart.c").write_text(emit_simulator(eom.compile(name="cart"), method), encoding="utf-8")
     subprocess.run(
-        [compiler, *STRICT, *options, folder / "cart.c", "-o", folder / "cart", "-lm"],
+        [compiler(), *STRICT, *options, folder / "cart.c", "-o", folder / "cart", "-lm"],
         check=True,
         capture_output=True,
         text=True,

@@ -8,11 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.derived import derived
-from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying
 from kane.dynamics.routes.trees import tree_with_reactions
-from kane.kinematics.freedoms import Unsuited
-from tests.dynamics.routes.test_recursive import state
+from tests.dynamics.routes.test_recursive import by_all_routes, state
 from tests.examples import examples
 from tests.oracles import kane_tree
 from tests.oracles.compare import tolerance
@@ -27,11 +24,8 @@ seeds = st.integers(0, 10**6)
 
 def by_both_routes(system):
     """The accelerations and reactions by articulated and by composite inertias at one state; None where no recursion expresses it."""
-    parts = derived(system)
-    try:
-        carried = carrying(parts)
-        found = [by_recursion(parts, carried, route) for route in WAYS]
-    except Unsuited:
+    parts, found = by_all_routes(system)
+    if not found:
         return None
     whole = [tree_with_reactions(parts, s) for s in found]
     roots = [x for s in whole for x in (*s.accelerations, *s.reactions)]

@@ -45,14 +45,19 @@ def state(expressions, seed):
     return values
 
 
-def difference(system):
-    """The largest difference of u̇ by all routes over the largest u̇, over what rounding allows; None where there is one route."""
+def by_all_routes(system):
+    """What is derived, and solved by each of the recursions; by none where none expresses the system."""
     parts = derived(system)
     try:
         carried = carrying(parts)
-        found = [by_recursion(parts, carried, route) for route in WAYS]
+        return parts, [by_recursion(parts, carried, route) for route in WAYS]
     except Unsuited:
-        return None
+        return parts, []
+
+
+def difference(system):
+    """The largest difference of u̇ by all routes over the largest u̇, over what rounding allows; None where there is one route."""
+    parts, found = by_all_routes(system)
     return max((_difference(parts, f) for f in found), default=None)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-import shutil
 import subprocess
 from fractions import Fraction
 from itertools import count
@@ -18,6 +17,7 @@ import pytest
 from kane.program.emit.c import C_SINCOS
 from kane.program.emit.llvm_sincos import llvm_sincos
 from kane.program.emit.sincos import CONSTANTS, LIMIT
+from tests.program.programs import compiler
 
 WIDTHS = (1, 2, 4, 8)
 SCALE = 400
@@ -119,13 +119,10 @@ def compile_llvm(width, contract):
 
 def cc(directory, text, *flags):
     """Compile C text without a warning."""
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("no C compiler")
     source, target = directory / "sincos.c", directory / "sincos.out"
     source.write_text(text)
     strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
-    subprocess.run([compiler, *strict, *flags, "-o", target, source, "-lm"], check=True)
+    subprocess.run([compiler(), *strict, *flags, "-o", target, source, "-lm"], check=True)
     return target
 
 
