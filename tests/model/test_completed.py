@@ -70,3 +70,10 @@ def test_other_names_are_left_alone():
 def test_what_does_not_determine_the_rates_is_refused(names):
     with pytest.raises(SpeedsError, match="Expected"):
         kn.derive(alone(chaplygin_sleigh.system(), names))
+
+
+def test_one_speed_forgotten_under_two_constraints_is_refused():
+    """Four of the disk's five: neither all speeds nor the independent ones."""
+    for left in ({"u1", "u2", "u3", "u4"}, {"u1", "u2", "u3", "u5"}, {"u2", "u3", "u4", "u5"}):
+        with pytest.raises(SpeedsError, match="Expected"):
+            kn.derive(alone(pure_rolling_disk.system(), left))

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
-from tests.systems.drafts import Draft
+from tests.systems.drafts import Draft, built
 from tests.systems.slip_edits import Rng, Slip, formulas, one, rewritten, swapped, uses, with_entry, without
 
 _OTHERS = {
@@ -131,8 +131,11 @@ def _stands_before(d: Draft, group: str, name: str, other: str) -> bool:
 
 
 def speed_left_out(d: Draft, rng: Rng) -> Draft | None:
-    """A speed not defined."""
-    return without(d, "speeds", one(rng, d.speeds)) if len(d.speeds) > 1 else None
+    """A speed not defined, where those that are left are not the independent ones, which may stand alone."""
+    left = len(d.speeds) - 1
+    if not left or (d.constraints and left == len(d.coordinates) - len(built(d).constraints)):
+        return None
+    return without(d, "speeds", one(rng, d.speeds))
 
 
 def rate_forgotten(d: Draft, rng: Rng) -> Draft | None:

@@ -30,7 +30,10 @@ def completed(
     euler: Sequence[EulerParameters],
     constraints: Sequence[Constraint],
 ) -> dict[Speed, Expr]:
-    """Rates of constraints as speeds, where these and the definitions determine all rates; none where nothing is missing."""
+    """Rates of constraints as speeds, where the definitions are exactly the independent speeds; none otherwise.
+
+    All independent constraints take part: with fewer speeds left out than there are constraints, one was forgotten.
+    """
     rates, by_quasi = basic_rates(coordinates, euler), rates_by_quasi(euler)
     missing = len(rates) - len(definitions)
     if not definitions or not 0 < missing <= len(constraints):
@@ -67,10 +70,12 @@ def constraint_rate(constraint: Constraint) -> Expr:
 
 
 def _independent(rows: Array, first: int, missing: int) -> tuple[int, ...] | None:
-    """The rows beyond the `first` ones that these do not give, as many as are missing; None where that is not so."""
+    """The rows beyond the `first` ones that these do not give; None where they are not `missing`, all that are independent."""
     if not np.isfinite(rows).all():
         return None
     scaled, kept, found = balanced(rows), list(range(first)), list[int]()
+    if singular(scaled[first:]).rank(SPEEDS_RANK) != missing:
+        return None
     for k in range(first, len(rows)):
         if len(found) == missing:
             break
