@@ -25,8 +25,9 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.derive import repartition
 from kane.equations.routines import rate_names
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
-from kane.motion.drives import check_prescribed, input_functions
+from kane.motion.drives import input_functions
 from kane.motion.singular_rates import check_regular
+from kane.motion.smooth import check_prescribed
 from kane.motion.start import check_masses
 from kane.numeric.named import finite_number
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction

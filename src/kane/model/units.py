@@ -174,7 +174,7 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
     except UnitError as error:
         if _is_of_time(e):
             return
-        raise UnitError(f"{error} This is in {what}.") from None
+        raise UnitError(f"{error} This is in {what}.{_cure_of_numbers(e)}") from None
     if wanted is None or unit is None or unit is NUMBER or unit is ANY or unit.exponents == wanted.exponents:
         return
     if _is_of_time(e):
@@ -189,6 +189,26 @@ def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:
 def _is_of_time(e: Expr) -> bool:
     """Whether numbers and the time are all that is in it: a given function, whose numbers have units that nobody said."""
     return all(isinstance(s, Time) for s in free_symbols((e,)))
+
+
+def _cure_of_numbers(e: Expr) -> str:
+    """What to do about functions of numbers and the time beside what has another unit."""
+    terms = (a for node in postorder((e,)) if node.op in _SUMS for a in node.args)
+    lone = next((a for a in terms if a.args and _is_of_time(a) and free_symbols((a,))), None)
+    if lone is None or not _has_unit(lone):
+        return ""
+    return (
+        f" Numbers in {cut(lone)} have no unit beside symbols that have one: give one of them as a parameter with its unit, such as "
+        'kn.parameter("c", 0.5, "rad/s^2").'
+    )
+
+
+def _has_unit(e: Expr) -> bool:
+    try:
+        infer(e, {})
+    except UnitError:
+        return False
+    return True
 
 
 def _check_reaction(reaction: Reaction) -> None:

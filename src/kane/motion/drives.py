@@ -14,26 +14,19 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError, cut
-from kane.expr.diff import tangent
-from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.node import ONE, ZERO, Expr, postorder
-from kane.expr.symbols import Input, Parameter, Time, input_of, time
+from kane.expr.node import Expr
+from kane.expr.symbols import Input, input_of, time
 from kane.expr.tables import Table
-from kane.model.survey import geometry
 from kane.motion.breakpoints import MANY
 from kane.motion.feedback import Held, HeldInput, Law, LawInput, Sampled
 from kane.motion.formulas import Formula, formula, with_gains
+from kane.motion.smooth import check_smooth
 from kane.numeric.named import finite_number, named_values
 
 Function = Callable[..., Any]
 Ends = Literal["not-a-knot", "natural", "clamped", "periodic"]
 
-_PIECEWISE = ("where", "sign", "abs", "min", "max")
 _PLACED = (Parameter_.POSITIONAL_ONLY, Parameter_.POSITIONAL_OR_KEYWORD)
-_SAMPLES = 129
-_BISECTIONS = 40
-_TORN = 1e-6
-"""Share of its range by which a function may differ from the integral of its derivative over a vanishing interval."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -266,66 +259,3 @@ def _constant(value: float, t: Any) -> float:
 def constant(f: Function) -> float | None:
     """The value of an input that was given as a number; None of a function of time."""
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
-
-
-def check_smooth(what: str, f: Function, slope: Function, span: tuple[float, float]) -> None:
-    """`slope` must be the derivative of `f` over the span: no jump, no other function's derivative."""
-
-    def gap(a: float, b: float) -> float:
-        h = b - a
-        middle = float(slope(a + h / 2))
-        return abs(float(f(b)) - float(f(a)) - h * (float(slope(a)) + 4 * middle + float(slope(b))) / 6)
-
-    times = np.linspace(*span, _SAMPLES)
-    values = np.array([float(f(t)) for t in times])
-    slopes = np.array([float(slope(t)) for t in times])
-    if not (np.all(np.isfinite(values)) and np.all(np.isfinite(slopes))):
-        t = times[~(np.isfinite(values) & np.isfinite(slopes))][0]
-        raise SimulationError(f"Expected the {what} finite over the time span, got NaN or infinity at t = {t:.6g}.")
-    size = float(np.ptp(values) + np.ptp(slopes) * (span[1] - span[0]) + np.abs(values).max() * 1e-9)
-    gaps = [gap(a, b) for a, b in pairwise(times)]
-    k = int(np.argmax(gaps))
-    a, b = float(times[k]), float(times[k + 1])
-    if not gaps[k] > _TORN * size:
-        return
-    wrong = gaps[k]
-    for _ in range(_BISECTIONS):
-        middle = (a + b) / 2
-        a, b = (a, middle) if gap(a, middle) >= gap(middle, b) else (middle, b)
-    if gap(a, b) > _TORN * size:
-        raise SimulationError(
-            f"Expected the {what} without jumps, as it prescribes a motion, got one of {abs(float(f(b)) - float(f(a))):.3g} at "
-            f"t = {b:.6g}: it would need an infinite force. Join the two values over a short time."
-        )
-    if sum(gaps) > 0.01 * size:
-        raise SimulationError(
-            f"Expected the derivative of the {what} that was given to be its own, got one that misses its change by {wrong:.3g} "
-            f"between t = {times[k]:.6g} and {times[k + 1]:.6g}."
-        )
-
-
-def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple[float, float]) -> None:
-    """Piecewise functions of time in positions, orientations and configuration constraints must be C¹."""
-    system = eom.system
-    roots = [*geometry(system.frames, system.points), *(c.expr for c in system.holonomic)]
-    for node in postorder(roots):
-        if node.op.name in _PIECEWISE:
-            symbols = free_symbols([node])
-            if any(isinstance(s, Time) for s in symbols) and all(isinstance(s, Time | Parameter) for s in symbols):
-                levels = [node, _slope(node), _slope(_slope(node))]
-                for below, above in pairwise(levels):
-                    text = str(node)
-                    check_smooth(
-                        f"prescribed {text:.60}" if below is node else f"velocity of the prescribed {text:.60}",
-                        partial(_at, below, parameters),
-                        partial(_at, above, parameters),
-                        span,
-                    )
-
-
-def _slope(e: Expr) -> Expr:
-    return tangent(e, lambda leaf: ONE if isinstance(leaf, Time) else ZERO)
-
-
-def _at(e: Expr, parameters: Mapping[Expr, Any], t: float) -> float:
-    return float(evaluate(e, {**{s: parameters[s] for s in free_symbols([e]) if s in parameters}, time: t}))

@@ -19,13 +19,14 @@ from kane.expr.node import Expr
 from kane.motion.beams import warn_of_beams
 from kane.motion.breakpoints import in_loads
 from kane.motion.checking import check_drifts, checking_functions
-from kane.motion.drives import Function, Signal, check_prescribed, input_functions
+from kane.motion.drives import Function, Signal, input_functions
 from kane.motion.feedback import HeldInput, controllers
 from kane.motion.formulas import Formula, own_parameters
 from kane.motion.jumps import warn_of_jumps
 from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.singular_rates import check_regular
+from kane.motion.smooth import check_prescribed
 from kane.motion.solution import Solution
 from kane.motion.start import (
     check_breakpoints,
