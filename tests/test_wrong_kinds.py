@@ -137,13 +137,13 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
         (N,),
         {"bodies": [BODY], "speeds": {U1: Q1.dt}, "loads": [LOAD], "coordinates": (Q1,)}
         | dict.fromkeys(("holonomic", "nonholonomic", "joints", "reactions", "events", "auxiliary_speeds"), ())
-        | dict.fromkeys(("dependent_speeds", "dependent_coordinates"), ()),
+        | dict.fromkeys(("dependent_speeds", "dependent_coordinates"), ()) | {"states": {kn.state("a"): U1}},
     ),
     (kn.motions, (N, {U1: Q1.dt}), {"of": (A,), "holonomic": (), "nonholonomic": (), "dependent_speeds": (), "coordinates": (Q1,)}),
     (kn.motions(N, {U1: Q1.dt, U2: Q2.dt}).velocity, (P, A, O), {}),
     (kn.motions(N, {U1: Q1.dt, U2: Q2.dt}).angular_velocity, (A, N), {}),
     (kn.derive, (SYSTEM,), {"near": {}}),
-    (kn.simulate, (EOM, (0, 0.01)), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}, "inputs": {}, "samples": 2}),
+    (kn.simulate, (EOM, (0, 0.01)), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}, "inputs": {}, "samples": 2, "states": {}}),
     (kn.assemble, (EOM,), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}}),
     (kn.evaluate, (Q1, {Q1: 1.0}), {}),
     (kn.substitute, (Q1, {Q1: M}), {}),
@@ -154,6 +154,7 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.speed, ("a", "m/s"), {}),
     (kn.coordinates, ("a b", "m"), {}),
     (kn.input, ("F", "N"), {}),
+    (kn.state, ("a", 0.0, "N", "d"), {}),
     (kn.where, (kn.less(Q1, 1), Q1, 1), {}),
     (kn.mode_shapes, ("clamped-free", 2), {}),
     (kn.tapered, (M, lambda xi: 1 - 0.5 * xi), {}),

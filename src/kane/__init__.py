@@ -92,6 +92,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
+    State,
     Symbol,
     coordinate,
     coordinates,
@@ -100,6 +101,7 @@ from kane.expr.symbols import (
     parameters,
     speed,
     speeds,
+    state,
     time,
 )
 from kane.expr.tables import Table, table
@@ -253,7 +255,7 @@ def __dir__() -> list[str]:
 
 # In reading order: declare, derive, look, run.
 __all__ = [
-    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "time", "pi", "Rational",
+    "coordinates", "coordinate", "speeds", "speed", "parameters", "parameter", "input", "state", "time", "pi", "Rational",
     "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign",
     "min", "max", "where", "less", "table", "Table",
     "Frame", "Point", "Vector", "Dyadic", "Rotation", "small_rotation",
@@ -281,7 +283,7 @@ __all__ = [
     "normal_modes", "NormalModes", "impact", "Impact", "constraint_forces", "ConstraintForces", "trim",
     "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "root_locus", "inverse", "Inverse", "compare_speeds",
     "SpeedComparison", "SpeedSet", "compare_methods", "MethodComparison", "Formulation", "plot", "report", "Check",
-    "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "Matrix",
+    "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "State", "Matrix",
     "diff", "gradient", "jacobian", "time_derivative", "affine", "taylor", "substitute", "solve_linear", "evaluate",
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",

@@ -31,7 +31,7 @@ def check_equations(eom: object) -> None:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Where: t, x = (q, u), p, r."""
+    """Where: t, x = (q, u, a), p, r."""
 
     t: float
     x: Array
@@ -44,7 +44,7 @@ class State:
 
     def numbers(self, eom: Equations) -> dict[Expr, Any]:
         """All of it by symbol."""
-        return {**dict(zip((*eom.coordinates, *eom.speeds), self.x, strict=True)), **self.given(eom)}
+        return {**dict(zip(eom.state, self.x, strict=True)), **self.given(eom)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,9 +90,15 @@ def entries(what: str, symbols: Sequence[Symbol], given: Any, label: str = "star
     return Entries(values, tuple(guessed), tuple(missing))
 
 
-def start_state(eom: Equations, q: Any, u: Any) -> Array:
-    """(q, u), each value given as a finite number; Euler parameters must be of unit length."""
-    state = [*_numbers("coordinates", eom.coordinates, q), *_numbers("speeds", eom.speeds, u)]
+def further(eom: Equations, states: Any) -> Array:
+    """The further states: values given by symbol or name, else their defaults."""
+    given = named_values("states", eom.states, states)
+    return np.array([finite_number("start value", a.name, given.get(a, a.default)) for a in eom.states], dtype=float)
+
+
+def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
+    """(q, u, a), each value given as a finite number, those of a by default; Euler parameters must be of unit length."""
+    state = [*_numbers("coordinates", eom.coordinates, q), *_numbers("speeds", eom.speeds, u), *further(eom, states)]
     place = {c: i for i, c in enumerate(eom.coordinates)}
     for s in eom.system.euler_parameters:
         length = float(np.sqrt(sum(state[place[e]] ** 2 for e in s.coordinates)))

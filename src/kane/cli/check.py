@@ -81,7 +81,7 @@ def _check_start(model: Model, eom: kn.Equations, begin: Start) -> dict[kn.Expr,
     check_prescribed(eom, constants, model.span)
     inputs = {s: f(t) for s, f in input_functions(eom, begin.inputs, model.span).items()}
     numbers: dict[kn.Expr, Any] = {kn.time: t, **constants, **inputs}
-    numbers.update(zip((*eom.coordinates, *eom.speeds), state, strict=True))
+    numbers.update(zip(eom.state, state, strict=True))
     check_regular(eom, numbers, t)
     with np.errstate(all="ignore"):
         given = {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}

@@ -69,7 +69,7 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
     eom, check = sol.equations, energy_check(sol)
     energy = sol.energy_check
     singular = isinstance(sol.event, KinematicsEnd)  # of the coordinates, not of the model
-    rows = {s.name: np.asarray(sol[s]) for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
+    rows = {s.name: np.asarray(sol[s]) for s in (*eom.state, *eom.reactions)}
     return {
         "ok": check.passed and sol.status != "stopped" and not singular,
         "status": sol.status,
@@ -96,7 +96,7 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
 
 def _show(sol: kn.Solution, what: dict[str, Any]) -> None:
     eom = sol.equations
-    units = {s.name: s.unit for s in (*eom.coordinates, *eom.speeds, *eom.reactions)}
+    units = {s.name: s.unit for s in (*eom.state, *eom.reactions)}
     typer.echo(f"From {sol.t[0]:g} s: {sol.message}.")
     typer.echo(f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations\n")
     keys = ("start", "end", "least", "most")
@@ -111,7 +111,7 @@ def _show(sol: kn.Solution, what: dict[str, Any]) -> None:
 
 def _write(place: Path, sol: kn.Solution) -> None:
     eom = sol.equations
-    symbols = [*eom.coordinates, *eom.speeds, *eom.reactions]
+    symbols = [*eom.state, *eom.reactions]
     columns = [sol.t, *(sol[s] for s in symbols), sol.energy]
     with place.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)

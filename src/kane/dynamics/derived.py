@@ -14,12 +14,13 @@ from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.choice import Compared, compared
 from kane.dynamics.constraints.closure import Closure, closure
 from kane.dynamics.lazy import LazyMapping, read
+from kane.expr.affine import Affine
 from kane.expr.build import add
 from kane.expr.count import Prices
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, Symbol, Symbols
+from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, State, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
@@ -163,6 +164,21 @@ class Derived(Immutable):
 
     def _sums(self, shares: Mapping[tuple[Expr, K], Expr], sources: Sequence[K]) -> Exprs:
         return tuple(terms.sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
+
+    # Further states ------------------------------------------------------------------------------------------------------
+
+    states = read[tuple[State, ...]](lambda d: Symbols(d.system.states), "a, the further states beside q and u.")
+    state_rates = read[Exprs](
+        lambda d: d._in_speeds(d.system.states.values()), "ȧ of the further states, rates of coordinates in speeds."
+    )
+    state = read[tuple[Symbol, ...]](
+        lambda d: Symbols((*d.system.coordinates, *d.speeds, *d.states)),
+        "x = (q, u, a): the whole state, in this order.",
+    )
+
+    def _in_speeds(self, exprs: Iterable[Expr]) -> Exprs:
+        forms: dict[Expr, Affine] = {}
+        return tuple(self.kinematical.in_speeds(e, forms) for e in exprs)
 
     # Step 7: dynamical equations -----------------------------------------------------------------------------------------
 

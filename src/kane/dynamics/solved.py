@@ -96,7 +96,12 @@ class Solved(Immutable):
         lambda s: s.written(s.regular.rates) if s.shorter_rates is None else s.shorter_rates,
         "q̇ as functions of the state, which satisfies the constraints.",
     )
-    right_hand_side = read[Exprs](lambda s: (*s.rates, *s.accelerations), "(q̇, u̇) as functions of the state.")
+    state_rates = read[Exprs](
+        lambda s: s.written(s.regular.state_rates), "ȧ of the further states as functions of the state."
+    )
+    right_hand_side = read[Exprs](
+        lambda s: (*s.rates, *s.accelerations, *s.state_rates), "ẋ = (q̇, u̇, ȧ) as functions of the state."
+    )
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),
         "Operations of one evaluation of the whole right-hand side, solution included.",

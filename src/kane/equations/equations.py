@@ -77,6 +77,9 @@ class Equations(Energies, Immutable):
     speeds = Derived.speeds.within("derived")
     auxiliary_speeds = read[tuple[AuxiliarySpeed, ...]](lambda e: e.derived.auxiliary_speeds, "u_a, one a reaction.")
     all_speeds = Derived.all_speeds.within("derived")
+    states = Derived.states.within("derived")
+    state_rates = read[Exprs](lambda e: e.solved.state_rates, "ȧ of the further states.")
+    state = Derived.state.within("derived")
     reactions = Derived.reactions.within("derived")
     bodies = read[tuple[Moving, ...]](lambda e: e._shown.bodies, "The bodies with their motions.")
     kinematical = read[Speeds](lambda e: e.derived.kinematical, "The kinematical equations.")
@@ -245,12 +248,13 @@ class Equations(Energies, Immutable):
         parameters: Mapping[Any, Any] | None = None,
         inputs: Mapping[Any, Any] | None = None,
         t: Any = 0.0,
+        states: Values | None = None,
     ) -> Any:
         """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a state.
 
         Measure numbers are along the inertial frame, those of a vector the last axis, those of a dyadic or matrix the last two.
         Rates become W u + X, accelerations u̇ and reactions their solved values, dependent speeds that are not given A_n u_I + b_n.
-        Values may be arrays (they broadcast); parameters not given take their defaults.
+        Values may be arrays (they broadcast); parameters and states not given take their defaults.
 
         Raises
         ------
@@ -261,7 +265,7 @@ class Equations(Energies, Immutable):
             there. Or if constraints left out as redundant hold something at this state, on another branch than those compared. Of
             arrays a warning names the first such place, and the values there are NaN
         """
-        return evaluate_along(self.solved, exprs, q, u, parameters, inputs, t)
+        return evaluate_along(self.solved, exprs, q, u, parameters, inputs, t, states)
 
     inverse_dynamics = read[Exprs](
         lambda e: programs.inverse_dynamics(e.solved),
@@ -284,11 +288,11 @@ class Equations(Energies, Immutable):
         return programs.operational_mobility(self.solved, place, along)
 
     def jacobian(self, by: Any = "state") -> Jacobian:
-        """The derivatives of the right-hand side (q̇, u̇), exact, with their pattern.
+        """The derivatives of the right-hand side (q̇, u̇, ȧ), exact, with their pattern.
 
         Parameters
         ----------
-        by : "state" (all coordinates, then all speeds), "inputs", "parameters", "time", or a list of symbols and names
+        by : "state" (all coordinates, all speeds, then further states), "inputs", "parameters", "time", or a list of symbols and names
 
         Raises
         ------

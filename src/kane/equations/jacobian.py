@@ -26,9 +26,9 @@ from kane.numeric.named import symbols_named
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Jacobian(Immutable):
-    """∂ẋ/∂(columns) of ẋ = (q̇, u̇) as functions of all coordinates, all speeds, time, inputs and parameters.
+    """∂ẋ/∂(columns) of ẋ = (q̇, u̇, ȧ) as functions of all coordinates, all speeds, time, inputs and parameters.
 
-    `matrix` holds the expressions; `rows` are q̇ and u̇, `columns` what they are differentiated by. Where there are constraints, u̇ of
+    `matrix` holds the expressions; `rows` are q̇, u̇ and ȧ, `columns` what they are differentiated by. Where there are constraints, u̇ of
     all speeds are differentiated as they stand, each as a function of the whole state: along motions that the constraints allow,
     J δx is what the flow on them does.
     """
@@ -46,6 +46,7 @@ class Jacobian(Immutable):
         parameters: Mapping[Any, Any] | None = None,
         inputs: Mapping[Any, Any] | None = None,
         t: Any = 0.0,
+        states: Any = None,
     ) -> npt.NDArray[np.float64]:
         """Numbers at a state, as `Equations.evaluate` takes it; values may be arrays, whose axes come first.
 
@@ -56,7 +57,7 @@ class Jacobian(Immutable):
         CornerError
             where a switch (|x|, max, where, …) stands at zero whose sides have other derivatives
         """
-        return at_state(self.solved, self.matrix, (q, u, parameters, inputs, t))
+        return at_state(self.solved, self.matrix, (q, u, parameters, inputs, t, states))
 
     @read
     def pattern(self) -> npt.NDArray[np.bool_]:
@@ -85,7 +86,7 @@ class Jacobian(Immutable):
 
 Kinds = Mapping[str, Callable[[Derived], Sequence[Symbol]]]
 KINDS: Kinds = {
-    "state": lambda d: (*d.system.coordinates, *d.speeds),
+    "state": lambda d: d.state,
     "inputs": lambda d: d.system.inputs,
     "parameters": lambda d: d.system.parameters,
     "time": lambda d: (time,),
@@ -101,8 +102,8 @@ def jacobian(solved: Solved, by: Any) -> Jacobian:
 
 
 def rate_symbols(derived: Derived) -> tuple[Symbol, ...]:
-    """q̇ and u̇."""
-    return tuple(map(rate, (*derived.system.coordinates, *derived.speeds)))
+    """q̇, u̇ and ȧ."""
+    return tuple(map(rate, derived.state))
 
 
 def _columns(derived: Derived, by: Any) -> tuple[Symbol, ...]:

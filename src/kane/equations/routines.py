@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The routines of equations of motion, as Programs over t, x = (q, u), p and r."""
+"""The routines of equations of motion, as Programs over t, x = (q, u, a), p and r, with a the further states."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -30,11 +30,11 @@ Outputs: TypeAlias = Bundle[dict[str, Array]]
 
 
 def ports(derived: Derived) -> tuple[Port, ...]:
-    """t, x (coordinates, then speeds), p (parameters), r (inputs)."""
+    """t, x (coordinates, speeds, then further states), p (parameters), r (inputs)."""
     system = derived.system
     return (
         Port("t", (time,), scalar=True, noun="time"),
-        Port("x", (*system.coordinates, *derived.speeds), noun="state", nouns="states"),
+        Port("x", derived.state, noun="state", nouns="states"),
         Port("p", system.parameters, "parameter", noun="parameters"),
         Port("r", system.inputs, noun="inputs", optional=True),
     )
@@ -51,7 +51,7 @@ def program(
 ) -> Program:
     """The Program of the named routines, and of "outputs" where there are any.
 
-    "rhs" gives ẋ = (q̇, u̇), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
+    "rhs" gives ẋ = (q̇, u̇, ȧ), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
     values; those of `ON_DEMAND` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
     rounds differently, `optimize` rewrites to fewer operations.
     """
@@ -74,8 +74,8 @@ def program(
 
 
 def rate_names(derived: Derived) -> list[str]:
-    """Names of ẋ = (q̇, u̇)."""
-    return [f"{s.name}'" for s in (*derived.system.coordinates, *derived.speeds)]
+    """Names of ẋ = (q̇, u̇, ȧ)."""
+    return [f"{s.name}'" for s in derived.state]
 
 
 def _routine(solved: Solved, name: str) -> Task:

@@ -21,8 +21,8 @@ from kane.numeric.places import first_place
 
 _SAME = 1e-9
 """Share of the largest derivative up to which two sides have the same."""
-State = tuple[Any, Any, Any, Any, Any]
-"""q, u, parameters, inputs, t."""
+State = tuple[Any, Any, Any, Any, Any, Any]
+"""q, u, parameters, inputs, t, further states."""
 
 
 def at_state(solved: Solved, matrix: Matrix, state: State) -> Array:

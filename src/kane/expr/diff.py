@@ -9,7 +9,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, SYMBOL, WHERE
 from kane.expr.size import never_zero
-from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Rate, Reaction, Speed, Symbol, Time, rate
+from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Rate, Reaction, Speed, State, Symbol, Time, rate
 from kane.expr.visit import fold
 
 MIN, MAX = OPS["min"], OPS["max"]
@@ -182,7 +182,7 @@ def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr | str]) -> Matrix:
 
 
 def _leaf_rate(leaf: Expr) -> Expr:
-    if isinstance(leaf, Coordinate | Speed | Input | Rate | QuasiRate):
+    if isinstance(leaf, Coordinate | Speed | State | Input | Rate | QuasiRate):
         return rate(leaf)
     if isinstance(leaf, Time):
         return ONE
@@ -194,7 +194,7 @@ def _leaf_rate(leaf: Expr) -> Expr:
 
 
 def time_derivative(root: Expr) -> Expr:
-    """Total derivative d/dt in the rates of coordinates, speeds and inputs."""
+    """Total derivative d/dt in the rates of coordinates, speeds, states and inputs."""
     return tangent(as_expr(root), _leaf_rate)
 
 

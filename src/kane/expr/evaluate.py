@@ -14,7 +14,7 @@ from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
 from kane.expr.ops import OPS, PI, SYMBOL, Op
-from kane.expr.symbols import Parameter, Symbol, declared
+from kane.expr.symbols import Parameter, State, Symbol, declared
 
 Values = Mapping[Any, Any]
 
@@ -119,7 +119,7 @@ def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable
 def evaluate(exprs: Any, values: Values) -> Any:
     """Values of one expression, or of a sequence or Matrix of them, at numbers or broadcastable arrays, by symbol or name.
 
-    Those of a sequence all have the broadcast shape. Parameters without a value take their default; any other symbol
+    Those of a sequence all have the broadcast shape. Parameters and states without a value take their default; any other symbol
     without one is a `ValueMissingError`, and so is a name, or another symbol of the name, of none of their symbols.
     """
     if isinstance(exprs, Matrix):
@@ -163,10 +163,10 @@ def _not_told(key: str | Symbol, alone: Sequence[Symbol], names: Iterable[str]) 
 
 
 def at(walk: Walk, values: Values) -> list[Any]:
-    """The roots of a walk at numbers or arrays, with defaults of parameters."""
+    """The roots of a walk at numbers or arrays, with defaults of parameters and states."""
     known = dict(values)
     for s in walk.missing(known):
-        if isinstance(s, Parameter) and s.default is not None:
+        if isinstance(s, Parameter | State) and s.default is not None:
             known[s] = s.default
     walk.check(known)
     return walk(known)

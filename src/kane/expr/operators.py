@@ -11,7 +11,7 @@ from kane.errors import ExpressionError
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, power, sub
 from kane.expr.node import BUILDERS, Expr, as_expr, constant
 from kane.expr.ops import OPS
-from kane.expr.symbols import Coordinate, Input, Speed, rate
+from kane.expr.symbols import Coordinate, Input, Speed, State, rate
 
 
 def _accepting_numbers(name: str) -> Callable[..., Expr]:
@@ -73,10 +73,10 @@ def rational(numerator: int, denominator: int = 1) -> Expr:
 def _dt(self: Expr) -> Expr:
     from kane.expr.diff import time_derivative
 
-    return rate(self) if isinstance(self, Coordinate | Speed | Input) else time_derivative(self)
+    return rate(self) if isinstance(self, Coordinate | Speed | State | Input) else time_derivative(self)
 
 
-setattr(Expr, "dt", property(_dt, doc="Total time derivative; of a coordinate or speed, its rate leaf."))  # noqa: B010
+setattr(Expr, "dt", property(_dt, doc="Total time derivative; of a coordinate, speed or state, its rate leaf."))  # noqa: B010
 
 
 sqrt, sin, cos, tan = (BUILDERS[k] for k in ("sqrt", "sin", "cos", "tan"))

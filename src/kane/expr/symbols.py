@@ -114,6 +114,12 @@ class Input(Symbol):
     __slots__ = ()
 
 
+class State(Symbol):
+    """A further state a beside q and u: an activation, a current, an integral. `System(states={a: …})` says its rate."""
+
+    __slots__ = ()
+
+
 class Time(Symbol):
     """The time t."""
 
@@ -121,7 +127,7 @@ class Time(Symbol):
 
 
 class Rate(Symbol):
-    """The time derivative of the coordinate, speed or input in `place`."""
+    """The time derivative of the coordinate, speed, state or input in `place`."""
 
     __slots__ = ()
 
@@ -181,11 +187,11 @@ def per_second(text: str) -> str:
 
 
 def rate(symbol: Symbol) -> Rate:
-    """The leaf for the time derivative of a coordinate, speed or input."""
-    if isinstance(symbol, (Coordinate, Speed, AuxiliarySpeed, Input, Rate, QuasiRate)):
+    """The leaf for the time derivative of a coordinate, speed, state or input."""
+    if isinstance(symbol, (Coordinate, Speed, AuxiliarySpeed, State, Input, Rate, QuasiRate)):
         return Rate.declare(f"{symbol.name}'", None, per_second(symbol.unit), "", symbol)
     raise ExpressionError(
-        f"Expected a coordinate, speed or input, got {symbol!r} ({type(symbol).__name__}): it has no rate."
+        f"Expected a coordinate, speed, state or input, got {symbol!r} ({type(symbol).__name__}): it has no rate."
     )
 
 
@@ -260,3 +266,11 @@ def parameter(name: str, default: float | None = None, unit: str = "", descripti
 def input(name: str, unit: str = "", description: str = "") -> Input:
     """One input: a function of time that is given when simulating."""
     return Input.declare(name, None, unit, description)
+
+
+def state(name: str, default: float = 0.0, unit: str = "", description: str = "") -> State:
+    """One further state, such as a muscle's activation; motions begin at `default` where they are told no other value.
+
+    Its rate is said by the system, `System(states={a: expression})`, so that it may hold the state itself.
+    """
+    return State.declare(name, default, unit, description)

@@ -6,7 +6,18 @@ from typing import Any
 
 from kane.errors import ModelError, ReactionError, cut
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, declared, input_of
+from kane.expr.symbols import (
+    AuxiliarySpeed,
+    Coordinate,
+    QuasiRate,
+    Rate,
+    Reaction,
+    Speed,
+    State,
+    Symbol,
+    declared,
+    input_of,
+)
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
@@ -115,7 +126,7 @@ def check_geometry(symbols: Iterable[Symbol]) -> None:
 def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     """Loads do not depend on accelerations."""
     for s in symbols:
-        if isinstance(s, Rate) and not isinstance(s.place, Coordinate) and input_of(s) is None:
+        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | State) and input_of(s) is None:
             raise ModelError(
                 f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
                 "equations are solved. Model a load that depends on an acceleration as mass or inertia."

@@ -10,7 +10,7 @@ import numpy as np
 from kane.errors import ModelError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, State
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
@@ -67,6 +67,7 @@ class Declarations(Immutable):
     inertial: Frame
     bodies: tuple[Body, ...]
     speeds: Mapping[Speed, Expr]
+    states: Mapping[State, Expr]
     loads: tuple[Load, ...]
     gravities: tuple[Gravity, ...]
     reactions: tuple[Reaction, ...]

@@ -59,7 +59,7 @@ def scaffold(
     inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
     system = object.__new__(System)
     Declarations.__init__(
-        system, inertial, (), definitions, (), (), Symbols(()), Symbols(()), (), ordered, constraints, Symbols(()), dependent, (),
+        system, inertial, (), definitions, {}, (), (), Symbols(()), Symbols(()), (), ordered, constraints, Symbols(()), dependent, (),
         euler, parameters, inputs, frames, points,
     )  # fmt: skip
     check_units(system, symbols)

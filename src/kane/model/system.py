@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from inspect import signature
+from types import MappingProxyType
 from typing import Any, Literal
 
 from kane import show
@@ -13,7 +14,7 @@ from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, Symbols
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, State, Symbols
 from kane.model import checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, extended, parts_of, rigid
 from kane.model.checks import listed
@@ -25,6 +26,7 @@ from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
 from kane.model.plausible import check_turning
 from kane.model.scalar_loads import with_forces
+from kane.model.states import check_states, state_rates
 from kane.model.survey import contents, geometry, places
 from kane.model.units import check_units
 from kane.model.variables import (
@@ -61,6 +63,8 @@ class System(Declarations):
     dependent_speeds : which speeds the constraints give, in the order in which they are to stand; chosen by rank if left out
     joints : joints to be known by name; their coordinates and speeds come first, in this order. Where `speeds` defines the rates of
         one otherwise, these definitions take their place
+    states : further states with their rates, {a: (e - a)/tau}: an activation, a current, the integral of a controller. Loads and
+        events may depend on them; rates may hold coordinates, their rates, speeds, states, parameters, inputs and time
     """
 
     def __init__(
@@ -79,6 +83,7 @@ class System(Declarations):
         dependent_coordinates: Sequence[Coordinate | str] = (),
         dependent_speeds: Sequence[Speed | str] = (),
         joints: Sequence[Joint] = (),
+        states: Mapping[State, Any] = MappingProxyType({}),
     ) -> None:
         checks.check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
@@ -97,13 +102,12 @@ class System(Declarations):
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
-        euler = euler_sets(frames)
-        shape = list(geometry(frames, points))
+        euler, shape = euler_sets(frames), list(geometry(frames, points))
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
         definitions |= vanishing
-        matter = list(contents(bodies, own, gravities))
-        watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints)]
+        matter, further = list(contents(bodies, own, gravities)), state_rates(states)
+        watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints), *further, *further.values()]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
         checks.check_geometry(free_symbols(shape))
         checks.check_no_accelerations(free_symbols(matter))
@@ -116,9 +120,10 @@ class System(Declarations):
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
         Declarations.__init__(
-            self, inertial, bodies, definitions, own, gravities, Symbols(reactions), Symbols(auxiliary), tuple(events), ordered,
-            constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
+            self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), tuple(events),
+            ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
         )  # fmt: skip
+        check_states(self, symbols)
         check_units(self, symbols)
         warn_of_doubts(inertial, tuple(parts_of(bodies)), gravities, constraints)
         check_turning(inertial, extended(rigid(bodies)))

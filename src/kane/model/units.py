@@ -164,6 +164,9 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
     for u, definition in system.speeds.items():
         declared = f" [{u.unit}]" if u.unit else ""
         yield f"the definition of {u}{declared}", parse(u.unit) if u.unit else None, (definition,)
+    for a, rate_of in system.states.items():
+        unit = per_second(a.unit)
+        yield f"the rate of the state {a}{f' [{a.unit}]' if unit else ''}", parse(unit) if unit else None, (rate_of,)
     for event in system.events:
         yield f"the quantity of the event {event.name!r}", None, (event.quantity,)
 
@@ -254,7 +257,9 @@ def unit_in(system: Declarations, e: Expr) -> str:
 
 def _is_complete(system: Declarations) -> bool:
     """Whether every symbol but the speeds carries a unit, and no quantity of a dimension is a number other than 0."""
-    if not all(s.unit for s in (*system.coordinates, *system.parameters, *system.inputs, *system.reactions)):
+    if not all(
+        s.unit for s in (*system.coordinates, *system.states, *system.parameters, *system.inputs, *system.reactions)
+    ):
         return False
     try:
         if _unasked(system):  # the units that joints chose fit the others

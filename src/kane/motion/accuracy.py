@@ -64,6 +64,6 @@ def accuracy(motion: Any, again: Callable[..., Any] | None) -> Accuracy:
     sizes = np.abs(motion.states).max(axis=0)
     ratio = np.divide(errors, sizes, out=np.where(errors > 0, np.inf, 0.0), where=sizes > 0)
     k, i = (int(x) for x in np.unravel_index(int(np.argmax(ratio)), ratio.shape))
-    names = [s.name for s in (*motion.equations.coordinates, *motion.equations.speeds)]
+    names = [s.name for s in motion.equations.state]
     largest = dict(zip(names, errors.max(axis=0).tolist(), strict=True))
     return Accuracy(motion.t[here], errors, largest, float(ratio[k, i]), names[i], float(motion.t[here][k]))

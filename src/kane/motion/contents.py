@@ -14,6 +14,7 @@ from kane.motion.feedback import along
 from kane.motion.files import Contents
 from kane.numeric.arrays import Array
 
+_KINDS = ("coordinates", "speeds", "states", "parameters", "inputs")
 COMPARED = 25
 """At as many samples, at most, a file keeps the rates."""
 
@@ -56,8 +57,7 @@ def contents(motion: Any, rates: Callable[[Array], Array]) -> Contents:
 
 def names(eom: Equations) -> Mapping[str, Sequence[str]]:
     """The names by which a file knows a system at once."""
-    kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "parameters": eom.parameters, "inputs": eom.inputs}
-    return {kind: [s.name for s in symbols] for kind, symbols in kinds.items()}
+    return {kind: [s.name for s in getattr(eom, kind)] for kind in _KINDS}
 
 
 def _partition(eom: Equations) -> list[list[int]] | None:

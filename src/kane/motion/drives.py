@@ -99,7 +99,7 @@ def input_functions(
     known: Mapping[Expr, Any] = {p: p.default for p in eom.parameters} if parameters is None else parameters
     moving = {input_of(s) for s in eom.inputs if not isinstance(s, Input)}
     values = {s: v(time) if isinstance(v, Table) else v for s, v in values.items()}
-    state = (*eom.coordinates, *eom.speeds)
+    state = eom.state
     values = {
         s: formula(str(s), with_gains(eom, v, known), known, () if input_of(s) in moving else state)
         if isinstance(v, Expr)

@@ -115,7 +115,7 @@ class Holding:
         c, place = len(eom.system.holonomic), {q: i for i, q in enumerate(eom.coordinates)}
         spheres = [place[e] for s in eom.system.euler_parameters for e in s.coordinates]
         counts = (c, len(eom.b), len(eom.speeds), len(rows), sum(i < c for i in rows), len(self.places), len(turned))
-        counted = dict(zip(COUNTS, (*counts, len(spheres) // 4, len(branches(eom.system))), strict=True))
+        counted = dict(zip(COUNTS, (*counts, len(spheres) // 4, len(branches(eom.system)), len(place)), strict=True))
         slots = {row: k for k, row in enumerate(rows)}
         at = {
             "entry_at": [(slots.get(i, -1), i, j) for i, j in self.places],

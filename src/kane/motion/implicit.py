@@ -34,7 +34,7 @@ def _first(x: Array) -> Array:
 
 def entries(eom: Equations) -> Bundle[Array]:
     """∂(q̇, u̇, P)/∂(q, u)."""
-    x, power = (*eom.coordinates, *eom.speeds), without_unknowns(eom.solved, [eom.power])
+    x, power = eom.state, without_unknowns(eom.solved, [eom.power])
     roots = [*slopes(eom.solved, x).entries, *weighted(power, [ONE], x)]
     shape = (len(x) + 1, len(x))
     return Bundle("slopes", ports(eom.derived), _first, {"x": Shaped(shape, _regular(eom, roots))})
@@ -42,7 +42,7 @@ def entries(eom: Equations) -> Bundle[Array]:
 
 def products(eom: Equations) -> Bundle[Array]:
     """The same times v."""
-    x, power = (*eom.coordinates, *eom.speeds), without_unknowns(eom.solved, [eom.power])
+    x, power = eom.state, without_unknowns(eom.solved, [eom.power])
     v = along("v", x)
     seeds: dict[Expr, Expr] = dict(zip(x, v, strict=True))
     roots = [*forward(eom.solved, x, v), *(tangent(p, seeds, at_rest=True) for p in power)]

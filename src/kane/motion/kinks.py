@@ -81,7 +81,7 @@ class Kinks:
 
     def ahead(self, dense: Dense, start: float, end: float, given: Given, tolerances: Tolerances) -> Kink | None:
         """The first place in a step at which the motion does not lead into the other side of a switch; None where there is none."""
-        width = len(self.eom.coordinates) + len(self.eom.speeds)
+        width = len(self.eom.state)
 
         def at(t: float) -> Array:
             return self.bending(t, dense(t)[:width], *given(t)).quantities
@@ -128,14 +128,14 @@ class Kinks:
         here, there = (self._on(signs, t, x, given) for signs in (before, after))
         names = [c.name for c in self.eom.derived.constraints.constraints]
         turned = [s for s, a, b in zip(self.found, before, after, strict=True) if a != b]
-        symbols = (time, *self.eom.coordinates, *self.eom.speeds, *self.eom.parameters, *self.eom.inputs)
+        symbols = (time, *self.eom.state, *self.eom.parameters, *self.eom.inputs)
         values: dict[Expr, float] = dict(
             zip(symbols, [t, *x.tolist(), *given[0].tolist(), *given[1].tolist()], strict=True)
         )
         apart = open_shares(self.eom, there.f - here.f, np.zeros(len(here.f)), values)
         if apart.max(initial=0) > _LEAPS:
             return self._told(t, "positions", names[int(np.argmax(apart))], turned)
-        u = x[nq:]
+        u = x[nq : nq + n]
         left = np.abs(there.a @ u + there.b) - np.abs(here.a @ u + here.b)
         terms = np.abs(there.a) @ np.abs(u) + np.abs(there.b)
         rtol, atol = tolerances

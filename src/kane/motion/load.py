@@ -56,7 +56,7 @@ def load_solution(path: Any, system: Equations | System) -> Solution:
 
 def _check_names(path: Any, found: Contents, eom: Equations) -> None:
     for kind, own in names(eom).items():
-        kept = found.header.get(kind)
+        kept = found.header.get(kind, [])
         if kept != own:
             raise SolutionFileError(
                 f"Expected a file of these equations, with the {kind} {', '.join(own) or 'none'}, got {path} with "
@@ -80,7 +80,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
     return Solution(
         first,
         t,
-        arrays["states"].reshape(len(t), len(first.coordinates) + len(first.speeds)),
+        arrays["states"].reshape(len(t), len(first.state)),
         arrays["work"],
         dict(zip(first.parameters, arrays["parameters"].tolist(), strict=True)),
         {s: Recorded(s.name, t, values) for s, values in zip(first.inputs, arrays["inputs"], strict=True)},
@@ -125,7 +125,7 @@ def _check_rates(path: Any, found: Contents, solution: Solution) -> None:
     if off.any():
         k, i = (int(x) for x in np.argwhere(off)[0])
         eom = solution.equations
-        name = [s.name for s in (*eom.coordinates, *eom.speeds)][i]
+        name = [s.name for s in eom.state][i]
         raise SolutionFileError(
             f"Expected a file of these equations, got {path}, along whose motion {name}' is {kept[k, i]:.9g} at t = "
             f"{few.t[k]:.6g}; by these equations it is {here[k, i]:.9g}. It is of another system: load it with that one."

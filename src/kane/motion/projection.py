@@ -119,9 +119,11 @@ class Manifold:
 
         x, now = improved((x, now), lambda at: np.abs(at[1].f / size).max(initial=0), closer, limit, _ROUNDS)
         if len(now.speeds):
-            x = np.append(x[:nq], now.speeds)
+            x = np.concatenate([x[:nq], now.speeds, x[nq + n :]])
         elif len(now.b):
-            x = np.append(x[:nq], x[nq:] + least_change(now.m, now.a, -(now.a @ x[nq:] + now.b), reach, mixes[1]))
+            u = x[nq : nq + n]
+            change = least_change(now.m, now.a, -(now.a @ u + now.b), reach, mixes[1])
+            x = np.concatenate([x[:nq], u + change, x[nq + n :]])
         return x, now
 
 

@@ -36,7 +36,7 @@ def missed(
     tolerances: Tolerances,
     values: Callable[[], Mapping[Expr, Any]],
 ) -> str:
-    """The constraint that is missed most at x = (q, u), and by how much, in words; "" where all hold.
+    """The constraint that is missed most at x = (q, u, a), and by how much, in words; "" where all hold.
 
     `reach` (m × n) holds the sizes that entries of A have had, `values` gives a number for every symbol.
     """
@@ -62,14 +62,14 @@ def _residuals(numbers: Numbers, x: Array, reach: Array, tolerances: Tolerances)
     rtol, atol = tolerances
     open_ = _SLACK * (atol + rtol * np.abs(x))
     c, n = len(numbers.f), len(numbers.m)
-    nq = len(x) - n
+    nq = len(numbers.w)
     # the change in each speed's direction that leaves every coordinate within its tolerance
     along = (open_[:nq, None] / (np.abs(numbers.w[:, :n]) + _TINY)).min(axis=0, initial=np.inf)
     slopes = reach[:c] @ np.minimum(along, 1 / _TINY**0.5)
     if len(numbers.speeds):
         return numbers.f, slopes
-    rates = numbers.a[c:] @ x[nq:] + numbers.b[c:]
-    return np.concatenate([numbers.f, rates]), np.concatenate([slopes, reach[c:] @ open_[nq:]])
+    rates = numbers.a[c:] @ x[nq : nq + n] + numbers.b[c:]
+    return np.concatenate([numbers.f, rates]), np.concatenate([slopes, reach[c:] @ open_[nq : nq + n]])
 
 
 def _terms(eom: Equations, count: int) -> list[Expr]:

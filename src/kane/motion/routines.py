@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The equations of a motion as compiled functions of (t, y), parameters and inputs being given; y = (q, u, ∫P dt)."""
+"""The equations of a motion as compiled functions of (t, y), parameters and inputs being given; y = (q, u, a, ∫P dt)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from kane.program.native.machine import Settings
 
 
 def rates(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """(q̇, u̇, P)."""
+    """(q̇, u̇, ȧ, P)."""
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     return Bundle("motion", ports(eom.derived), _parts, {"rates": roots}, [*rate_names(eom.derived), "P"])
 
@@ -62,7 +62,7 @@ def unembedded(eom: Equations) -> Bundle[Unembedded]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Routines:
-    """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u)."""
+    """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u, a)."""
 
     eom: Equations
     p: Array
@@ -89,7 +89,8 @@ class Routines:
         """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
         routine = self.eom.numeric(self.settings).routine(unembedded)
         q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t, y))
-        return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), self.rate(t, y)[-1:]])
+        rest = self.rate(t, y)[len(q_dot) + len(f) :]
+        return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), rest])
 
     def watch(self, t: float, y: Array) -> Array:
         """The events' quantities."""
@@ -118,7 +119,7 @@ class Routines:
     def values(self, t: float, y: Array) -> dict[Expr, Any]:
         """A number for every symbol of the equations."""
         eom = self.eom
-        symbols = (time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs)
+        symbols = (time, *eom.state, *eom.parameters, *eom.inputs)
         return dict(zip(symbols, [t, *y[: self.width], *self.p, *self.inputs(t, y)], strict=True))
 
     def explain(self, t: float, y: Array) -> str:
@@ -134,7 +135,7 @@ def routines(
     *others: Callable[[Equations], Bundle[Any]],
 ) -> Routines:
     """The equations compiled, and the bundles of `others` with them in one module."""
-    numeric, width = eom.numeric(settings), len(eom.coordinates) + len(eom.speeds)
+    numeric, width = eom.numeric(settings), len(eom.state)
     events = [watched] if eom.events else []
     turned = [switched] if any(s.jumps for s in switches(eom)) else []
     numeric.compile(rates, *events, *turned, *others)

@@ -72,6 +72,7 @@ def simulate(
     max_seconds: float | None = None,
     settings: Settings | None = None,
     check: Sequence[Any] = (),
+    states: Mapping[Any, float] | Sequence[float] | Array | None = None,
 ) -> Solution:
     """The motion from `span[0]` to `span[1]` (s).
 
@@ -87,7 +88,7 @@ def simulate(
     rates : the rates of the coordinates at the start, by coordinate, in place of `u`
     parameters : values by symbol or name; those left out take their defaults
     inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
-        f(t) or f(t, x) with x = (q, u), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
+        f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
     method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", and at steps of the
         length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
@@ -99,6 +100,7 @@ def simulate(
     max_step : the longest step (s): what an input does within an eighth of a step may be leapt over
     breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
     settings : how to compile
+    states : start values of further states, by symbol or name, or in the order of `eom.states`; those left out take their defaults
     check : integrals, such as `eom.integrals`, and expressions that must stay constant: a motion along which one does not warns
 
     Raises
@@ -110,12 +112,8 @@ def simulate(
     """
     check_equations(eom)
     checking_functions(eom.derived, check)
-    t0, t1 = span = check_span(span)
-    if t is not None and abs(t - t0) > _SAME_TIME * max(abs(t0), abs(t1)):
-        raise SimulationError(
-            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
-            "take start values that hold at its beginning."
-        )
+    t0, _ = span = check_span(span)
+    _check_begun_at(t, span)
     solver = Method(
         check_method(method),
         check_tolerance("rtol", rtol),
@@ -134,7 +132,7 @@ def simulate(
         raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
     with working("Simulating"):
         stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
-        start = _begun(stepper, q, u, rates, parameters, t0)
+        start = _begun(stepper, q, u, rates, parameters, t0, states)
         for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
@@ -149,6 +147,14 @@ def simulate(
     return solution
 
 
+def _check_begun_at(t: float | None, span: tuple[float, float]) -> None:
+    if t is not None and abs(t - span[0]) > _SAME_TIME * max(map(abs, span)):
+        raise SimulationError(
+            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got t = {span[0]:.9g}. Begin it there, or "
+            "take start values that hold at its beginning."
+        )
+
+
 def _repeatable(solution: Solution, max_step: float | None, given: dict[str, Any]) -> Solution:
     return replace(solution, _again=partial(_again, solution, max_step, given))
 
@@ -161,18 +167,18 @@ def _again(
         max_step /= 2
     # where others have led on, "auto" finds them again
     method = AUTO if ", " in solution.method else solution.method
-    start = {"q": solution.q[0], "u": solution.u[0], "method": method, "max_step": max_step}
+    start = {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0], "method": method, "max_step": max_step}
     with warnings.catch_warnings():  # of what is wrong with the motion it has warned
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])
         return simulate(solution.equations, span, samples=solution.t.tolist(), **start, **given, **more)
 
 
-def _begun(stepper: Stepper, q: Any, u: Any, rates: Any, parameters: Any, t0: float) -> Array:
+def _begun(stepper: Stepper, q: Any, u: Any, rates: Any, parameters: Any, t0: float, states: Any) -> Array:
     """The start, whole and admissible; sampled controllers have been asked there."""
     drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
     begin = {"parameters": parameters, "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
-    first = _start(stepper.first, q, u, rates, begin, t0)
+    first = _start(stepper.first, q, u, rates, begin, t0, states)
     for held in controllers(stepper.now.drives):
         held.due(t0, first)
     return _admissible(stepper, t0, np.append(first, 0.0))
@@ -221,12 +227,12 @@ def _wrong_energy(solution: Solution) -> str:
     )
 
 
-def _start(eom: Equations, q: Any, u: Any, rates: Any, at: dict[str, Any], t0: float) -> Array:
-    """(q, u), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
+def _start(eom: Equations, q: Any, u: Any, rates: Any, at: dict[str, Any], t0: float, states: Any) -> Array:
+    """(q, u, a), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
     if eom.constraints.constraints or rates is not None:
         assembled = assemble(eom, q=q, u=u, rates=rates, **at, t=t0)
         q, u = assembled.q, assembled.u
-    return start_state(eom, q, u)
+    return start_state(eom, q, u, states)
 
 
 def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:

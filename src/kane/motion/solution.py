@@ -68,7 +68,7 @@ class Recorded:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """A motion: `t` (n), `states` (n × (coordinates + speeds)), and `work` (n), the integral of the power.
+    """A motion: `t` (n), `states` (n × (coordinates + speeds + further states)), and `work` (n), the integral of the power.
 
     `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
     name, a list of these. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
@@ -116,7 +116,13 @@ class Solution:
     @property
     def u(self) -> Array:
         """Generalized speeds, n × nu."""
-        return self.states[:, len(self.equations.coordinates) :]
+        nq = len(self.equations.coordinates)
+        return self.states[:, nq : nq + len(self.equations.speeds)]
+
+    @property
+    def a(self) -> Array:
+        """Further states, n × as many as there are."""
+        return self.states[:, len(self.equations.state) - len(self.equations.states) :]
 
     def __len__(self) -> int:
         return len(self.t)
@@ -167,14 +173,14 @@ class Solution:
         return tables
 
     def _along(self, eom: Equations, exprs: Any, t: Array, states: Array) -> list[Array]:
-        """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds))."""
-        q, u = np.split(states.T, [len(eom.coordinates)])
+        """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds + further states))."""
+        q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         inputs = {s: along(f, t, states) for s, f in self.inputs.items()}
-        values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t, held=False)
+        values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t, list(a), held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
 
     def rates(self) -> Array:
-        """(q̇, u̇) along the motion, n × (coordinates + speeds)."""
+        """(q̇, u̇, ȧ) along the motion, n × (coordinates + speeds + further states)."""
         return np.stack(self.by_sample(lambda eom: eom.right_hand_side), axis=-1)
 
     def save(self, path: Any) -> None:

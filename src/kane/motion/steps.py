@@ -40,7 +40,7 @@ _SHORT = 1e-3
 
 
 class Stepper:
-    """One motion of the equations `first`: `rate(t, y)` and `keep(t, y)` with y = (q, u, ∫P dt).
+    """One motion of the equations `first`: `rate(t, y)` and `keep(t, y)` with y = (q, u, a, ∫P dt).
 
     What changes on the way: `now`, the routines of the dependent speeds that are stepped; `lost`, whether rank is lost; `side`, the
     sign of the dependent block's determinant; `reach`, the sizes that the entries of A have had; `mixes`, what counts in the places of

@@ -17,7 +17,7 @@ _AXES = ("x", "y", "z")
 def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[Array, str, str]]:
     """Values, unit and description by name: coordinates, speeds, inputs, then the outputs that were asked for."""
     eom: Equations = motion.equations
-    own = (*eom.coordinates, *eom.speeds, *eom.inputs)
+    own = (*eom.state, *eom.inputs)
     found = {s.name: (np.asarray(motion[s]), eom.unit(s), s.description) for s in own}
     for name, what in _named(outputs).items():
         if name in found or name == "t":

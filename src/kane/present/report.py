@@ -111,7 +111,7 @@ def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
     from kane.present.plots import plots
 
     eom = solution.equations
-    symbols = (*eom.coordinates, *eom.speeds)
+    symbols = eom.state
     rows = tuple(
         (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s)))
         for s, a, b in zip(symbols, solution.states[0], solution.states[-1], strict=True)

@@ -55,7 +55,8 @@ def _of_tree(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Expr]] 
     except (Unsuited, SingularError):
         return None
     rates = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.rates]
-    return [*rates, *zip(*columns, strict=True)]
+    further = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.state_rates]
+    return [*rates, *zip(*columns, strict=True), *further]
 
 
 def forward(solved: Solved, symbols: Sequence[Symbol], v: Sequence[Expr]) -> Sequence[Expr]:

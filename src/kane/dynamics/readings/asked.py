@@ -74,7 +74,7 @@ def asked(derived: Derived, what: Any) -> Asked:
 def _named(derived: Derived, name: str) -> Symbol:
     """The symbol of that name: the system's own, or a rate of one, or the time."""
     system = derived.system
-    moving: tuple[Any, ...] = (*system.coordinates, *derived.speeds)
+    moving: tuple[Any, ...] = derived.state
     own: tuple[Symbol, ...] = (*moving, *derived.reactions, *system.parameters, *system.inputs)
     rates = {r.name: r for r in map(rate, moving)} | {time.name: time}
     return symbol_named(own, name) if name in {s.name for s in own} or name not in rates else rates[name]

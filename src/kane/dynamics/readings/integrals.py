@@ -92,6 +92,7 @@ def _rate_terms(solved: Solved, value: Expr) -> list[Expr]:
     derived = solved.derived
     moves: dict[Expr, Expr] = dict(zip(derived.system.coordinates, solved.written(derived.rates), strict=True))
     moves.update(zip(derived.speeds, solved.accelerations, strict=True))
+    moves.update(zip(derived.states, solved.state_rates, strict=True))
     found = [ZERO]
     for s in free_symbols([value]):
         if isinstance(s, Time):

@@ -25,6 +25,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
+    State,
     Time,
     input_of,
     rate,
@@ -34,7 +35,7 @@ from kane.expr.visit import substitute
 from kane.model.system import System
 from kane.numeric.named import finite_number, named_values
 
-_PLAIN = Coordinate | Speed | Parameter | Time
+_PLAIN = Coordinate | Speed | State | Parameter | Time
 
 
 def without_rates(derived: Derived, root: Expr) -> Expr:
@@ -44,12 +45,17 @@ def without_rates(derived: Derived, root: Expr) -> Expr:
 
 def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
     second: dict[Expr, Expr] = {
+        s: derived.system.states[s.place]
+        for s in free_symbols(roots)
+        if isinstance(s, Rate) and isinstance(s.place, State) and s.place in derived.system.states
+    }
+    second |= {
         s: time_derivative(derived, s.place)
         for s in free_symbols(roots)
         if isinstance(s, Rate)
         and (
             isinstance(s.place, QuasiRate)
-            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed) and input_of(s) is None)
+            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | State) and input_of(s) is None)
         )
     }
     if second:
@@ -67,7 +73,8 @@ def time_derivative(derived: Derived, e: Expr) -> Expr:
     ExpressionError
         if it would hold the rate of u̇ or of a reaction
     """
-    rates: dict[Expr, Expr] = dict(zip(derived.system.coordinates, derived.rates, strict=True))
+    moved = (*derived.system.coordinates, *derived.states)
+    rates: dict[Expr, Expr] = dict(zip(moved, (*derived.rates, *derived.state_rates), strict=True))
 
     def leaf_rate(leaf: Expr) -> Expr:
         if isinstance(leaf, Time):
@@ -125,6 +132,7 @@ def evaluate_along(
     parameters: Mapping[Any, Any] | None,
     inputs: Mapping[Any, Any] | None,
     t: Any,
+    states: Any = None,
     *,
     held: bool = True,
 ) -> Any:
@@ -134,6 +142,7 @@ def evaluate_along(
     values: dict[Expr, Any] = {time: t}
     values.update(named_values("coordinates", system.coordinates, q))
     values.update(named_values("speeds", solved.derived.speeds, u))
+    values.update(named_values("states", solved.derived.states, states))
     values.update(named_values("parameters", system.parameters, parameters))
     values.update(named_values("inputs", system.inputs, inputs))
     known = frozenset(values) if solved.dependent_speeds else frozenset()

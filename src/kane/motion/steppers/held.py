@@ -30,9 +30,11 @@ _GROWN = 2.0
 _FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
 Dense = Callable[[Term, Array, Term], None]
 """Writes the state at a share of the step into an array from a place on."""
-COUNTS = ("closures", "rows", "speeds", "chosen", "chosen_closures", "entries", "turns", "spheres", "branches")
+COUNTS = (
+    "closures", "rows", "speeds", "chosen", "chosen_closures", "entries", "turns", "spheres", "branches", "coordinates",
+)  # fmt: skip
 """How many rows of f and of A, speeds, rows of B and of those that are closures, entries of A and of W, sets of Euler parameters,
-branches."""
+branches, coordinates."""
 
 
 def room(n: int, counts: dict[str, int]) -> int:
@@ -52,9 +54,9 @@ class Held:
         self.outline, self.writer = outline, outline.writer
         w = self.writer
         self.call, self.drive = w.callee("constraints", *RATE), w.callee("held_drive", *RATE)
-        (self.c, self.m, self.s, self.d, self.dc, self.a_count, self.w_count, self.spheres, self.branches) = (
-            w.number(f"held_{name}") for name in COUNTS
-        )
+        counts = [w.number(f"held_{name}") for name in COUNTS]
+        self.c, self.m, self.s, self.d, self.dc, self.a_count, self.w_count = counts[:7]
+        self.spheres, self.branches, self.coordinates = counts[7:]
         names = (
             "r",
             "h",
@@ -71,7 +73,6 @@ class Held:
         self.r, self.h, self.entries, self.weights, self.w_at, self.chosen, self.dependent = arrays[:7]
         self.row_sizes, self.column_sizes, self.sphere_at = arrays[7:]
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
-        self.coordinates = outline.n - 1 - self.s
         self._places()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
         self.least, self.share = w.variable("held_least"), w.variable("held_share")

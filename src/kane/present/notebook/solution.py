@@ -36,6 +36,6 @@ def _states(solution: Solution) -> str:
     eom = solution.equations
     rows = [
         (math(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", escaped(unit_text(s.unit)), escaped(s.description))
-        for s, a, b in zip((*eom.coordinates, *eom.speeds), solution.states[0], solution.states[-1], strict=True)
+        for s, a, b in zip(eom.state, solution.states[0], solution.states[-1], strict=True)
     ]
     return table(("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit", "meaning"), rows)
