@@ -38,7 +38,7 @@ def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
             f"Expected every generalized speed to move some mass, got a zero row of the mass matrix for {_defined(system, massless)}. "
             "Give the massless part a mass or inertia (a rod has none about its axis), or leave out its coordinate."
         )
-    free = _null_vector(mass)
+    free = _null_vector(mass, system)
     if free is not None:
         culprits = [u for u, c in zip(speeds, free, strict=True) if abs(c) > TAKES_PART]
         raise ModelError(
@@ -53,9 +53,9 @@ def _defined(system: System, speeds: Iterable[Expr]) -> str:
     return ", ".join(f"{u} = {cut(system.speeds[u], 80)}" for u in speeds if isinstance(u, Speed))
 
 
-def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> None:
+def check_reactions_independent(system: System, reactions: Sequence[Expr], matrix: Matrix) -> None:
     """The matrix that the reactions are solved from must have an inverse at some configuration."""
-    free = _null_vector(matrix)
+    free = _null_vector(matrix, system)
     if free is not None:
         culprits = ", ".join(str(r) for r, c in zip(reactions, free, strict=True) if abs(c) > TAKES_PART)
         raise ReactionError(
@@ -64,11 +64,11 @@ def check_reactions_independent(reactions: Sequence[Expr], matrix: Matrix) -> No
         )
 
 
-def _null_vector(matrix: Matrix) -> Array | None:
+def _null_vector(matrix: Matrix, system: System) -> Array | None:
     """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several."""
-    found = None
+    found, sets = None, [s.coordinates for s in system.euler_parameters]
     for seed in _SEEDS if matrix.rows else ():
-        numbers = np.array(sample(matrix.entries, seed)).reshape(matrix.shape)
+        numbers = np.array(sample(matrix.entries, seed, sets)).reshape(matrix.shape)
         found = null_direction(numbers, SOLVE_RANK)
         if found is None:
             break

@@ -13,12 +13,13 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert
 from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substitute
+from kane.kinematics.chained import chained
 from kane.kinematics.speeds import Speeds, is_rate
 from kane.kinematics.turned import blocks, rates_along, turned
 from kane.model.system import System
 from kane.model.variables import basic_rates, rates_by_quasi
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
-from kane.numeric.sample import draw, values_of
+from kane.numeric.sample import draw, unit, values_of
 
 _SEED = 20041
 
@@ -65,6 +66,11 @@ def _inverted(
 
     Of rows that are direction cosines the inverse is known; what is left of Y sees units in their places.
     """
+    apart = chained(rows, rates, system.euler_parameters)
+    for i, row in enumerate(apart.rows):
+        if apart.shares[i]:
+            dense[i] = [row.get(b, ZERO) for b in rates]
+    rows = apart.rows
     perpendicular = {s: found for s in system.euler_parameters if (found := turned(s, rows)) is not None}
     for s, found in perpendicular.items():
         for k, i in enumerate(found.places):
@@ -90,9 +96,9 @@ def _inverted(
             shares = ((speeds[i], found.cosines[row, k]) for row, i in enumerate(found.places))
             w[quasi] = {u: c for u, c in shares if c is not ZERO}
         if found.along is not None:
-            values = rates_along(s, [sub(speeds[i], z[i]) for i in found.along])
+            values = rates_along(s, [apart.beyond(i, speeds, z) for i in found.along])
             along.update(zip(map(rate, s.coordinates), values, strict=True))
-    return w, tuple(pivots), along
+    return apart.whole(w, speeds), tuple(pivots), along
 
 
 def _definitions(
@@ -143,6 +149,7 @@ def _check_rank(
         )
     symbols = free_symbols(x for row in dense for x in row)
     numbers = values_of(symbols, _SEED, {s: draw(_SEED, s) for s in symbols if s.default == 0})
+    numbers = unit(numbers, (s.coordinates for s in system.euler_parameters))
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
     vanishing = null_direction(y.T, SPEEDS_RANK)
     if vanishing is not None:

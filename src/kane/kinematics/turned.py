@@ -21,7 +21,7 @@ from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
-from kane.numeric.sample import draw
+from kane.numeric.sample import draw, unit
 
 _SEEDS = range(20601, 20606)
 _SAME = 1e-12
@@ -107,10 +107,7 @@ def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
         return False
     for seed in _SEEDS:
         values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
-        for group in sets:
-            length = float(np.linalg.norm([values[e] for e in group.coordinates]))
-            values.update((e, values[e] / length) for e in group.coordinates)
-        c = np.asarray(evaluate(cosines, values), dtype=float)
+        c = np.asarray(evaluate(cosines, unit(values, (s.coordinates for s in sets))), dtype=float)
         if np.abs(c @ c.T - np.eye(len(c))).max() > _SAME:
             return False
     return True

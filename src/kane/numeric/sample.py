@@ -5,7 +5,7 @@ What is drawn depends on the seed and the symbol's declaration alone: not on wha
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,18 +53,33 @@ def values_of(symbols: Iterable[Any], seed: int, values: Mapping[Any, float] | N
     return complete
 
 
-def sample(roots: Iterable[Expr], seed: int) -> list[float]:
-    """Values at one point: parameters at their defaults, other symbols drawn.
+def unit(values: dict[Any, Any], groups: Iterable[Sequence[Any]]) -> dict[Any, Any]:
+    """The same with the values of each group divided by its length: Euler parameters are those of rotations.
+
+    Others would scale what they turn, from link to link, by as many factors as there are links.
+    """
+    for group in groups:
+        own = np.array([values[e] for e in group if e in values])
+        if len(own) == len(group):
+            values.update(zip(group, own / np.linalg.norm(own, axis=0), strict=True))
+    return values
+
+
+def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = ()) -> list[float]:
+    """Values at one point: parameters at their defaults, other symbols drawn; `groups` of them are Euler parameters.
 
     For questions about structure (is this zero everywhere?), asked while deriving: one pass over the graph.
     """
     wanted = list(roots)
     values: dict[Expr, float] = {}
+    order = postorder(wanted)
+    values.update((node, value_of(node, seed)) for node in order if node.op is SYMBOL)
+    values = {s: float(x) for s, x in unit(values, groups).items()}
     with np.errstate(all="ignore"):
-        for node in postorder(wanted):
+        for node in order:
             if node.op is SYMBOL:
-                values[node] = value_of(node, seed)
-            elif node.op is CONST:
+                continue
+            if node.op is CONST:
                 values[node] = float(constant_value(node) or 0)
             elif node.op is PI:
                 values[node] = math.pi

@@ -94,7 +94,7 @@ def _product(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
 
 
 def _solved(derived: Derived, partition: Partition, carried: Carrying, whole: _Held) -> Solved:
-    if not is_regular(whole.passed.pivots):
+    if not is_regular(whole.passed.pivots, derived.system.euler_parameters):
         raise Unsuited(NO_MASS)
     values, matrix = resolved(whole.passed.rows, derived.kinematics), evident(derived)
     u_dot = tuple(values[u] for u in derived.speeds)

@@ -29,7 +29,8 @@ from kane.expr.visit import substitute
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
 from kane.kinematics.segments import Segment, Segments, segments
-from kane.numeric.sample import draws, value_of
+from kane.model.variables import EulerParameters
+from kane.numeric.sample import draws, unit, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
 
@@ -104,7 +105,7 @@ def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
         passed = WAYS[route](steps, regrouped(carried.bodies, steps, own, asked), loads, falling(derived), asked)
     except SingularError:
         raise Unsuited(NO_MASS) from None
-    if not is_regular(passed.pivots):
+    if not is_regular(passed.pivots, derived.system.euler_parameters):
         raise Unsuited(NO_MASS)
     if len(passed.rows) < len(derived.speeds):
         raise Unsuited(NO_MASS)
@@ -130,17 +131,17 @@ def with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
     return replace(found, accelerations=u_dot, reactions=solution, reaction_matrix=matrix, of_rows=of_rows)
 
 
-def is_regular(pivots: Sequence[Expr]) -> bool:
+def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> bool:
     """Whether no pivot is zero but for rounding, at one of several samples.
 
     What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.
     """
     symbols = free_symbols(pivots)
-    others = draws(_TIMES, symbols)
+    others, groups = draws(_TIMES, symbols), [s.coordinates for s in sets]
     for seed in _SEEDS:
         beside = {s: value_of(s, seed) * (1 + _BESIDE * drawn) for s, drawn in zip(symbols, others, strict=True)}
         with np.errstate(all="ignore"):
-            values = np.array([np.broadcast_to(x, _TIMES) for x in evaluate(list(pivots), beside)])
+            values = np.array([np.broadcast_to(x, _TIMES) for x in evaluate(list(pivots), unit(beside, groups))])
         if bool(np.all(np.ptp(values, axis=1) < _KEPT * np.abs(values[:, 0]))):
             return True
     return False

@@ -34,5 +34,5 @@ def solved(derived: Derived, partition: Partition | None, route: str = "shortest
         solution = ROUTES[route](derived, partition)
     except SingularError as error:
         raise ReactionError(f"Expected reactions that can be told apart: {error}") from error
-    check_reactions_independent(derived.reactions, solution.reaction_matrix)
+    check_reactions_independent(derived.system, derived.reactions, solution.reaction_matrix)
     return solution
