@@ -7,6 +7,7 @@ from kane.expr.node import as_expr
 from kane.motion.collocated import Given, by_kind, watching
 from kane.motion.drives import constant
 from kane.motion.formulas import Formula, driving
+from kane.motion.implicit import derivatives
 from kane.motion.routines import Routines
 from kane.motion.steppers.outline import At
 from kane.motion.steppers.table import INTEGRATORS
@@ -39,6 +40,8 @@ class Arguments:
         self.given |= self._driving(t)
         if self.integrator.watches:
             self.given |= watching(now, t, y, switches, self.integrator.width > 1)
+        if self.integrator.implicit:
+            self.given |= derivatives(now, t, y)
         if self.integrator.width == 1:
             self.given["rhs"] = entry(now.rates)
         else:

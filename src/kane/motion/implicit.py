@@ -17,9 +17,11 @@ from kane.equations.on_demand import along
 from kane.equations.routines import ports
 from kane.expr.diff import tangent, weighted
 from kane.expr.node import ONE, Expr
+from kane.motion.collocated import Given
 from kane.motion.routines import Routines
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle, Shaped
+from kane.program.native.entry import entry, hoisted
 from kane.program.program import Port
 
 _STEP = 2.0**-24
@@ -71,11 +73,26 @@ def gains(now: Routines, t: float, x: Array) -> Array:
     return np.column_stack([(now.inputs(t, x + h * e) - r) / h for h, e in zip(steps, np.eye(len(x)), strict=True)])
 
 
+def is_long(now: Routines) -> bool:
+    """Whether J is taken as products."""
+    return now.eom.operations.total * now.width > _LONG
+
+
+def derivatives(now: Routines, t: float, y: Array) -> Given:
+    """What a kernel is told of J."""
+    eom, long = now.eom, is_long(now)
+    routine = eom.numeric(now.settings).routine(products if long else entries).flat
+    at = t, y[: now.width], now.p, now.inputs(t, y)
+    own, none = entry(routine), entry(now.rates)
+    given: Given = {"long": int(long), "jac": none if long else own, "along": own if long else none}
+    return given | {"hj": hoisted(routine, *at, *([np.zeros(now.width)] if long else []))}
+
+
 def exact(now: Routines) -> Callable[[float, Array], Array]:
     """J(t, y). What has no derivative at a state, as a root that ends there, counts as not changing: steps are judged without J."""
     eom, n = now.eom, now.width
     numeric, unit = eom.numeric(now.settings), np.eye(n)
-    long = eom.operations.total * n > _LONG
+    long = is_long(now)
 
     def by_entries(t: float, x: Array) -> Array:
         return numeric.routine(entries)(t, x, now.p, now.inputs(t, x))

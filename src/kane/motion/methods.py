@@ -16,6 +16,7 @@ from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
 from kane.motion.regimes import jumps, quantities, rates_on, unfit
 from kane.motion.steppers.table import INTEGRATORS, Integrator
+from kane.motion.stepping import IMPLICIT as SLOW
 from kane.motion.stepping import STEPPED
 from kane.motion.steps import Stepper
 from kane.program.emit.llvm_forms import LIBRARY
@@ -28,6 +29,8 @@ METHODS = (AUTO, *INTEGRATORS, *SOLVERS)
 _WIDE, _NARROW = "gauss16", "dop853"
 """What it is in machine code: by rates on lanes, or where the machine has few of them, the library is called lane by lane, or rates
 or inputs may have corners, which collocation's estimate does not see."""
+STIFF = "radau9"
+"""What leads on in machine code where equations are stiff."""
 _LANES = 4
 _NOT_WIDE = {*LIBRARY, *CORNERS}
 
@@ -43,7 +46,7 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
     (lambda stepper, drives, by: any(isinstance(f, LawInput) for f in drives), "inputs are functions of the state"),
     (lambda stepper, drives, by: any(isinstance(f, HeldInput) for f in drives), "controllers are sampled"),
     (
-        lambda stepper, drives, by: _follows(drives) and (by.width > 1 or stepper.manifold is not None),
+        lambda stepper, drives, by: _follows(drives) and (by.width > 1 or by.implicit or stepper.manifold is not None),
         "inputs are expressions of the state",
     ),
     (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
@@ -83,6 +86,11 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float
             f'Expected the length of the steps of method="{native}", which does not choose it, got none. Give it as max_step=.'
         )
     return native
+
+
+def implicit(stepper: Stepper, drives: Sequence[Any]) -> str:
+    """The method that leads on where equations are stiff."""
+    return SLOW if any(holds(stepper, drives, INTEGRATORS[STIFF]) for holds, _ in _IN_PYTHON) else STIFF
 
 
 def _native(stepper: Stepper, drives: Sequence[Any]) -> str:

@@ -15,6 +15,7 @@ from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import after, interpolant
 from kane.motion.met import crossings, thresholds, vanishing
+from kane.motion.methods import implicit
 from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
@@ -28,6 +29,7 @@ from kane.program.native.machine import Settings
 _AT_ONCE = 1000
 """Steps between two looks at the clock."""
 _DOUBLINGS = 80
+SCIPY = "SciPy's "
 _PACE = (At.STEPS, At.SMOOTH, At.LIMITED)
 _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
 """After so many steps it is asked whether these shares of them hardly bend, and are short all the same."""
@@ -47,7 +49,7 @@ class NativeCourse:
         self.marks = np.zeros(len(self.times))
         self.kernel = compiled(method.name, stepper.now.settings or Settings(), stepper.manifold is not None)
         self.stepped: Course | None = None
-        self.passed, self.for_good = "", False
+        self.names, self.for_good = [method.name], False
         self.seen = np.zeros(len(_PACE))
         self.handed = (0, 0)
         self.switching = bool(switches(stepper.eom))
@@ -97,8 +99,8 @@ class NativeCourse:
 
     @property
     def name(self) -> str:
-        """The method, with SciPy's where that has led past a place."""
-        return f"{self.method.name}, {self.passed}" if self.passed else self.method.name
+        """The method, with those that have led on from a place, or past one."""
+        return ", ".join(self.names)
 
     @property
     def steps(self) -> int:
@@ -164,7 +166,7 @@ class NativeCourse:
             self._begin(t)
 
     def _stiff(self) -> bool:
-        """Whether the steps of "auto" are short for stability alone: then an implicit method of SciPy's leads on."""
+        """Whether the steps of "auto" are short for stability alone: then an implicit method leads on."""
         s = self.s
         steps, smooth, limited = (s[at] - seen for at, seen in zip(_PACE, self.seen, strict=True))
         if not self.method.free or steps < _MANY:
@@ -173,11 +175,27 @@ class NativeCourse:
         if limited < _LIMITED * steps or smooth < _SMOOTH * steps:
             return False
         t = float(s[At.TIME])
-        told = f"steps of {self.method.name} were short for stability alone; SciPy's {IMPLICIT} leads on"
+        name = implicit(self.stepper, self.stepper.now.drives)
+        own = name in INTEGRATORS
+        told = f"steps of {self.method.name} were short for stability alone; {'' if own else SCIPY}{name} leads on"
         self.stepper.changes.append((Event("the equations are stiff", ZERO, terminal=False, message=told), t))
-        self._hand_over(t, IMPLICIT)
-        self.for_good = True
+        if own:
+            self._go_over(t, name)
+        else:
+            self._hand_over(t, name)
+            self.for_good = True
         return True
+
+    def _go_over(self, t: float, name: str) -> None:
+        """Another method in machine code leads on from here."""
+        self.method = replace(self.method, name=name, free=False)
+        self.kernel = compiled(name, self.stepper.now.settings or Settings(), self.stepper.manifold is not None)
+        self._called(name)
+        self._take_up(t)
+
+    def _called(self, name: str) -> None:
+        if name not in self.names:
+            self.names.append(name)
 
     def _stalled(self, back: Back, before: float) -> str:
         """That a motion stands at a switch of a load, in words; "" where it does not."""
@@ -239,12 +257,14 @@ class NativeCourse:
         holding.measure()
         return changed
 
-    def _hand_over(self, t: float, name: str = STEPPED) -> None:
+    def _hand_over(self, t: float, name: str = "") -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
+        name = name or (IMPLICIT if INTEGRATORS[self.method.name].implicit else STEPPED)
         method = replace(self.method, name=name, max_steps=self.method.max_steps - self.steps)
         self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1])
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
-        self.stepped.span, self.passed = self.span, name
+        self.stepped.span = self.span
+        self._called(name)
         self.stepped.pace.before.append((self.t[0], self.rows[0][0]))  # sizes of quantities at switches, farther back
 
     def _step_by_scipy(self, course: Course) -> End | None:

@@ -90,8 +90,8 @@ def simulate(
     inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
         f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
-    method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", and at steps of the
-        length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
+    method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", for stiff equations "radau9", and at steps of
+        the length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
         "LSODA". "auto" takes machine code where constraints do not bend and no tables jump; `sol.method` says which ran
     rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds
     samples : how many evenly spaced times to return, or the times; the start and the end always come too

@@ -13,7 +13,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.switches import switches
 from kane.program.emit.kernel_c import emit_kernel_c
 
-METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1)
+METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
 """Those that a program in C runs: by one state at a time."""
 _ARGUMENTS = {
     "n": "N",

@@ -5,6 +5,7 @@ import numpy as np
 
 import kane as kn
 from kane.motion.collocated import by_kind
+from kane.motion.implicit import entries
 from kane.motion.routines import rates
 from kane.motion.steppers.outline import SIZE, At
 from kane.motion.steppers.table import INTEGRATORS
@@ -36,6 +37,8 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
     arrays |= {"times": np.append(samples, np.inf), "rows": np.zeros((max(count, 1), n))}
     numbers = {"n": n, "limit": 10**6, "samples": count}
     rhs = entry(routine) if integrator.width == 1 else wide_entry(routine, integrator.width)
+    slopes = eom.numeric(settings).routine(entries).flat
+    arrays["hj"] = hoisted(slopes, 0.0, y[:-1], p, np.zeros(0))
     silent = {name: np.zeros(80) for name in ("hw", "seen", "largest", "least", "shares", "pivots", "values", "hd")}
     return {
         **numbers,
@@ -47,6 +50,10 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
         "rhs": rhs,
         "watch": rhs,
         "drive": rhs,
+        "long": 0,
+        "jac": entry(slopes),
+        "slopes": slopes,
+        "along": rhs,
     }, routine
 
 
@@ -64,5 +71,12 @@ def languages(given, routine):
         )
 
     own = rate if lanes == 1 else wide
+    jac = given["jac"]
+    slopes = given["slopes"]
+
+    def derivatives(t, x, p, r, h, out):
+        out[: n * (n - 1)] = slopes(float(t), x[: n - 1], p, None).reshape(-1)
+
     routines = {"interpret": own, "llvm": code, "c": code.library.address(code.symbol)}
-    return given | {"rhs": routines, "watch": routines, "drive": routines}
+    of_slopes = {"interpret": derivatives, "llvm": jac, "c": jac.library.address(jac.symbol)}
+    return given | {"rhs": routines, "watch": routines, "drive": routines, "along": routines, "jac": of_slopes}

@@ -21,7 +21,9 @@ def pendulum():
     return kn.derive(pendulums.system(2))
 
 
-@pytest.mark.parametrize("name", INTEGRATORS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(i.name, marks=[pytest.mark.slow] * i.implicit) for i in INTEGRATORS.values()]
+)
 def test_every_language_gives_the_same_bits(name, pendulum, tmp_path):
     """A double pendulum for a few steps and what is taken again, sampled."""
     longest = 0.04 if INTEGRATORS[name].fixed else 0.3

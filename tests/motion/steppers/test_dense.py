@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from kane.motion.steppers.dense import factor, invert, solve
+from kane.motion.steppers.dense import decompose, factor, invert, solve, substitute
 from kane.program.kernel.language import INT
 from kane.program.kernel.write import Writer
 from kane.program.native.compiled_kernel import CompiledKernel
@@ -24,6 +24,12 @@ def cholesky(w, a, n, k):
     solve(a, w.integer(0), n, k, n * n)
 
 
+def elimination(w, a, n, k):
+    decompose(a, w.integer(0), n, n * n)
+    substitute(a, w.integer(0), n, n * n, n * n + n)
+
+
+ELIMINATION = kernel(elimination)
 CHOLESKY = kernel(cholesky)
 INVERSE = kernel(lambda w, a, n, k: invert(a, w.integer(0), n))
 
@@ -35,6 +41,15 @@ def test_positive_definite_systems_are_solved(size, count, rng):
     a = np.append(matrix.reshape(-1), right)
     CompiledKernel(CHOLESKY, EXACT)({"a": a, "width": size, "count": count})
     assert matrix[:count, :count] @ a[size * size :][:count] == pytest.approx(right[:count], rel=1e-10)
+
+
+@pytest.mark.parametrize("size", [1, 2, 7])
+def test_systems_are_solved_though_their_first_entry_vanishes(size, rng):
+    matrix, right = rng.normal(size=(size, size)), rng.normal(size=size)
+    matrix[0, 0] = 0.0 if size > 1 else 2.0
+    a = np.concatenate([matrix.reshape(-1), np.zeros(size), right])
+    CompiledKernel(ELIMINATION, EXACT)({"a": a, "width": size, "count": size})
+    assert a[-size:] == pytest.approx(np.linalg.solve(matrix, right), rel=1e-10)
 
 
 @pytest.mark.parametrize("size", [1, 2, 7])
@@ -52,7 +67,7 @@ def test_a_singular_matrix_gives_no_finite_inverse():
     assert not np.isfinite(a).all()
 
 
-@pytest.mark.parametrize("made", [CHOLESKY, INVERSE])
+@pytest.mark.parametrize("made", [CHOLESKY, INVERSE, ELIMINATION])
 def test_every_language_gives_the_same_bits(made, rng, tmp_path):
     a = np.append(np.eye(4) + 0.1 * rng.normal(size=(4, 4)), rng.normal(size=16))
     agree(made, {"a": a, "width": 4, "count": 4}, tmp_path / "k.c")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gauss's nodes on (0, 1) and what follows from them, computed in 50 digits.
+"""Gauss's and Radau's nodes on (0, 1] and what follows from them, computed in 50 digits.
 
 L_j is Lagrange's polynomial that is 1 at node j and 0 at the others. By Legendre polynomials P_k and the weights b it is
 L_j(θ) = b_j Σ_k (2k+1) P_k(2c_j − 1) P_k(2θ − 1), whose integrals are sums of neighbours: Hairer & Wanner, *Solving Ordinary
@@ -41,29 +41,45 @@ def gauss(stages: int) -> Nodes:
     with localcontext() as context:
         context.prec = _DIGITS
         x = [_root(stages, cos(pi * (stages - k - 0.25) / (stages + 0.5))) for k in range(stages)]
-        c = [(v + 1) / 2 for v in x]
         p = [_legendre(stages + 2, v) for v in x]
-        b = [(1 - v * v) / (stages * row[stages - 1]) ** 2 for v, row in zip(x, p, strict=True)]
-        once = [_integrals(row, (v + 1) / 2) for row, v in zip(p, x, strict=True)]
-        r = range(stages)
-        a = [[b[j] * sum((D(2 * k + 1) * p[j][k] * once[i][k] for k in r), D(0)) for i in r] for j in r]
-        a2 = [[sum((a[k][i] * a[j][k] for k in r), D(0)) for i in r] for j in r]
-        top = []
-        for j in r:
-            product = D(1)
-            for k in r:
-                product *= c[j] - c[k] if k != j else 1
-            top.append(1 / product)
-        legendre = [[p[j][k] for j in r] for k in range(stages + 2)]
-        return Nodes(
-            _floats(c),
-            _floats(b),
-            _all(a),
-            _all(a2),
-            _floats([w * (1 - v) for w, v in zip(b, c, strict=True)]),
-            _floats(top),
-            _all(legendre),
-        )
+        return _of(x, p, [(1 - v * v) / (stages * row[stages - 1]) ** 2 for v, row in zip(x, p, strict=True)])
+
+
+@cache
+def radau(stages: int) -> Nodes:
+    """Radau's nodes, in ascending order, of which 1 is the last: the roots of P_s(2c − 1) − P_s−1(2c − 1)."""
+    with localcontext() as context:
+        context.prec = _DIGITS
+        x = [_root(stages, cos(2 * pi * (stages - k) / (2 * stages - 1)), of=-1) for k in range(1, stages)]
+        x = [*sorted(x), D(1)]
+        p = [_legendre(stages + 2, v) for v in x]
+        return _of(x, p, [(1 + v) / 2 / (stages * row[stages - 1]) ** 2 for v, row in zip(x, p, strict=True)])
+
+
+def _of(x: list[D], p: list[list[D]], b: list[D]) -> Nodes:
+    """Nodes at (x + 1)/2 with weights b, and P_0 … there."""
+    stages = len(x)
+    c = [(v + 1) / 2 for v in x]
+    once = [_integrals(row, (v + 1) / 2) for row, v in zip(p, x, strict=True)]
+    r = range(stages)
+    a = [[b[j] * sum((D(2 * k + 1) * p[j][k] * once[i][k] for k in r), D(0)) for i in r] for j in r]
+    a2 = [[sum((a[k][i] * a[j][k] for k in r), D(0)) for i in r] for j in r]
+    top = []
+    for j in r:
+        product = D(1)
+        for k in r:
+            product *= c[j] - c[k] if k != j else 1
+        top.append(1 / product)
+    legendre = [[p[j][k] for j in r] for k in range(stages + 2)]
+    return Nodes(
+        _floats(c),
+        _floats(b),
+        _all(a),
+        _all(a2),
+        _floats([w * (1 - v) for w, v in zip(b, c, strict=True)]),
+        _floats(top),
+        _all(legendre),
+    )
 
 
 def _floats(row: Sequence[D]) -> Vector:
@@ -82,12 +98,13 @@ def _legendre(count: int, x: D) -> list[D]:
     return p
 
 
-def _root(n: int, guess: float) -> D:
-    """The root of P_n near a guess, by Newton's method."""
+def _root(n: int, guess: float, of: int = 0) -> D:
+    """The root of P_n + `of` P_n−1 near a guess within (−1, 1), by Newton's method."""
     x = D(guess)
     for _ in range(_NEWTON):
         p = _legendre(n + 1, x)
-        x -= p[n] * (x * x - 1) / (n * (x * p[n] - p[n - 1]))
+        slope = sum(w * k * (x * p[k] - (p[k - 1] if k else 0)) for w, k in ((1, n), (of, n - 1)))
+        x -= (p[n] + of * p[n - 1]) * (x * x - 1) / slope
     return x
 
 

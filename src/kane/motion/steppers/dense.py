@@ -63,3 +63,46 @@ def invert(a: Array, at: Term, size: Term) -> None:
             share = a[at + i * width + k]
             with w.few(width) as j:
                 a[at + i * width + j] = a[at + i * width + j] - share * a[row + j]
+
+
+def decompose(a: Array, at: Term, size: Term, swaps: Term) -> None:
+    """The square matrix at `at` becomes L and R of it with rows swapped; with which, stands at `swaps` in the same array."""
+    w = a.writer
+    best, place = w.variable(f"best{len(w.cells)}"), w.variable(f"place{len(w.cells)}", INT)
+    with w.few(size) as k:
+        best.put(-1.0)
+        place.put(k)
+        with w.few(size, k) as i:
+            tall = w.compute("abs", a[at + i * size + k])
+            with w.when(tall > best.get()):
+                best.put(tall)
+                place.put(i)
+        row, other = at + k * size, at + place.get() * size
+        a[swaps + k] = w.compute("float", place.get())
+        with w.when(k < place.get()), w.count(size) as j:
+            mine, theirs = a[row + j], a[other + j]
+            a[other + j] = mine
+            a[row + j] = theirs
+        pivot = 1.0 / a[row + k]
+        with w.few(size, k + 1) as i:
+            below = at + i * size
+            share = a[below + k] * pivot
+            a[below + k] = share
+            with w.count(size, k + 1) as j:
+                a[below + j] = a[below + j] - share * a[row + j]
+
+
+def substitute(a: Array, at: Term, size: Term, swaps: Term, x: Term) -> None:
+    """The doubles at `x` of the same array become the solution for what they were, by what `decompose` has left."""
+    w = a.writer
+    with w.few(size) as k:
+        other = w.compute("int", a[swaps + k])
+        mine, theirs = a[x + k], a[x + other]
+        a[x + other] = mine
+        a[x + k] = theirs
+    with w.few(size) as i:
+        a[x + i] = a[x + i] - total(w, i, lambda k: a[at + i * size + k] * a[x + k])
+    with w.few(size) as done:
+        i = size - done - 1
+        behind = total(w, done, lambda k: a[at + i * size + i + 1 + k] * a[x + i + 1 + k])
+        a[x + i] = (a[x + i] - behind) / a[at + i * size + i]

@@ -25,7 +25,7 @@ STAGES = 8
 _N = gauss(STAGES)
 _V = Type("float", STAGES)
 _SAFETY, _LEAST, _MOST = 0.95, 0.3, 2.0
-_ACCEPTED, _SMOOTH = 30.0, 1e-4
+_ACCEPTED, _SMOOTH, _STRAIGHT = 30.0, 1e-4, 2.0
 _ITERATIONS = 12
 _REST, _FLOOR = 0.1, 2.0**-50
 _SLOW, _STALLED = 0.9, 1e-8
@@ -223,6 +223,17 @@ class _Gauss:
                 self.error.put(w.compute("max", before, error))
                 o.put(At.WORST, w.compute("float", i))
 
+    def bend(self) -> Term:
+        """The largest change of rates along the step, times h over the component's size: what iterations leave hardly shows in it."""
+        w, o = self.writer, self.outline
+        largest = w.variable("bend")
+        largest.put(0.0)
+        with w.count(o.n) as i:
+            rates = self.lanes(self.rates, i)
+            change = w.compute("lane", rates, lane=STAGES - 1) - w.compute("lane", rates, lane=0)
+            largest.put(w.compute("max", largest.get(), w.compute("abs", change) * o.work[self.weight + i]))
+        return largest.get()
+
     def decide(self, h: Term, last: Term) -> None:
         """The step is gone on from, or taken again."""
         w, o = self.writer, self.outline
@@ -238,7 +249,7 @@ class _Gauss:
             o.back.put(int(Back.LOOK))
         with w.when(found & ~look):
             self.watched.keep()
-            with w.when(error <= _SMOOTH):
+            with w.when((error <= _SMOOTH) | (self.bend() <= _STRAIGHT * o.get(At.RTOL))):
                 o.more(At.SMOOTH, 1.0)
             o.sample(h, lambda: None, lambda k, theta: self.sampled(h, k, theta))
             self.go_on(h)

@@ -9,6 +9,7 @@ from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.explicit import explicit_kernel, rows
 from kane.motion.steppers.gauss import STAGES, gauss_kernel
 from kane.motion.steppers.midpoint import ROWS, midpoint_kernel
+from kane.motion.steppers.radau import ORDER, radau_kernel, radau_work
 from kane.motion.steppers.rk4 import RK4
 from kane.motion.steppers.tableau import Tableau
 from kane.motion.steppers.tsit5 import TSIT5
@@ -23,7 +24,7 @@ class Integrator:
 
     It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
     inputs may be functions in Python, which it asks at each stage. The steps of a `fixed` one are as long as `max_step`. One that
-    `holds` constraints has another kernel for that: `kernel(held=True)`.
+    `holds` constraints has another kernel for that: `kernel(held=True)`. An `implicit` one takes derivatives of the rates.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Integrator:
     driven: bool = False
     fixed: bool = False
     holds: bool = False
+    implicit: bool = False
 
 
 def _explicit(tableau: Tableau) -> Integrator:
@@ -53,8 +55,9 @@ def _explicit(tableau: Tableau) -> Integrator:
 GAUSS16 = Integrator(
     "gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + 3 * n, STAGES, watches=True, holds=True
 )
+RADAU9 = Integrator("radau9", ORDER, radau_kernel, radau_work, watches=True, driven=True, holds=True, implicit=True)
 MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
-INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853), _explicit(TSIT5), _explicit(RK4), MIDPOINT)}
+INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853), _explicit(TSIT5), _explicit(RK4), MIDPOINT, RADAU9)}
 """By the name that `simulate` takes as method."""
 
 

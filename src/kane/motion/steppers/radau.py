@@ -1,0 +1,371 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Collocation at Radau's five nodes, order 9, for stiff equations: stages by Newton's method with exact derivatives.
+
+With z_i the state at node i less y, Σ_j A⁻¹_ij z_j / h = f(t + c_i h, y + z_i), and y' = y + z_s. Each iteration solves for the three
+real and complex unknowns into which these fall apart (`radau_stages`), the complex ones as real systems of twice the size. J and its
+factors are kept while iterations converge fast and the step stays. The first guess is the last step's polynomial.
+
+The error is (λ/h − J)⁻¹ times what f(y) differs by from the polynomial of the stages' rates: order 5. Between the nodes the state is
+ten times more exact than that, at the end by far: steps are taken up to ten tolerances of it. Where it is larger it is estimated again
+at y + error, as what is stiff has decayed there. Source: Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. 1996,
+sec. IV.8.
+"""
+
+from typing import Literal
+
+from kane.motion.bounds import DEGREE as PARTS
+from kane.motion.steppers.dense import decompose, substitute
+from kane.motion.steppers.explicit import dyadic_power
+from kane.motion.steppers.held import Held
+from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
+from kane.motion.steppers.radau_stages import radau_stages
+from kane.motion.steppers.watched import Watched
+from kane.program.kernel.language import INT, Kernel
+from kane.program.kernel.write import Array, Term
+
+STAGES = 5
+ORDER = 5
+"""That of the estimate."""
+_M = radau_stages(STAGES)
+_PAIRS = len(_M.eigenvalues) - 1
+_FIRST, _STATE, AFTER, _AFTER_LAG, _SPARE, _RIGHT, Z = range(7)
+"""Rows of n doubles: f(y), a state, the end of the step and what rounding leaves of it, two more, the z_i."""
+_BEFORE, _RATES, _PARTS = (Z + STAGES * k for k in (1, 2, 3))
+_ROWS = Z + 4 * STAGES
+_REST = 0.1
+_SAFETY, _LEAST, _MOST, _SAME = 0.9, 0.2, 5.0, 1.2
+_EXPONENT = 11 / 64
+_ROUNDS, _FAST = 10, 0.03
+_HUGE, _TINY = 1e300, 2.0**-1000
+_GOING, _FOUND, _LOST = range(3)
+_OLD, _NEW = 1.0, 2.0
+LONG: tuple[Literal["float", "array"], ...] = (*RATE, "array")
+"""What the routine of J v takes: v is behind r."""
+
+
+def radau_work(n: int) -> int:
+    """How many doubles `work` has for n components."""
+    return _ROWS * n + n * n * (2 + 4 * _PAIRS) + n * (1 + 2 * _PAIRS) + 3
+
+
+def radau_kernel(held: bool = False) -> Kernel:
+    """The kernel: besides what all steppers take, `jac` gives J without its last column, which is zero, or where `long` `along` J v.
+
+    Where constraints are `held`, the end of each step and each sample are moved onto them.
+    """
+    return _Radau(held).kernel()
+
+
+class _Radau:
+    """The kernel while it is written; places in `work` are terms."""
+
+    def __init__(self, held: bool) -> None:
+        self.outline = o = Outline("radau9")
+        self.writer = w = o.writer
+        self.rhs, self.jac = (w.callee(name, *RATE) for name in ("rhs", "jac"))
+        self.along = w.callee("along", *LONG)
+        self.long, self.hj = w.number("long"), w.array("hj")
+        o.drives(*RATE)
+        self.watched = Watched(o, None)
+        self.held = Held(o) if held else None
+        self._places()
+        self.status, self.round = w.variable("status", INT), w.variable("round", INT)
+        self.change, self.before = w.variable("change"), w.variable("before_last")
+        self.rate_of = w.variable("convergence")
+        self.error, self.shorter = w.variable("error"), w.variable("shorter", INT)
+
+    def _places(self) -> None:
+        """Where matrices, and the numbers that are kept between calls, stand in `work`."""
+        n, at = self.outline.n, self.outline.row(_ROWS)
+        self.slopes, at = at, at + n * n
+        sizes = [n, *[n * 2] * _PAIRS]
+        self.factors = []
+        for size in sizes:
+            self.factors.append((at, size, at + size * size))
+            at = at + size * size + size
+        self.known, self.factored, self.followed = at, at + 1, at + 2
+
+    def row(self, k: int, j: int = 0) -> Term:
+        """Row j behind row k."""
+        return self.outline.row(k + j)
+
+    # ------------------------------------------------------------------------------------------------------ kernel
+
+    def kernel(self) -> Kernel:
+        """Step after step until there is a reason to come back."""
+        w, o = self.writer, self.outline
+        with w.when(o.get(At.FRESH) > 0.0):
+            o.rate(self.rhs, o.get(At.TIME), o.y, 0, self.row(_FIRST))
+            for place in (self.known, self.factored, self.followed):
+                o.work[place] = 0.0
+            o.put(At.FRESH, 0.0)
+        with w.repeat(lambda: o.back.get() < 1):
+            h, last = o.length()
+            self.linearize(h)
+            self.guess(h)
+            self.iterate(h)
+            self.decide(h, last)
+        return w.finished(o.back)
+
+    def linearize(self, h: Term) -> None:
+        """J, where it is not kept, and the factors of λ/h − J, where h or J are others."""
+        w, o, n = self.writer, self.outline, self.outline.n
+        with w.when(o.work[self.known] <= 0.0):
+            o.drive(o.get(At.TIME), o.y.at(0))
+            with w.when(self.long > 0):
+                self.by_columns()
+            with w.otherwise():
+                given = o.y.at(0), o.p.at(0), o.r.at(0), self.hj.at(0)
+                self.jac(o.get(At.TIME), *given, o.work.at(self.slopes))
+            # what has no derivative counts as not changing: J steers iterations, and judges none
+            with w.count(n * (n - 1)) as i:
+                slope = o.work[self.slopes + i]
+                o.work[self.slopes + i] = w.select(w.compute("abs", slope) < _HUGE, slope, 0.0)
+            o.work[self.known] = _NEW
+            o.work[self.factored] = 0.0
+        with w.when((o.work[self.factored] < h) | (h < o.work[self.factored])):
+            for value, (at, size, swaps) in zip(_M.eigenvalues, self.factors, strict=True):
+                self.matrix(value, h, at, size)
+                decompose(o.work, at, size, swaps)
+            o.work[self.factored] = h
+
+    def by_columns(self) -> None:
+        """J, a column at a time."""
+        w, o, n = self.writer, self.outline, self.outline.n
+        unit, found = self.row(_SPARE), self.row(_RIGHT)
+        with w.count(n) as j:
+            o.work[unit + j] = 0.0
+        with w.count(n - 1) as j:
+            o.work[unit + j] = 1.0
+            given = o.y.at(0), o.p.at(0), o.r.at(0), o.work.at(unit), self.hj.at(0)
+            self.along(o.get(At.TIME), *given, o.work.at(found))
+            o.work[unit + j] = 0.0
+            with w.count(n) as i:
+                o.work[self.slopes + i * (n - 1) + j] = o.work[found + i]
+
+    def matrix(self, value: complex, h: Term, at: Term, size: Term) -> None:
+        """λ/h − J at a place, of complex λ as [[ℜ − J, −ℑ], [ℑ, ℜ − J]]."""
+        w, o, n = self.writer, self.outline, self.outline.n
+        work, copies = o.work, (0, 1) if value.imag else (0,)
+        with w.count(size * size) as i:
+            work[at + i] = 0.0
+        with w.few(n) as i:
+            for copy in copies:
+                corner = at + (i + n * copy) * size + n * copy
+                with w.count(n - 1) as j:
+                    work[corner + j] = -work[self.slopes + i * (n - 1) + j]
+                work[corner + i] = work[corner + i] + value.real / h
+            if value.imag:
+                work[at + i * size + n + i] = -value.imag / h
+                work[at + (i + n) * size + i] = value.imag / h
+
+    def guess(self, h: Term) -> None:
+        """z by the polynomial of the last step, or zero."""
+        w, o = self.writer, self.outline
+        with w.when(o.work[self.followed] > 0.0):
+            share = h / o.get(At.LAST_STEP)
+            weights = [self.lagrange(1.0 + share * c) for c in _M.c]
+            with w.count(o.n) as i:
+                last = [o.work[self.row(_BEFORE, j) + i] for j in range(STAGES)]
+                for k, own in enumerate(weights):
+                    o.work[self.row(Z, k) + i] = w.sum([x * z for x, z in zip(own, last, strict=True)]) - last[-1]
+        with w.otherwise(), w.count(o.n * STAGES) as i:
+            o.work[self.row(Z) + i] = 0.0
+
+    def lagrange(self, theta: Term) -> list[Term]:
+        """The weights of z in the state at a share of the step."""
+        differences = [theta - c for c in _M.c]
+        below, above = [theta], [self.writer.constant(1.0)]
+        for d in differences[:-1]:
+            below.append(below[-1] * d)
+        for d in reversed(differences[1:]):
+            above.append(above[-1] * d)
+        return [a * b * x for a, b, x in zip(below, reversed(above), _M.lagrange, strict=True)]
+
+    # --------------------------------------------------------------------------------------------------- iteration
+
+    def iterate(self, h: Term) -> None:
+        """Newton's iterations, down to a tenth of the tolerance."""
+        w = self.writer
+        self.status.put(_GOING)
+        self.round.put(0)
+        self.before.put(_HUGE)
+        self.rate_of.put(0.0)
+        with w.repeat(lambda: self.status.get() < 1):
+            self.residuals(h)
+            for k, (at, size, swaps) in enumerate(self.factors):
+                substitute(self.outline.work, at, size, swaps, self.row(_PARTS, max(0, 2 * k - 1)))
+            self.move()
+            self.judge(self.change.get())
+
+    def residuals(self, h: Term) -> None:
+        """f less A⁻¹ z / h, split."""
+        w, o = self.writer, self.outline
+        for k, c in enumerate(_M.c):
+            with w.count(o.n) as i:
+                o.work[self.row(_STATE) + i] = o.y[i] + (o.work[self.row(Z, k) + i] + o.lag[i])
+            o.rate(self.rhs, o.get(At.TIME) + h * c, o.work, self.row(_STATE), self.row(_RATES, k))
+        with w.count(o.n) as i:
+            z = [o.work[self.row(Z, j) + i] / h for j in range(STAGES)]
+            left = []
+            for k, own in enumerate(_M.inverse):
+                left.append(o.work[self.row(_RATES, k) + i] - w.sum([x * y for x, y in zip(z, own, strict=True)]))
+            for k, own in enumerate(_M.split):
+                o.work[self.row(_PARTS, k) + i] = w.sum([x * y for x, y in zip(left, own, strict=True)])
+
+    def move(self) -> None:
+        """z moves by what was solved for; the largest change, in tolerances."""
+        w, o = self.writer, self.outline
+        self.change.put(0.0)
+        with w.count(o.n) as i:
+            parts = [o.work[self.row(_PARTS, j) + i] for j in range(STAGES)]
+            allowed = self.allowed(i, o.work[self.row(Z, STAGES - 1) + i] + o.y[i])
+            for k, own in enumerate(_M.joined):
+                moved = w.sum([x * y for x, y in zip(parts, own, strict=True)])
+                at = self.row(Z, k) + i
+                o.work[at] = o.work[at] + moved
+                self.change.put(w.compute("max", self.change.get(), w.compute("abs", moved) / allowed))
+
+    def allowed(self, i: Term, end: Term) -> Term:
+        """atol + rtol |y_i|, at the beginning or the end of the step."""
+        w, o = self.writer, self.outline
+        size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", end))
+        return o.get(At.ATOL) + o.get(At.RTOL) * size
+
+    def judge(self, change: Term) -> None:
+        """Whether z is found, or no longer sought."""
+        w, rounds, before = self.writer, self.round.get(), self.before.get()
+        rate = w.select(rounds > 0, change / before, 1.0)
+        left = w.select(rounds > 0, change * (rate / (1.0 - rate)), change)
+        still = (rounds > 1) & (change >= 0.3 * before) & (change < 1.0)
+        with w.when((rounds > 0) & (rate > self.rate_of.get())):
+            self.rate_of.put(rate)
+        with w.when(((rate < 1.0) & (left <= _REST)) | ((rounds < 1) & (left <= _REST)) | still):
+            self.status.put(_FOUND)
+        with w.otherwise():
+            grows = (rounds > 0) & (rate >= 2.0) | (rounds > 2) & (rate >= 1.0)
+            with w.when(~(change < _HUGE) | grows | (rounds >= _ROUNDS)):
+                self.status.put(_LOST)
+        self.before.put(change)
+        self.round.put(rounds + 1)
+
+    # ------------------------------------------------------------------------------------------------------- error
+
+    def measure(self, h: Term) -> None:
+        """The largest error of a component, over what is accepted; where it is, is noted."""
+        w, o = self.writer, self.outline
+        with w.count(o.n) as i:
+            z = [o.work[self.row(Z, j) + i] * x for j, x in enumerate(_M.estimate)]
+            o.work[self.row(_SPARE) + i] = w.sum(z) / h
+            new, lag = add_exactly(o.y, o.lag, i, o.work[self.row(Z, STAGES - 1) + i])
+            o.work[self.row(AFTER) + i] = new
+            o.work[self.row(_AFTER_LAG) + i] = lag
+        self.filtered(_FIRST)
+        with w.when((self.error.get() > 1.0) & (self.error.get() < _HUGE)):
+            with w.count(o.n) as i:
+                o.work[self.row(_STATE) + i] = o.y[i] + o.work[self.row(_RIGHT) + i]
+            o.rate(self.rhs, o.get(At.TIME), o.work, self.row(_STATE), self.row(_RATES))
+            self.filtered(_RATES)
+
+    def filtered(self, rates: int) -> None:
+        """The error by the rates at the beginning that stand in a row."""
+        w, o = self.writer, self.outline
+        right, (at, size, swaps) = self.row(_RIGHT), self.factors[0]
+        with w.count(o.n) as i:
+            o.work[right + i] = o.work[self.row(rates) + i] + o.work[self.row(_SPARE) + i]
+        substitute(o.work, at, size, swaps, right)
+        self.error.put(0.0)
+        with w.count(o.n) as i:
+            allowed = self.allowed(i, o.work[self.row(AFTER) + i])
+            error, before = w.compute("abs", o.work[right + i]) / allowed, self.error.get()
+            with w.when(~(error <= before)):
+                self.error.put(w.compute("max", before, error))
+                o.put(At.WORST, w.compute("float", i))
+
+    def decide(self, h: Term, last: Term) -> None:
+        """The step is gone on from, or taken again: with a new J first, where iterations were lost by an old one."""
+        w, o = self.writer, self.outline
+        with w.when(self.status.get() > _FOUND):
+            with w.when(o.work[self.known] < _NEW):
+                o.work[self.known] = 0.0
+            with w.otherwise():
+                self.shorter.put(1)
+                o.shorten(h * 0.5, self.change.get() < _HUGE)
+        with w.otherwise():
+            self.measure(h)
+            error = self.error.get()
+            finite = error < _HUGE
+            power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), _EXPONENT)
+            factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
+            with w.when(error <= 1.0):
+                look = self.looked_at(h, last)
+                with w.when(look):
+                    o.back.put(int(Back.LOOK))
+                with w.otherwise():
+                    most = w.select(self.shorter.get() > 0, 1.0, _MOST)
+                    self.go_on(h, last, w.compute("min", factor, most))
+                    self.shorter.put(0)
+            with w.otherwise():
+                self.shorter.put(1)
+                o.shorten(h * w.compute("min", factor, _SAFETY), finite)
+
+    # -------------------------------------------------------------------------------------------------------- steps
+
+    def looked_at(self, h: Term, last: Term) -> Term:
+        """The end of the step on the constraints; whether Python looks at the step before it is gone on from."""
+        w, o, held = self.writer, self.outline, self.held
+        begin = o.get(At.TIME)
+        self.watched.doubtful.put(0)
+        o.put(At.HELD, 0.0)
+        if held is not None:
+            held.end(w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG))), o.work, self.row(AFTER))
+            held.passage(begin, h, self.dense)
+            o.put(At.HELD, w.compute("float", held.doubt.get()))
+        with w.when(self.watched.count > 0):
+            self.watched.look_along(begin, h, self.place, self.row(_STATE))
+        doubt = self.watched.doubtful.get() > 0
+        return (doubt if held is None else doubt | (o.get(At.HELD) > 0.0)) & (o.get(At.LOOKED) < 1.0)
+
+    def place(self, k: Term, theta: Term) -> None:
+        """The state at a place at which events are looked at; the last is what is gone on from."""
+        w, o = self.writer, self.outline
+        self.dense(theta, o.work, self.row(_STATE))
+        with w.when(k >= PARTS - 1), w.count(o.n) as i:
+            o.work[self.row(_STATE) + i] = o.work[self.row(AFTER) + i]
+
+    def go_on(self, h: Term, last: Term, factor: Term) -> None:
+        """y at the end of the step; J and its factors are kept where that pays."""
+        w, o, held = self.writer, self.outline, self.held
+        o.sample(h, lambda: None, self.sampled)
+        o.advance(h, last)
+        with w.count(o.n) as i:
+            o.y[i] = o.work[self.row(AFTER) + i]
+            o.lag[i] = o.work[self.row(_AFTER_LAG) + i]
+        with w.count(o.n * STAGES) as i:
+            o.work[self.row(_BEFORE) + i] = o.work[self.row(Z) + i]
+        o.work[self.followed] = 1.0
+        self.watched.keep()
+        if held is not None:
+            held.kept()
+        o.rate(self.rhs, o.get(At.TIME), o.y, 0, self.row(_FIRST))
+        fast = self.rate_of.get() <= _FAST
+        o.work[self.known] = w.select(fast, _OLD, 0.0)
+        same = fast & (factor >= 1.0) & (factor <= _SAME)
+        # what is left before the end says nothing of the step that would do
+        with w.when(~last):
+            o.put(At.STEP, h * w.select(same, 1.0, factor))
+
+    def sampled(self, k: Term, theta: Term) -> None:
+        """Row k of the samples."""
+        o = self.outline
+        self.dense(theta, o.rows, k * o.n)
+        if self.held is not None:
+            self.held.sample(k, o.times[k], o.rows, k * o.n)
+
+    def dense(self, theta: Term, array: Array, at: Term) -> None:
+        """y at a share of the step, from a place on."""
+        w, o = self.writer, self.outline
+        weights = self.lagrange(theta)
+        with w.count(o.n) as i:
+            z = [o.work[self.row(Z, j) + i] * x for j, x in enumerate(weights)]
+            array[at + i] = o.y[i] + (w.sum(z) + o.lag[i])
