@@ -30,7 +30,7 @@ _ITERATIONS = 12
 _REST, _FLOOR = 0.1, 2.0**-50
 _SLOW, _STALLED = 0.9, 1e-8
 _TINY, _HUGE = 2.0**-1000, 1e300
-_GOING, _FOUND, _TOO_LONG, _DIVERGED = range(4)
+_GOING, _FOUND, _DIVERGED = range(3)
 
 
 def gauss_kernel(accepted: float = _ACCEPTED, rounds: int = _ITERATIONS, held: bool = False) -> Kernel:
@@ -160,29 +160,44 @@ class _Gauss:
             o.work[self.weight + i] = h / self.scale(i)
         self.status.put(_GOING)
         self.round.put(0)
-        self.before.put(_HUGE)
+        self.before.put(0.0)
+        self.stages(h, self.next)
         with w.repeat(lambda: self.status.get() < 1):
-            self.stages(h)
             self.evaluate()
             self.change.put(w.lanes(*[0.0] * STAGES))
             with self.each_free() as at:
                 i = self.index(self.free, at)
                 rates = self.lanes(self.rates, i)
                 moved = w.compute("abs", rates - self.lanes(self.next, i)) * self.splat(o.work[self.weight + i])
-                self.change.put(w.compute("max", self.change.get(), moved))
+                self.change.put(self.larger(self.change.get(), moved))
                 self.keep(self.next, i, rates)
-            self.judge(w.compute("largest", self.change.get()))
+            self.judge(self.largest(self.change.get()))
+            with w.when(self.status.get() < 1):
+                # as they were just written, which is sooner than what was kept of them
+                self.stages(h, self.rates)
 
-    def stages(self, h: Term) -> None:
-        """The states at the nodes."""
+    def larger(self, a: Term, b: Term) -> Term:
+        """The larger one, or b: rates that are not finite are seen by their top coefficients."""
+        return self.writer.select(a > b, a, b)
+
+    def largest(self, lanes: Term) -> Term:
+        """The largest of several numbers."""
+        found = [self.writer.compute("lane", lanes, lane=k) for k in range(STAGES)]
+        while len(found) > 1:
+            half = len(found) // 2
+            found = [self.larger(a, b) for a, b in zip(found[:half], found[half:], strict=True)]
+        return found[0]
+
+    def stages(self, h: Term, place: Term) -> None:
+        """The states at the nodes by the rates that are kept at a place."""
         w, o = self.writer, self.outline
         with self.each_free() as at:
             i = self.index(self.free, at)
-            terms = self.combined(self.next, i, [m.get() for m in self.matrix])
+            terms = self.combined(place, i, [m.get() for m in self.matrix])
             self.keep(self.states, i, w.sum(terms) + self.splat(o.y[i]))
         with w.count(self.pair_count) as at:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
-            terms = self.combined(self.next, j, [m.get() for m in self.square])
+            terms = self.combined(place, j, [m.get() for m in self.square])
             straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * _N.c
             self.keep(self.states, i, w.sum(terms) + straight)
 
@@ -190,20 +205,15 @@ class _Gauss:
         """Whether the rates are found, or no longer sought."""
         w, o = self.writer, self.outline
         before, rounds = self.before.get(), self.round.get()
-        later = rounds > 0
-        rate = w.select(later, w.compute("min", change / before, 1.0), 1.0)
         wanted = w.compute("max", o.get(At.RTOL) * _REST, _FLOOR)
         stalled = (rounds > 2) & (change >= before) & (change < _STALLED)
-        with w.when((change * rate <= wanted) | stalled):
+        # the next change is about this one times its share of the one before, which is none at first
+        with w.when((change <= wanted) | (change * change <= wanted * before) | stalled):
             self.status.put(_FOUND)
         with w.otherwise():
-            bad = (rounds >= self.rounds // 6) & (rate > _SLOW) & (change > _STALLED)
-            with w.when(~(change < _HUGE) | bad | (rounds >= self.rounds)):
+            slow = (rounds >= self.rounds // 6) & (change > _SLOW * before) & (change > _STALLED)
+            with w.when(~(change < _HUGE) | slow | (rounds >= self.rounds)):
                 self.status.put(_DIVERGED)
-            with w.when((rounds < 2) & later):
-                self.measure()
-                with w.when((self.error.get() > self.accepted) & (change < 0.1 * self.error.get() * self.target())):
-                    self.status.put(_TOO_LONG)
         self.before.put(change)
         self.round.put(rounds + 1)
 
@@ -237,13 +247,12 @@ class _Gauss:
     def decide(self, h: Term, last: Term) -> None:
         """The step is gone on from, or taken again."""
         w, o = self.writer, self.outline
-        with w.when((self.status.get() < _TOO_LONG) | (self.status.get() > _TOO_LONG)):
-            self.measure()
+        self.measure()
         error = self.error.get()
         finite = error < _HUGE
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)
         factor = _SAFETY / power
-        found = (self.status.get() < _TOO_LONG) & (error <= self.accepted)
+        found = (self.status.get() < _DIVERGED) & (error <= self.accepted)
         look = self.looked_at(h, last, found)
         with w.when(found & look):
             o.back.put(int(Back.LOOK))
@@ -257,10 +266,10 @@ class _Gauss:
             o.put(At.FRESH, 0.0)
             with w.when(~last):
                 o.put(At.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
-        with w.when((self.status.get() > _TOO_LONG) & finite):
+        with w.when((self.status.get() >= _DIVERGED) & finite):
             o.more(At.LIMITED, 1.0)
         with w.when(~found):
-            half = (self.status.get() > _TOO_LONG) | ~finite
+            half = (self.status.get() >= _DIVERGED) | ~finite
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
 
     def looked_at(self, h: Term, last: Term, found: Term) -> Term:
