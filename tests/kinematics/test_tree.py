@@ -129,3 +129,43 @@ def test_points_at_one_place_of_a_body_are_one_link():
         for n, f, c in (("a", A, P.at("a*", A.x)), ("b", B, seat.at("b*", B.y)))
     ]
     assert [link.parent for link in links_of(kn.System(N, bodies=bodies, speeds="rates"))] == [None, 0, 1]
+
+
+def shaft(place, tilted):
+    """A body that slides on a shaft, listed first, the shaft, and a body fixed further on, all along the frame of the shaft."""
+    N = kn.Frame("N")
+    seat = N.rotate("A", 0.4, N.x) if tilted else N
+    O, (q, s), g = kn.Point("O", fixed_in=N), kn.coordinates("q s"), kn.parameter("g", 9.81)
+    S = seat.rotate("S", q, seat.z)
+    points = [O.at("slide", s * seat.z + 0.1 * S.x), O.at("shaft", 0.2 * S.y), O.at("far", place(seat, S))]
+    bodies = [
+        kn.RigidBody(p.name, frame=S, mass_center=p, mass=1.0, inertia=kn.inertia(S, 0.1, 0.2, 0.15, 0.01))
+        for p in points
+    ]
+    return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.z - 3 * N.x)])
+
+
+@pytest.mark.parametrize("tilted", [False, True])
+@pytest.mark.parametrize("far", ["along the axis", "in the shaft"])
+def test_what_turns_alike_is_one_shaft_with_what_slides_on_it(tilted, far):
+    """q is of one link alone, so that recursion takes it."""
+    places = {"along the axis": lambda A, S: 0.5 * A.z + 0.1 * S.y, "in the shaft": lambda A, S: 0.3 * S.x}
+    system = shaft(places[far], tilted)
+    turning = [link for link in links_of(system) if link.twists([system.coordinates[0].dt])]
+    assert len(turning) == 1
+    own, usual = (kn.derive(system, route=route) for route in ("recursive", "classical"))
+    at = {"q": [0.3, 0.4], "u": [1.1, -0.7]}
+    a, b = (np.array(e.evaluate(list(e.accelerations), **at), dtype=float) for e in (own, usual))
+    np.testing.assert_allclose(a, b, rtol=1e-12)
+
+
+def test_what_turns_alike_aside_of_the_axis_is_no_shaft():
+    system = shaft(lambda A, S: 0.5 * A.x + 0.1 * S.y, False)
+    with pytest.raises(kn.ModelError, match="several joints share"):
+        kn.derive(system, route="recursive")
+
+
+def test_a_basis_fixed_in_another_at_one_place_hangs_on_it():
+    """The bicycle's steering axis, turned from its frame by a constant about the axle."""
+    links = links_of(load("whipple_bicycle").system())
+    assert [link.basis.name for link in links if link.parent == 1] == ["R", "B"]

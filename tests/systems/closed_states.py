@@ -30,25 +30,40 @@ def closed(eom: kn.Equations, q: Array, moving: Sequence[int] | None = None) -> 
     return q if not f or np.abs(residual).max() < 1e-12 else None
 
 
-def speeds(eom: kn.Equations, q: Array, rng: np.random.Generator) -> tuple[Array, float]:
-    """Random u with A u = 0, for A without b, and the least singular value that counts over the largest."""
-    n, d = len(eom.speeds), len(eom.dependent_speeds)
-    a = np.array(eom.evaluate(eom.A, q=q, u=np.zeros(n)), dtype=float)
+def speeds(eom: kn.Equations, q: Array, rng: np.random.Generator, inputs: Any = None) -> tuple[Array, float]:
+    """Random u with A u + b = 0, and the least singular value that counts over the largest."""
+    d = len(eom.dependent_speeds)
+    values = dict(zip(eom.coordinates, q, strict=True)) | dict(inputs or {})
+    a, b = (np.array(kn.evaluate(x, values), dtype=float) for x in (eom.A, list(eom.b)))
     sizes = np.linalg.svd(a)[1]
-    u = rng.normal(size=n)
-    return u - np.linalg.pinv(a, rcond=1e-9) @ (a @ u), float(sizes[d - 1] / sizes[0])
+    u = rng.normal(size=len(eom.speeds))
+    return u - np.linalg.pinv(a, rcond=1e-9) @ (a @ u + b), float(sizes[d - 1] / sizes[0])
+
+
+def _turned(eom: kn.Equations, q: Array) -> Array:
+    """The coordinates with Euler parameters of unit length."""
+    place: dict[Any, int] = {x: k for k, x in enumerate(eom.coordinates)}
+    for group in eom.system.euler_parameters:
+        own = [place[e] for e in group.coordinates]
+        q[own] /= np.linalg.norm(q[own])
+    return q
 
 
 def states(
-    eom: kn.Equations, rng: np.random.Generator, count: int, moving: Sequence[int] | None = None, reach: float = 3.0
+    eom: kn.Equations,
+    rng: np.random.Generator,
+    count: int,
+    moving: Sequence[int] | None = None,
+    reach: float = 3.0,
+    inputs: Any = None,
 ) -> Iterator[tuple[Array, Array]]:
     """`count` random states at which A has its rank."""
     found = 0
     for _ in range(60 * count):
-        q = closed(eom, rng.uniform(-reach, reach, len(eom.coordinates)), moving)
+        q = closed(eom, _turned(eom, rng.uniform(-reach, reach, len(eom.coordinates))), moving)
         if q is None:
             continue
-        u, share = speeds(eom, q, rng)
+        u, share = speeds(eom, q, rng, inputs)
         if share > 1e-3:
             yield q, u
             found += 1

@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from kane.expr.affine import affine_forms
+from kane.expr.build import sub
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import QuasiRate, Rate, Symbol
 from kane.kinematics.aligned import Aligned, aligned_bases
 from kane.model.bodies import Part, parts_of
 from kane.model.joints.joint import Joint, Twist
@@ -168,6 +170,7 @@ def tree_of(
 
 def _in_turn(begun: Sequence[_Begun]) -> tuple[list[_Begun], list[int]]:
     """Links that begin at one place, each in the one that its basis turns on from: axes that intersect. Parents first; new numbers."""
+    begun = _along_one_axis(begun)
     parents, offsets = [parent for _, parent, _ in begun], [offset for _, _, offset in begun]
     together: dict[tuple[int, Parts], dict[Basis, int]] = {}
     for k, (basis, parent, offset) in enumerate(begun):
@@ -193,11 +196,64 @@ def _in_turn(begun: Sequence[_Begun]) -> tuple[list[_Begun], list[int]]:
     return found, number
 
 
+def _along_one_axis(begun: Sequence[_Begun]) -> list[_Begun]:
+    """Links that turn alike in one, at places along the axis: the others hang on the first that does not slide.
+
+    So bodies on one shaft are, in whatever order they are listed.
+    """
+    alike: dict[Basis, list[int]] = {}
+    for k, (basis, parent, _) in enumerate(begun):
+        if parent is not None and basis is not begun[parent][0]:
+            alike.setdefault(basis, []).append(k)
+    found = list(begun)
+    for basis, numbers in alike.items():
+        ways = {k: _from_moving(begun, k) for k in numbers} if len(numbers) > 1 else {}
+        for base in dict.fromkeys(base for base, _ in ways.values()):
+            offsets = {k: offset for k, (parent, offset) in ways.items() if parent == base}
+            first = min(offsets, key=lambda k, of=offsets: not is_constant_in_time(of[k].scalars()))  # type: ignore[misc]
+            turning = _rates(angular_velocity(basis, begun[base][0]).scalars())
+            for k, offset in offsets.items():
+                between = Vector(((basis, (offset - offsets[first]).components(basis)),))
+                if k != first and turning.isdisjoint(_rates(between.map(time_derivative).scalars())):
+                    found[k] = basis, first, between
+    return found
+
+
+def _from_moving(begun: Sequence[_Begun], k: int) -> tuple[int, Vector]:
+    """The number of the link before that moves in its own, or the ground, and where a link begins from there."""
+    _, parent, offset = begun[k]
+    assert parent is not None
+    basis, before, arm = begun[parent]
+    while (
+        before is not None and is_constant_in_time(arm.scalars()) and angular_velocity(basis, begun[before][0]).is_zero
+    ):
+        parent, offset = before, arm + offset
+        basis, before, arm = begun[parent]
+    return parent, offset
+
+
+def _rates(exprs: Iterable[Expr]) -> set[Symbol]:
+    return {s for s in free_symbols(exprs) if isinstance(s, Rate | QuasiRate)}
+
+
 def _nearest(basis: Basis, among: Mapping[Basis, int], base: Basis) -> int | None:
-    """The number of the nearest of some bases that a basis is turned in, short of `base`."""
+    """The number of the nearest of some bases that a basis is turned in, short of `base`, or is fixed in, of those before it."""
+    for other, number in among.items():
+        if other is basis:
+            break
+        if _is_fixed(basis, other):
+            return number
     b: Basis | None = basis
     while b is not None and b is not base:
         b = b.orientation.base if b.orientation is not None else None
         if b is not None and b is not base and b in among:
             return among[b]
     return None
+
+
+def _is_fixed(a: Basis, b: Basis) -> bool:
+    """Whether two are turned about one axis of one base by angles that differ by a constant."""
+    o, p = a.orientation, b.orientation
+    if o is None or p is None or o.axis is None or (o.base, o.axis) != (p.base, p.axis):
+        return False
+    return o.angle is not None and p.angle is not None and is_constant_in_time([sub(o.angle, p.angle)])

@@ -23,8 +23,8 @@ from tests.systems import rings
 from tests.systems.closed_states import states
 
 GALLERY = (
-    "andrews_squeezer", "bricard", "chaplygin_sleigh", "four_bar", "knife_edge", "n_four_bar", "pure_rolling_disk", "slider_crank",
-    "snakeboard",
+    "andrews_squeezer", "bricard", "car_with_trailer", "chaplygin_sleigh", "flyball_governor", "four_bar", "knife_edge", "n_four_bar",
+    "pure_rolling_disk", "slider_crank", "snakeboard", "sphere_on_turntable", "whipple_bicycle",
 )  # fmt: skip
 
 
@@ -32,7 +32,7 @@ def off(system, seed=1, count=2):
     """The largest difference of u̇, R and λ by recursion from those of the classical route, over the largest of them."""
     own, usual = kn.derive(system, route="recursive"), kn.derive(system, route="classical")
     worst, inputs = 0.0, dict.fromkeys(system.inputs, 0.3)
-    for q, u in states(usual, np.random.default_rng(seed), count):
+    for q, u in states(usual, np.random.default_rng(seed), count, inputs=inputs):
         found, wanted = (
             np.array(e.evaluate([*e.accelerations, *e.reactions, *e.multipliers.values()], q=q, u=u, inputs=inputs))
             for e in (own, usual)
