@@ -90,6 +90,40 @@ def test_trees_of_joints_of_every_kind(seed):
     check(kn.derive(jointed.system(seed, 1 + seed % 3, jointed.KINDS)), np.random.default_rng(seed), ("state",))
 
 
+def on_a_curve():
+    """A pendulum that hangs on a bead, which slides along a curve that moves: directions of freedom hold symbols of every kind."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    s, theta = kn.coordinates("s theta")
+    m, l, a, b = (kn.parameter(name, x) for name, x in (("m", 1.2), ("l", 0.7), ("a", 0.4), ("b", 0.3)))
+    F = kn.input("F")
+    P = O.at("P", b * s * N.x + a * (kn.sin(s) + kn.sin(kn.time) * s) * N.y)
+    A = N.rotate("A", theta, N.z)
+    Q = P.at("Q", l * A.x)
+    bodies = [kn.Particle("P", P, m), kn.Particle("Q", Q, m)]
+    return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-9.81 * N.y), kn.Force(Q, F * N.x)])
+
+
+@pytest.mark.parametrize("route", ["classical", "recursive"])
+def test_columns_of_any_kind_and_order(route, rng):
+    eom = kn.derive(on_a_curve(), route=route)
+    values = check(eom, rng)
+    by = {
+        s: column
+        for j in map(eom.jacobian, KINDS)
+        for s, column in zip(j.columns, zip(*j.matrix, strict=True), strict=True)
+    }
+    asked = [s for s in by if s is not kn.time and rng.random() < 0.5]
+    rng.shuffle(asked)
+    j = eom.jacobian(asked)
+    assert j.columns == tuple(asked)
+    found, expected = (
+        np.array(kn.evaluate([e for column in columns for e in column], values))
+        for columns in (zip(*j.matrix, strict=True), map(by.get, asked))
+    )
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("name", ["double_pendulum", "rolling_disk", "four_bar", "pendulum_on_cart"])
 def test_compiled_products_are_those_of_the_matrix(name, rng):
     eom = derived(name)

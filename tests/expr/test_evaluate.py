@@ -108,3 +108,4 @@ def test_free_symbols() -> None:
     assert set(free_symbols([x * y + u, x])) == {x, y, u}
     assert identical(free_symbols([x, y.sin(), x * y]), (x, y))
     assert free_symbols([as_expr(1), pi]) == ()
+    assert identical(free_symbols(x * y), free_symbols([x * y]))

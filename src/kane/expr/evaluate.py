@@ -186,11 +186,11 @@ def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:
     return np.moveaxis(flat.reshape(*shape, *leading), (0, 1), (-2, -1))
 
 
-def free_symbols(roots: Iterable[Expr]) -> tuple[Symbol, ...]:
-    """The symbols below `roots`, in the order of their first appearance."""
+def free_symbols(roots: Expr | Iterable[Expr]) -> tuple[Symbol, ...]:
+    """The symbols below an expression, or below several, in the order of their first appearance."""
     seen: set[Expr] = set()
     found: list[Symbol] = []
-    waiting = list(roots)[::-1]
+    waiting = [roots] if isinstance(roots, Expr) else list(roots)[::-1]
     while waiting:
         node = waiting.pop()
         if node not in seen:

@@ -84,12 +84,13 @@ class Left(NamedTuple):
 
     def felt(self, places: Sequence[Place], columns: Columns, force: Vectors) -> None:
         """What changed moments and forces do to freedoms, and what moment and force do to changed ones."""
+        wanted = frozenset(self.symbols)
         for place in places:
             axes = parts(place.freedom, place.turning)
             for x, v in columns.items():
                 self.add(place, x, sum_of(map(dot, axes, v)))
             for x in free_symbols([*axes[0], *axes[1]]):
-                if x in self.symbols:
+                if x in wanted:
                     changed = [[tangent(e, {x: ONE}) for e in axis] for axis in axes]
                     self.add(place, x, sum_of(map(dot, changed, force)))
 
