@@ -28,6 +28,8 @@ HELD = kn.coincident(P, Q, along=N.x)
 SYSTEM = kn.System(N, bodies=[BODY, kn.Particle("p", Q, M)], speeds={U1: Q1.dt, U2: Q2.dt}, loads=[kn.gravity(-N.y)])
 EOM = kn.derive(SYSTEM)
 NORMAL = kn.reaction("R", at=P, along=N.z)
+MOVED = kn.simulate(EOM, (0, 0.01), q=[0.1, 0.2], u=[0, 0], samples=2)
+MOVED_ON = kn.simulate(EOM, 0.02, start=MOVED, samples=2)
 
 CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.Frame, ("B",), {}),
@@ -144,6 +146,8 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.motions(N, {U1: Q1.dt, U2: Q2.dt}).angular_velocity, (A, N), {}),
     (kn.derive, (SYSTEM,), {"near": {}}),
     (kn.simulate, (EOM, (0, 0.01)), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}, "inputs": {}, "samples": 2, "states": {}}),
+    (kn.simulate, (EOM, 0.02), {"start": MOVED, "method": "auto", "rtol": 1e-9, "atol": 1e-9, "max_step": 0.01, "breakpoints": ()}),
+    (MOVED.__add__, (MOVED_ON,), {}),
     (kn.assemble, (EOM,), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}}),
     (kn.evaluate, (Q1, {Q1: 1.0}), {}),
     (kn.substitute, (Q1, {Q1: M}), {}),

@@ -46,8 +46,8 @@ def accuracy(motion: Any, again: Callable[..., Any] | None) -> Accuracy:
     """See Solution.accuracy."""
     if again is None:
         raise SimulationError(
-            "Expected a motion that this process simulated, got one that was read from a file or a pickle: of its inputs the values "
-            "at the samples alone are known. Simulate it here, then ask."
+            "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
+            "the values at the samples alone are known, or joined. Simulate it here, or ask each part."
         )
     share = _SHARES.get(motion.method, 1.0)
     if share != 1.0:

@@ -15,6 +15,7 @@ from kane.errors import ArgumentError, KaneWarning, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
 from kane.expr.size import Sizes, size
+from kane.motion.phases import Indices, leaps
 from kane.numeric.arrays import Array
 
 LIMIT = 1000
@@ -70,14 +71,16 @@ def checking_functions(derived: Derived, functions: Sequence[Any]) -> Functions:
     return tuple(wanted)
 
 
-def drifts(t: Array, functions: Functions, values: Callable[[list[Expr]], list[Array]]) -> tuple[Drift, ...]:
-    """The drift of each function, by the values of expressions along a motion."""
+def drifts(
+    t: Array, functions: Functions, values: Callable[[list[Expr]], list[Array]], begins: Indices
+) -> tuple[Drift, ...]:
+    """The drift of each function, by the values of expressions along a motion; what jumps where phases begin is none."""
     memo: Sizes = {}
     roots = [f for _, f in functions]
     tables = values([*roots, *(size(e, memo) for e in roots)])
     return tuple(
-        _drift(t, name, *pair)
-        for (name, _), pair in zip(functions, zip(*np.split(np.array(tables), 2), strict=True), strict=True)
+        _drift(t, name, values_, sizes, begins)
+        for (name, _), (values_, sizes) in zip(functions, zip(*np.split(np.array(tables), 2), strict=True), strict=True)
     )
 
 
@@ -94,8 +97,8 @@ def check_drifts(found: Sequence[Drift], rtol: float) -> None:
         )
 
 
-def _drift(t: Array, name: str, values: Array, sizes: Array) -> Drift:
-    change = np.abs(values - values[0])
+def _drift(t: Array, name: str, values: Array, sizes: Array, begins: Indices) -> Drift:
+    change = np.abs(values - values[0] - leaps(values, begins))
     k = int(np.nanargmax(change)) if np.isfinite(change).any() else 0
     whole = float(np.nanmax(np.abs(sizes), initial=0.0))
     most = float(change[k])

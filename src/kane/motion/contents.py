@@ -10,6 +10,7 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO
+from kane.motion.drives import constant
 from kane.motion.feedback import along
 from kane.motion.files import Contents
 from kane.numeric.arrays import Array
@@ -36,8 +37,10 @@ def contents(motion: Any, rates: Callable[[Array], Array]) -> Contents:
         "evaluations": int(motion.evaluations),
         "method": motion.method,
         "partitions": [_partition(one) for one in kept],
+        "numbers": [[constant(p.inputs[s]) for s in motion.inputs] for p in motion.phases],
+        "phases": [[e.name for e in p.by] for p in motion.phases],
     }
-    columns = [along(f, motion.t, motion.states) for f in motion.inputs.values()]
+    columns = [_column(motion, s) for s in motion.inputs]
     arrays = {
         "t": motion.t,
         "states": motion.states,
@@ -49,10 +52,23 @@ def contents(motion: Any, rates: Callable[[Array], Array]) -> Contents:
         "segment_starts": np.array([s.start for s in motion.segments], dtype=float),
         "segments": np.array([place[s.equations] for s in motion.segments], dtype=np.int64),
         "samples": np.array([place[one] for one in motion.samples], dtype=np.int64),
+        "phase": motion.phase,
+        "phase_parameters": np.array(
+            [[float(p.parameters[s]) for s in eom.parameters] for p in motion.phases], dtype=float
+        ).reshape(len(motion.phases), len(eom.parameters)),
         "compared": at,
         "rates": rates(at),
     }
     return Contents(header, arrays)
+
+
+def _column(motion: Any, symbol: Any) -> Array:
+    """The values of an input at the samples."""
+    found = np.empty(len(motion.t))
+    for number, phase in enumerate(motion.phases):
+        at = motion.phase == number
+        found[at] = along(phase.inputs[symbol], motion.t[at], motion.states[at])
+    return found
 
 
 def names(eom: Equations) -> Mapping[str, Sequence[str]]:
@@ -71,4 +87,6 @@ def _partition(eom: Equations) -> list[list[int]] | None:
 def some(motion: Any, at: Array) -> Any:
     """The motion at some of its samples."""
     samples = tuple(motion.samples[k] for k in at) if motion.samples else ()
-    return replace(motion, t=motion.t[at], states=motion.states[at], work=motion.work[at], samples=samples)
+    return replace(
+        motion, t=motion.t[at], states=motion.states[at], work=motion.work[at], samples=samples, phase=motion.phase[at]
+    )

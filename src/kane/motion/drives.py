@@ -208,7 +208,7 @@ def _function(name: str, value: Any) -> Function:
     if callable(value):
         _check_signature(name, value)
         return Asked(name, value)
-    return partial(_constant, finite_number("value or function of time", name, value))
+    return a_constant(finite_number("value or function of time", name, value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -254,6 +254,11 @@ def _check_signature(name: str, function: Function) -> None:
 
 def _constant(value: float, t: Any) -> float:
     return value
+
+
+def a_constant(value: float) -> Function:
+    """An input that is a number."""
+    return partial(_constant, value)
 
 
 def constant(f: Function) -> float | None:

@@ -56,6 +56,7 @@ def energy_check(t: Array, kinetic: Array, total: Array, work: Array, open_: Arr
 
 def _checked(t: Array, kinetic: Array, total: Array, work: Array, open_: Array) -> EnergyCheck:
     change = total - total[0]
+    work = work - work[0]
     drift = np.abs(change - work)
     own = np.max([kinetic, np.abs(change), np.abs(work), open_], axis=0)
     terms = kinetic + np.abs(total - kinetic)

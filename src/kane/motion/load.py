@@ -10,11 +10,13 @@ from kane.dynamics.constraints.partition import Partition
 from kane.equations.derive import derive, repartition
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, SolutionFileError, cut
-from kane.expr.node import ZERO
+from kane.expr.node import ZERO, Expr
 from kane.model.declarations import Event
 from kane.model.system import System
 from kane.motion.contents import names, some
+from kane.motion.drives import a_constant
 from kane.motion.files import Contents, read
+from kane.motion.phases import Phase
 from kane.motion.solution import Recorded, Segment, Solution
 from kane.numeric.arrays import Array
 
@@ -83,7 +85,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
         arrays["states"].reshape(len(t), len(first.state)),
         arrays["work"],
         dict(zip(first.parameters, arrays["parameters"].tolist(), strict=True)),
-        {s: Recorded(s.name, t, values) for s, values in zip(first.inputs, arrays["inputs"], strict=True)},
+        _inputs(found, first, 0),
         header["status"],
         header["message"],
         None if header["event"] is None else _event(first, header["event"], None),
@@ -95,7 +97,31 @@ def _solution(found: Contents, eom: Equations) -> Solution:
         rtol=rtol,
         atol=atol,
         method=header["method"],
+        phases=_phases(found, first),
+        phase=arrays["phase"],
     )
+
+
+def _phases(found: Contents, eom: Equations) -> tuple[Phase, ...]:
+    rows = zip(found.arrays["phase_parameters"].tolist(), found.header["phases"], strict=True)
+    return tuple(
+        Phase(
+            dict(zip(eom.parameters, values, strict=True)),
+            _inputs(found, eom, k),
+            tuple(_event(eom, name, None) for name in by),
+        )
+        for k, (values, by) in enumerate(rows)
+    )
+
+
+def _inputs(found: Contents, eom: Equations, number: int) -> dict[Expr, Any]:
+    """The inputs of a phase: numbers as such, of functions the values at its samples."""
+    at = found.arrays["phase"] == number
+    t, given = found.arrays["t"][at], found.header["numbers"][number]
+    return {
+        s: Recorded(s.name, t, values[at]) if value is None else a_constant(float(value))
+        for s, values, value in zip(eom.inputs, found.arrays["inputs"], given, strict=True)
+    }
 
 
 def _event(eom: Equations, name: str, told: str | None) -> Event:

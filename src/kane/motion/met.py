@@ -6,13 +6,13 @@ a step are (`leapt`), but for what is shorter than such a part and not smooth. A
 (x² of u = x² x'): where it is smallest, it is compared with the largest that it has been.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.model.declarations import Event
-from kane.motion.bounds import MOST, SHARES, passages
+from kane.motion.bounds import MOST, SHARES, Bracket, passages
 from kane.numeric.arrays import Array
 
 PARTS = 8
@@ -23,12 +23,16 @@ _GONE, _LOOSE = 1e-9, 1e-2
 """Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
 _CLOSE = 1e-3
 """Share of a part of a step after which it shows whether a quantity falls or rises."""
+_SOON, _TINY = 1e-6, np.finfo(float).tiny
+"""Share of a step after which it shows to which side a quantity leaves its threshold; and what it is at that until then."""
 SMALL = 0.1
 """Share below which it is asked whether it does between two places."""
 
 Watch = Callable[[float, Array], Array]
 Dense = Callable[[float], Array]
 Met = tuple[Event, float]
+Fresh = Mapping[int, float]
+"""The places of events at whose thresholds a motion begins, and to which side it leaves: 1, −1, or 0 where it has passed them."""
 
 
 def thresholds(events: Sequence[Event], largest: Array) -> Array:
@@ -38,16 +42,22 @@ def thresholds(events: Sequence[Event], largest: Array) -> Array:
 
 
 def crossings(
-    events: Sequence[Event], watch: Watch, dense: Dense, times: Array, values: Array, least: Array
+    events: Sequence[Event],
+    watch: Watch,
+    dense: Dense,
+    times: Array,
+    values: Array,
+    least: Array,
+    fresh: Fresh | None = None,
 ) -> list[Met]:
     """The events that a step meets, in order of time.
 
     `watch` gives the events' quantities at a time and state, `values` (k × events) those at `times` (k), whose first and last are the
-    ends of the step; `least` are their thresholds.
+    ends of the step; `least` are their thresholds. Those of `fresh`, by place, are at their thresholds at the beginning.
     """
     met: list[Met] = []
+    most = MOST if len(times) == len(SHARES) else 0
     for k, event in enumerate(events):
-        over = values[:, k] - least[k]
 
         def gap(t: float, k: int = k, threshold: float = float(least[k])) -> float:
             return float(watch(t, dense(t))[k] - threshold)
@@ -55,10 +65,31 @@ def crossings(
         def gaps(at: Array, gap: Callable[[float], float] = gap) -> Array:
             return np.array([gap(float(t)) for t in at])
 
-        for start, end, a, b in passages(gaps, times, over, MOST if len(times) == len(SHARES) else 0):
+        over = values[:, k] - least[k]
+        anew = fresh is not None and k in fresh
+        side = fresh[k] if fresh is not None and anew else 0.0
+        found = _leaving(gaps, times, float(over[-1]), side, most) if anew else passages(gaps, times, over, most)
+        for start, end, a, b in found:
             if event.direction <= 0 < a or a < 0 <= event.direction:
                 met.append((event, _located(gap, start, end, a, b)))
     return sorted(met, key=lambda pair: pair[1])
+
+
+def _leaving(gaps: Callable[[Array], Array], times: Array, last: float, side: float, most: int) -> list[Bracket]:
+    """The passages of a quantity that begins at its threshold, where rounding gives it any sign, and leaves to a `side` if not 0.
+
+    Of the first millionth of a step only the last passage from that side counts.
+    """
+    shares = (times - times[0]) / (times[-1] - times[0])
+    begin = times[0] + _SOON * (times[-1] - times[0])
+    later = begin + (times[-1] - begin) * shares
+    over = np.append(gaps(later[:-1]), last)
+    found = passages(gaps, later, over, most)
+    if not side * over[0] < 0:
+        return found
+    early = times[0] + (begin - times[0]) * shares
+    within = passages(gaps, early, np.concatenate([[side * _TINY], gaps(early[1:-1]), over[:1]]), most)
+    return [*[bracket for bracket in within if bracket[2] * side > 0][-1:], *found]
 
 
 def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float, b: float) -> float:

@@ -2,6 +2,7 @@
 """Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
 
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import after, interpolant
-from kane.motion.met import crossings, thresholds, vanishing
+from kane.motion.met import Fresh, crossings, thresholds, vanishing
 from kane.motion.methods import implicit
 from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.singular_rates import nearly_singular
@@ -38,8 +39,16 @@ _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
 class NativeCourse:
     """A motion on its way over `span`, as `Course`, where nothing is left to Python between two steps (`methods.py`)."""
 
-    def __init__(self, stepper: Stepper, method: Method, span: tuple[float, float], start: Array, times: Array) -> None:
-        self.stepper, self.method, self.span = stepper, method, span
+    def __init__(
+        self,
+        stepper: Stepper,
+        method: Method,
+        span: tuple[float, float],
+        start: Array,
+        times: Array,
+        fresh: Fresh = MappingProxyType({}),
+    ) -> None:
+        self.stepper, self.method, self.span, self.fresh = stepper, method, span, fresh
         self.t, self.rows = [span[0]], [stepper.sample(span[0], start)]
         self.events: list[tuple[Event, float]] = []
         self.pace = Pace(span, method.max_seconds, method.bounded)
@@ -67,6 +76,8 @@ class NativeCourse:
         count = 0 if regimes is None else len(regimes.sides)
         self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
+        for k in self.fresh if t == self.span[0] else ():
+            self.given["seen"][k] = self.given["least"][k]
         if regimes is not None:
             self.given["seen"][[len(stepper.eom.events) + k for k in regimes.fresh]] = 0.0
         self.holding = Holding(stepper, t, self.y) if stepper.manifold else None
@@ -261,7 +272,8 @@ class NativeCourse:
         """SciPy's steps lead on from here, past where constraints are singular."""
         name = name or (IMPLICIT if INTEGRATORS[self.method.name].implicit else STEPPED)
         method = replace(self.method, name=name, max_steps=self.method.max_steps - self.steps)
-        self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1])
+        fresh = self.fresh if t == self.span[0] else {}
+        self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], fresh)
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
         self.stepped.span = self.span
         self._called(name)
@@ -306,7 +318,8 @@ class NativeCourse:
             # what was aimed at is met there, though rounding leaves it on this side
             self.landing = self.landing or turn.which
         values = values[:, : len(events)]
-        met = crossings(events, now.watch, one, times, values, thresholds(events, sizes))
+        fresh = self.fresh if start == self.span[0] else None
+        met = crossings(events, now.watch, one, times, values, thresholds(events, sizes), fresh)
         met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
         s[At.LOOKED] = 1.0
         for event, t in sorted(met, key=lambda pair: pair[1]):

@@ -25,6 +25,7 @@ from kane.motion.formulas import Formula, own_parameters
 from kane.motion.jumps import warn_of_jumps
 from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
+from kane.motion.resumed import Begin, begin_of, check_fits, inherited_inputs, inherited_parameters, told
 from kane.motion.singular_rates import check_regular
 from kane.motion.smooth import check_prescribed
 from kane.motion.solution import Solution
@@ -54,21 +55,22 @@ _SAME_TIME = 1e-12
 
 def simulate(
     eom: Equations,
-    span: tuple[float, float],
+    span: tuple[float, float] | float,
     *,
-    q: Mapping[Any, float] | Sequence[float] | Array,
+    q: Mapping[Any, float] | Sequence[float] | Array | None = None,
     u: Mapping[Any, float] | Sequence[float] | Array | None = None,
     rates: Mapping[Any, float] | Sequence[float] | Array | None = None,
+    start: Solution | None = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     t: float | None = None,
-    method: str = "auto",
-    rtol: float = 1e-9,
-    atol: float = 1e-9,
+    method: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
     samples: int | Sequence[float] = 501,
     max_steps: int | None = None,
     max_step: float | None = None,
-    breakpoints: Sequence[float] = (),
+    breakpoints: Sequence[float] | None = None,
     max_seconds: float | None = None,
     settings: Settings | None = None,
     check: Sequence[Any] = (),
@@ -83,17 +85,20 @@ def simulate(
     Parameters
     ----------
     eom : Equations
-    span : (float, float)
+    span : (float, float), or the end alone where the motion goes on from `start`
     q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
     rates : the rates of the coordinates at the start, by coordinate, in place of `u`
+    start : a motion to go on from, in place of start values: from its end and with its work, parameters, inputs, tolerances and,
+        unless it comes from a file, its other options, so far as none are given here. Its equations may have other loads and
+        constraints, if bodies and speeds are the same. `sol + more` is the whole
     parameters : values by symbol or name; those left out take their defaults
     inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
         f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
-    method : "auto", one that runs in machine code ("gauss16", "dop853", "tsit5", for stiff equations "radau9", and at steps of
-        the length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
+    method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "tsit5", for stiff equations "radau9", and at
+        steps of the length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
         "LSODA". "auto" takes machine code where constraints do not bend and no tables jump; `sol.method` says which ran
-    rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds
+    rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds; 1e-9 unless told
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
     max_seconds : after what time by the clock to stop
@@ -112,76 +117,132 @@ def simulate(
     """
     check_equations(eom)
     checking_functions(eom.derived, check)
-    t0, _ = span = check_span(span)
-    _check_begun_at(t, span)
-    solver = Method(
-        check_method(method),
-        check_tolerance("rtol", rtol),
-        check_tolerance("atol", atol),
-        _MOST_STEPS if max_steps is None else check_steps(max_steps),
-        check_longest("max_step", "length", "step", max_step),
-        check_breakpoints(breakpoints),
-        check_longest("max_seconds", "time", "time by the clock", max_seconds),
-        bounded=max_steps is not None,
+    begin, span = begin_of(
+        start, {"q": q, "u": u, "rates": rates, "states": states, "parameters": parameters, "inputs": inputs}, span
     )
-    constants = parameter_values(eom.system, parameters)
+    t0, t1 = span = check_span(span)
+    _check_time(t if start is None else float(start.t[-1]), t0, t1)
+    options = told(
+        {
+            "method": method,
+            "rtol": rtol,
+            "atol": atol,
+            "max_step": max_step,
+            "breakpoints": breakpoints,
+            "settings": settings,
+        },
+        start,
+    )
+    bounds = {"max_steps": max_steps, "max_seconds": max_seconds}
+    values = inherited_parameters(eom, start, parameters)
+    constants = parameter_values(eom.system, values)
     check_masses(eom, constants)
-    drives = input_functions(eom, inputs, span, own_parameters(parameters) | constants)
+    law = inherited_inputs(eom, start, inputs, own_parameters(values) | constants)
+    drives = input_functions(eom, law, span, own_parameters(values) | constants)
+    if start is not None:
+        check_fits(eom, start, drives, constants)
+        begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     check_prescribed(eom, constants, span)
-    if (u is None) == (rates is None):
-        raise SimulationError(f"Expected either u= or rates= at the start, got {'neither' if u is None else 'both'}.")
     with working("Simulating"):
-        stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
-        start = _begun(stepper, q, u, rates, parameters, t0, states)
-        for event, value in zip(eom.events, stepper.now.watch(t0, start), strict=True):
-            if not np.isfinite(value):
-                warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=2)
-        solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
-        solver = replace(solver, name=chosen(method, stepper, stepper.now.drives, solver.max_step), free=method == AUTO)
-        kind = NativeCourse if solver.name in INTEGRATORS else Course
-        course = kind(stepper, solver, span, start, sample_times(samples, span))
-        end = _to_its_end(course)
-    given = {"parameters": parameters, "inputs": inputs, "breakpoints": breakpoints, "settings": settings}
-    solution = _repeatable(_solution(course, end, constants, drives), max_step, given)
+        solution = _run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
+    given = {"parameters": values, "inputs": law} | {
+        name: options[name] for name in ("breakpoints", "settings", "max_step")
+    }
+    solution = _repeatable(solution, start, given)
     _check_kept(solution, check)
-    return solution
+    return replace(solution, _options=options)
 
 
-def _check_begun_at(t: float | None, span: tuple[float, float]) -> None:
-    if t is not None and abs(t - span[0]) > _SAME_TIME * max(map(abs, span)):
+def _check_time(t: float | None, t0: float, t1: float) -> None:
+    """Start values of a time `t` begin a span there."""
+    if t is not None and abs(t0 - t) > _SAME_TIME * max(abs(t0), abs(t1)):
         raise SimulationError(
-            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got t = {span[0]:.9g}. Begin it there, or "
+            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
             "take start values that hold at its beginning."
         )
 
 
-def _repeatable(solution: Solution, max_step: float | None, given: dict[str, Any]) -> Solution:
-    return replace(solution, _again=partial(_again, solution, max_step, given))
+def _run(
+    eom: Equations,
+    span: tuple[float, float],
+    begin: Begin,
+    given: tuple[Mapping[Expr, float], Mapping[Expr, Function]],
+    options: Mapping[str, Any],
+    bounds: Mapping[str, Any],
+    times: Array,
+) -> Solution:
+    """A motion with values of its parameters and its inputs."""
+    solver, (constants, drives) = _solver(options, bounds), given
+    stepper = Stepper(
+        eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), options["settings"]
+    )
+    start = _begun(stepper, begin, constants, span[0])
+    for event, value in zip(eom.events, stepper.now.watch(span[0], start), strict=True):
+        if not np.isfinite(value):
+            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=3)
+    solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
+    name = chosen(solver.name, stepper, stepper.now.drives, solver.max_step)
+    solver = replace(solver, name=name, free=solver.name == AUTO)
+    kind = NativeCourse if name in INTEGRATORS else Course
+    course = kind(stepper, solver, span, start, times, _fresh(eom, begin))
+    return _solution(course, _to_its_end(course), constants, drives)
+
+
+def _solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
+    most = bounds["max_steps"]
+    return Method(
+        check_method(options["method"]),
+        check_tolerance("rtol", options["rtol"]),
+        check_tolerance("atol", options["atol"]),
+        _MOST_STEPS if most is None else check_steps(most),
+        check_longest("max_step", "length", "step", options["max_step"]),
+        check_breakpoints(options["breakpoints"]),
+        check_longest("max_seconds", "time", "time by the clock", bounds["max_seconds"]),
+        bounded=most is not None,
+    )
+
+
+def _fresh(eom: Equations, begin: Begin) -> dict[int, float]:
+    """At which of the events' thresholds a motion begins: it has passed them, and is to meet them when it comes back."""
+    own, names = {e.name for e in eom.system.events}, {e.name for e in begin.fresh}
+    return {k: 0.0 for k, e in enumerate(eom.events) if e.name in names & own}
+
+
+def _repeatable(solution: Solution, start: Solution | None, given: dict[str, Any]) -> Solution:
+    return replace(solution, _again=partial(_again, solution, start, given))
 
 
 def _again(
-    solution: Solution, max_step: float | None, given: dict[str, Any], *, halved: bool = False, **more: Any
+    solution: Solution, start: Solution | None, given: dict[str, Any], *, halved: bool = False, **more: Any
 ) -> Solution:
     """The same motion once more, at other tolerances or half the steps."""
-    if halved and max_step is not None:
-        max_step /= 2
+    if halved and given["max_step"] is not None:
+        given = given | {"max_step": given["max_step"] / 2}
     # where others have led on, "auto" finds them again
     method = AUTO if ", " in solution.method else solution.method
-    start = {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0], "method": method, "max_step": max_step}
+    begin: dict[str, Any] = (
+        {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0]} if start is None else {"start": start}
+    )
     with warnings.catch_warnings():  # of what is wrong with the motion it has warned
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])
-        return simulate(solution.equations, span, samples=solution.t.tolist(), **start, **given, **more)
+        return simulate(
+            solution.equations, span, samples=np.unique(solution.t).tolist(), method=method, **begin, **given, **more
+        )
 
 
-def _begun(stepper: Stepper, q: Any, u: Any, rates: Any, parameters: Any, t0: float, states: Any) -> Array:
+def _begun(stepper: Stepper, begin: Begin, constants: Mapping[Expr, float], t0: float) -> Array:
     """The start, whole and admissible; sampled controllers have been asked there."""
     drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
-    begin = {"parameters": parameters, "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
-    first = _start(stepper.first, q, u, rates, begin, t0, states)
+    given = {"parameters": dict(constants), "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
+    first = (
+        start_state(stepper.first, begin.q, begin.u, begin.states)
+        if begin.whole
+        else _start(stepper.first, begin, given, t0)
+    )
     for held in controllers(stepper.now.drives):
         held.due(t0, first)
-    return _admissible(stepper, t0, np.append(first, 0.0))
+    return _admissible(stepper, t0, np.append(first, begin.work))
 
 
 def _at_start(drive: Any, t: float) -> float:
@@ -227,12 +288,21 @@ def _wrong_energy(solution: Solution) -> str:
     )
 
 
-def _start(eom: Equations, q: Any, u: Any, rates: Any, at: dict[str, Any], t0: float, states: Any) -> Array:
+def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array:
     """(q, u, a), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
-    if eom.constraints.constraints or rates is not None:
-        assembled = assemble(eom, q=q, u=u, rates=rates, **at, t=t0)
+    q, u = begin.q, begin.u
+    if eom.constraints.constraints or begin.rates is not None:
+        try:
+            assembled = assemble(eom, q=q, u=u, rates=begin.rates, **at, t=t0)
+        except SimulationError as error:
+            if not begin.goes_on:
+                raise
+            raise SimulationError(
+                f"Expected start= whose end satisfies the constraints with the values given now, got one that does not. {error} Leave "
+                "those values as they were, or begin anew from an assembled state: kn.assemble(eom, q={…}), then q= and u=."
+            ) from error
         q, u = assembled.q, assembled.u
-    return start_state(eom, q, u, states)
+    return start_state(eom, q, u, begin.states)
 
 
 def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:

@@ -2,7 +2,7 @@
 """The frozen result of a simulation."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -27,9 +27,12 @@ from kane.motion import tables
 from kane.motion.accuracy import Accuracy, accuracy
 from kane.motion.checking import Drift, checking_functions, drifts
 from kane.motion.contents import contents, some
+from kane.motion.drives import constant
 from kane.motion.energy import EnergyCheck, energy_check
 from kane.motion.feedback import along
 from kane.motion.files import write
+from kane.motion.joining import check_follows, joined
+from kane.motion.phases import Indices, Jump, Phase, breaks, leaps
 from kane.motion.works import work_of
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
@@ -66,6 +69,11 @@ class Recorded:
         )
 
 
+def recorded(name: str, function: Callable[[Any], Any], t: Array, states: Array) -> Callable[[Any], Any]:
+    """An input as it is kept: a number as such, of a function its values at samples."""
+    return function if constant(function) is not None else Recorded(name, t, along(function, t, states))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A motion: `t` (n), `states` (n × (coordinates + speeds + further states)), and `work` (n), the integral of the power.
@@ -75,6 +83,10 @@ class Solution:
     `events` all that were met and their times. `segments` are the equations it was stepped with, `samples` for each time those whose
     dependent speeds are determined there: accelerations and reactions are read off these. Where the constraints lose rank, reactions
     have no value (NaN). `method` is the one that ran: where it was "auto", the one that was chosen.
+
+    Where events change the state, or motions were joined, the motion has several `phases`, and `phase` (n) says which one each sample
+    is in: two samples have one time where a phase begins, before and after, and `jumps` tells of it. `parameters` and `inputs` are
+    those at the start.
     """
 
     equations: Equations
@@ -94,19 +106,42 @@ class Solution:
     rtol: float = 1.0
     atol: float = 0.0
     method: str = ""
+    phases: tuple[Phase, ...] = ()
+    phase: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     _again: Callable[..., Any] | None = None
+    _options: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        if not self.phases:
+            object.__setattr__(self, "phases", (Phase(self.parameters, self.inputs),))
+            object.__setattr__(self, "phase", np.zeros(len(self.t), dtype=np.int64))
 
     def __reduce__(self) -> tuple[Callable[..., "Solution"], tuple[Any, ...]]:
         """Equations are derived again where a pickle is read; of the inputs their values at the samples stay."""
         own = {f.name: getattr(self, f.name) for f in fields(self)}
         kept = list(dict.fromkeys([self.equations, *(s.equations for s in self.segments), *self.samples]))
         place = {eom: k for k, eom in enumerate(kept)}
-        own["inputs"] = {s: Recorded(str(s), self.t, along(f, self.t, self.states)) for s, f in self.inputs.items()}
+        own["inputs"] = self._recorded(0)
+        own["phases"] = tuple(Phase(p.parameters, self._recorded(k), p.by) for k, p in enumerate(self.phases))
         own["segments"] = [(s.start, place[s.equations]) for s in self.segments]
-        own["_again"] = None
+        own["_again"] = own["_options"] = None
         own["samples"] = [place[eom] for eom in self.samples]
         partitions = [eom.embedding and eom.embedding.partition for eom in kept]
         return _restored, (own.pop("equations"), partitions, own)
+
+    def __add__(self, other: Any) -> "Solution":
+        """The motion and the one that goes on from its end, as one.
+
+        Raises
+        ------
+        SimulationError
+            if the other one is of other equations, or begins at another time
+        """
+        if not isinstance(other, Solution):
+            return NotImplemented
+        check_follows(self, other)
+        whole: Solution = joined([self, other])
+        return whole
 
     @property
     def q(self) -> Array:
@@ -162,21 +197,24 @@ class Solution:
 
     def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
         """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
-        places: dict[Equations, list[int]] = {}
-        for k, eom in enumerate(self.samples or (self.equations,) * len(self)):
-            places.setdefault(eom, []).append(k)
-        parts = [(at, self._along(eom, exprs(eom), self.t[at], self.states[at])) for eom, at in places.items()]
+        places: dict[tuple[Equations, int], list[int]] = {}
+        for k, key in enumerate(zip(self.samples or (self.equations,) * len(self), self.phase.tolist(), strict=True)):
+            places.setdefault(key, []).append(k)
+        parts = [
+            (at, self._along(eom, self.phases[k], exprs(eom), self.t[at], self.states[at]))
+            for (eom, k), at in places.items()
+        ]
         tables = [np.empty(len(self)) for _ in parts[0][1]]
         for at, values in parts:
             for whole, part in zip(tables, values, strict=True):
                 whole[at] = part
         return tables
 
-    def _along(self, eom: Equations, exprs: Any, t: Array, states: Array) -> list[Array]:
-        """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds + further states))."""
+    def _along(self, eom: Equations, phase: Phase, exprs: Any, t: Array, states: Array) -> list[Array]:
+        """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds + further states)) in a phase."""
         q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-        inputs = {s: along(f, t, states) for s, f in self.inputs.items()}
-        values = evaluate_along(eom.solved, exprs, list(q), list(u), self.parameters, inputs, t, list(a), held=False)
+        inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
+        values = evaluate_along(eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
 
     def rates(self) -> Array:
@@ -241,7 +279,38 @@ class Solution:
     def energy_check(self) -> EnergyCheck:
         """E − ∫P dt must stay constant; see EnergyCheck."""
         kinetic, total = self._values([self.equations.kinetic_energy, self.equations.energy])
-        return energy_check(self.t, kinetic, total, self.work, self._open() / self.rtol)
+        return energy_check(self.t, kinetic, total, self.work + leaps(total, self.begins), self._open() / self.rtol)
+
+    @cached_property
+    def energy_drift(self) -> Array:
+        """E − ∫P dt less what it is at the start (n), without what the energy jumps by where phases begin."""
+        done = self.work + leaps(self.energy, self.begins)
+        return np.asarray((self.energy - self.energy[0]) - (done - done[0]))
+
+    @cached_property
+    def jumps(self) -> tuple[Jump, ...]:
+        """What changes at once where phases begin, and the energy that it takes or gives."""
+        symbols = self.equations.state
+        found = []
+        for k in self.begins.tolist():
+            old, new = self.phases[self.phase[k - 1]], self.phases[self.phase[k]]
+            pairs = dict(
+                zip(symbols, zip(self.states[k - 1].tolist(), self.states[k].tolist(), strict=True), strict=True)
+            )
+            pairs |= {p: (v, new.parameters[p]) for p, v in old.parameters.items() if p in new.parameters}
+            changes: dict[Expr, tuple[float, float]] = {s: (a, b) for s, (a, b) in pairs.items() if a != b}
+            found.append(Jump(float(self.t[k]), new.by, changes, float(self.energy[k] - self.energy[k - 1])))
+        return tuple(found)
+
+    @property
+    def begins(self) -> Indices:
+        """The samples with which phases begin, but for the first one."""
+        return breaks(self.phase)
+
+    def _recorded(self, number: int) -> dict[Expr, Callable[[Any], Any]]:
+        """The inputs of a phase as a file or a pickle keeps them."""
+        at = np.flatnonzero(self.phase == number)
+        return {s: recorded(str(s), f, self.t[at], self.states[at]) for s, f in self.phases[number].inputs.items()}
 
     def checking_functions(self, functions: Sequence[Any] | None = None) -> tuple[Drift, ...]:
         """How far integrals of the equations went from their values at the start; those of `eom.integrals` if left out.
@@ -249,7 +318,7 @@ class Solution:
         An integral, or any expression that should be constant, may be in the list (Kane & Levinson 1985, sec. 7.3).
         """
         wanted = self.equations.integrals if functions is None else functions
-        return drifts(self.t, checking_functions(self.equations.derived, wanted), self._values)
+        return drifts(self.t, checking_functions(self.equations.derived, wanted), self._values, self.begins)
 
     @cached_property
     def load_works(self) -> Mapping[Load, Array]:
@@ -259,17 +328,21 @@ class Solution:
         """
         eom = self.equations
         meant = dict(zip((*eom.system.gravities, *eom.system.loads), eom.loads, strict=True))
+        runs = np.split(np.arange(len(self)), self.begins)
         return LazyMapping(
-            eom.loads, lambda load: work_of(load, eom.load_powers[load], self.t, lambda e: self._values(list(e))), meant
+            eom.loads,
+            lambda load: work_of(load, eom.load_powers[load], self.t, lambda e: self._values(list(e)), runs),
+            meant,
         )
 
     @property
     def keeps_energy(self) -> bool:
         """Whether the energy check passes by its own limit; where a few samples show it, the others are not asked."""
-        at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _SOME)).astype(int))
-        few = replace(self, t=self.t[at], states=self.states[at], work=self.work[at], samples=())
+        at = np.linspace(0, len(self) - 1, min(len(self), _SOME)).astype(int)
+        at = np.unique(np.concatenate([at, self.begins, self.begins - 1]))
+        few = replace(self, t=self.t[at], states=self.states[at], work=self.work[at], samples=(), phase=self.phase[at])
         kinetic, total = few._values([self.equations.kinetic_energy, self.equations.energy])
-        sure = energy_check(few.t, kinetic, total, few.work, np.zeros(len(at)))
+        sure = energy_check(few.t, kinetic, total, few.work + leaps(total, few.begins), np.zeros(len(at)))
         return sure.sharply(self.rtol) or not self.energy_check.exceeds(self.rtol)
 
     def _open(self) -> Array:
@@ -277,9 +350,13 @@ class Solution:
         at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
         width = self.states.shape[1]
         shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
-        x = (self.states[at] + shifts[:, None, :]).reshape(-1, width)
-        (energy,) = self._along(self.equations, [self.equations.energy], np.tile(self.t[at], len(shifts)), x)
-        table = energy.reshape(len(shifts), -1)
+        table = np.empty((len(shifts), len(at)))
+        for number in np.unique(self.phase[at]):
+            own = np.flatnonzero(self.phase[at] == number)
+            x = (self.states[at[own]] + shifts[:, None, :]).reshape(-1, width)
+            times = np.tile(self.t[at[own]], len(shifts))
+            (energy,) = self._along(self.equations, self.phases[number], [self.equations.energy], times, x)
+            table[:, own] = energy.reshape(len(shifts), -1)
         up, down = np.split(np.abs(table[1:] - table[0]), 2)
         return np.asarray(np.interp(np.arange(len(self)), at, np.maximum(up, down).sum(axis=0)))
 

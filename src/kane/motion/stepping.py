@@ -6,6 +6,7 @@ A motion breaks off where a drive cannot hold its constraints any further, or wh
 
 import warnings
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import on_from, up_to
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
-from kane.motion.met import PARTS, crossings, leapt, thresholds, vanishing
+from kane.motion.met import PARTS, Fresh, crossings, leapt, thresholds, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
@@ -94,13 +95,23 @@ class End(NamedTuple):
 class Course:
     """A motion on its way over `span`: `advance()` until it gives an End.
 
-    `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met.
+    `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met. `fresh` are those
+    at whose thresholds it begins.
     """
 
-    def __init__(self, stepper: Stepper, method: Method, span: tuple[float, float], start: Array, times: Array) -> None:
+    def __init__(
+        self,
+        stepper: Stepper,
+        method: Method,
+        span: tuple[float, float],
+        start: Array,
+        times: Array,
+        fresh: Fresh = MappingProxyType({}),
+    ) -> None:
         self.stepper, self.method, self.span, self.times = stepper, method, span, times
         self.solver = method.solver(stepper, span[0], start, span[1])
         self.watched = stepper.now.watch(span[0], start)
+        self.fresh = fresh
         self.largest = np.abs(self.watched)
         self.t = [span[0]]
         self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
@@ -209,7 +220,8 @@ class Course:
         within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
         values = np.vstack([self.watched, within, after])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
-        met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest))
+        fresh = self.fresh if times[0] == self.t[0] else None
+        met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest), fresh)
         met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
         for event, t in sorted(met, key=lambda pair: pair[1]):
             self.events.append((event, t))

@@ -5,6 +5,7 @@ Between samples the power is a cubic spline, so that what loads do within a samp
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -17,15 +18,24 @@ _LEAST = 4
 """Samples that a cubic spline needs."""
 
 
-def work_of(load: Load, power: Expr, t: Array, values: Callable[[Sequence[Expr]], list[Array]]) -> Array:
-    """The work since the start (n), from the values of expressions along a motion."""
-    if load.potential is not None and not depends_on_time(load.potential):
-        (v,) = values([load.potential])
-        return np.asarray(v[0] - v)
+def work_of(
+    load: Load, power: Expr, t: Array, values: Callable[[Sequence[Expr]], list[Array]], runs: Sequence[Any]
+) -> Array:
+    """The work since the start (n), from the values of expressions along a motion; `runs` are the samples of its phases."""
+    held = load.potential is not None and not depends_on_time(load.potential)
+    (own,) = values([load.potential if held and load.potential is not None else power])
+    found = np.empty(len(t))
+    done = 0.0
+    for at in runs:
+        found[at] = done + (own[at[0]] - own[at] if held else _integral(t[at], own[at]))
+        done = found[at[-1]]
+    return found
+
+
+def _integral(t: Array, power: Array) -> Array:
     from scipy.interpolate import CubicSpline  # takes its time to import
 
-    (p,) = values([power])
     if len(t) < _LEAST:
-        return np.append(0.0, np.cumsum((p[1:] + p[:-1]) / 2 * np.diff(t)))
-    whole = CubicSpline(t, p).antiderivative()
+        return np.append(0.0, np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(t)))
+    whole = CubicSpline(t, power).antiderivative()
     return np.asarray(whole(t) - whole(t[0]))

@@ -94,7 +94,7 @@ def balance(solution: Solution) -> Plot:
     if max(np.abs(power).max(), np.abs(rate).max()) < least:  # rounding errors are not to fill the panel
         axes[1].set_ylim(-least, least)
     legend(axes[1], ncols=2, loc="best")
-    axes[2].plot(t, total - total[0] - solution.work, color=SERIES[4])
+    axes[2].plot(t, solution.energy_drift, color=SERIES[4])
     axes[2].set_ylabel("E − E(0) − ∫P dt [J]", fontsize=8)
     axes[2].set_xlabel("t [s]")
     caption = (

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions that follow each other, as one: samples, work, events and phases of all."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from kane.errors import SimulationError, cut
+
+_SAME_TIME = 1e-12
+"""Share of the times by which the end of a motion and the start of the next one may differ."""
+
+
+def check_follows(first: Any, second: Any) -> None:
+    """A SimulationError unless `second` is a motion of the same equations that begins where `first` ends."""
+    if second.equations.derived is not first.equations.derived:
+        raise SimulationError(
+            "Expected motions of the same equations to join, got those of others. Simulate both with one eom = kn.derive(system), or "
+            "load both with it; motions of other systems stay two solutions."
+        )
+    end, begin = float(first.t[-1]), float(second.t[0])
+    if abs(end - begin) > _SAME_TIME * max(abs(end), abs(begin), np.ptp(second.t), np.ptp(first.t)):
+        raise SimulationError(
+            f"Expected a motion that begins at t = {end:.9g}, where the first one ends, got one from {begin:.9g}. Let it go on from "
+            f"there: kn.simulate(eom, ({end:.9g}, …), start=sol), or join them in their order."
+        )
+
+
+def joined(pieces: Sequence[Any]) -> Any:
+    """One Solution of several, each of which begins where the last one ends.
+
+    Where nothing changes between two, their common instant is one sample, else two: what was before and what is after.
+    """
+    first, last = pieces[0], pieces[-1]
+    phases, numbers, kept = list(first.phases), [first.phase], [slice(0, None)]
+    done = [first.work]
+    for before, piece in pairwise(pieces):
+        own = piece.phases
+        goes_on = phases[-1].same(own[0]) and not own[0].by and _unmoved(before, piece)
+        kept.append(slice(int(goes_on), None))
+        numbers.append(piece.phase + len(phases) - int(goes_on))
+        if goes_on:
+            phases[-1] = replace(own[0], by=phases[-1].by)
+        phases += own[int(goes_on) :]
+        done.append(piece.work + (done[-1][-1] - piece.work[0]))
+    several = any(p.segments for p in pieces)
+    samples = [p.samples or (p.equations,) * len(p.t) for p in pieces]
+
+    def whole(parts: Sequence[Any]) -> Any:
+        return np.concatenate([part[at] for part, at in zip(parts, kept, strict=True)])
+
+    return replace(
+        first,
+        t=whole([p.t for p in pieces]),
+        states=whole([p.states for p in pieces]),
+        work=whole(done),
+        phase=whole(numbers),
+        phases=tuple(phases),
+        status=last.status,
+        message=last.message,
+        event=last.event,
+        events=tuple(pair for p in pieces for pair in p.events),
+        steps=sum(p.steps for p in pieces),
+        evaluations=sum(p.evaluations for p in pieces),
+        segments=tuple(s for p in pieces for s in p.segments),
+        samples=tuple(one for part, at in zip(samples, kept, strict=True) for one in part[at]) if several else (),
+        rtol=max(p.rtol for p in pieces),
+        atol=max(p.atol for p in pieces),
+        method=", ".join(dict.fromkeys(name for p in pieces for name in p.method.split(", "))),
+        _again=None,
+    )
+
+
+def _unmoved(first: Any, second: Any) -> bool:
+    """Whether a motion begins where the one before ends, up to what tolerances leave open, as projection onto constraints does."""
+    end, begin = first.states[-1], second.states[0]
+    return bool(np.all(np.abs(begin - end) <= second.atol + second.rtol * np.abs(end)))
+
+
+def check_motion(what: Any, kind: type) -> None:
+    """A SimulationError for what is no motion."""
+    if not isinstance(what, kind):
+        raise SimulationError(
+            f"Expected a motion to go on from or to join, got {cut(repr(what))}. Give what kn.simulate or kn.load_solution returned."
+        )
