@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Joint speeds: what a joint turns and slides by, in the generalized speeds or in the rates of coordinates."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -36,12 +36,16 @@ class Freedom(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """A slide or a turn: freedoms, what ṙ or ω is in speeds, `total` of `forms`, and what their rates are beside λ, `drift`."""
+    """A slide or a turn: freedoms, what ṙ or ω is in speeds, `total` of `forms`, and what their rates are beside λ, `drift`.
+
+    `shared` are those by rates that move other segments, too, with the rate of each.
+    """
 
     freedoms: tuple[Freedom, ...] = ()
     total: Triple = NOTHING
     drift: Triple = NOTHING
     forms: tuple[ScalarForm, ...] = ()
+    shared: tuple[tuple[Expr, Triple], ...] = ()
 
 
 def is_still(rates: Iterable[Expr]) -> bool:
@@ -50,11 +54,15 @@ def is_still(rates: Iterable[Expr]) -> bool:
 
 
 class Forms(NamedTuple):
-    """What a stage makes of rates: in speeds, and in these rates; whether each has one speed that is `new` along the tree."""
+    """What a stage makes of rates: in speeds, and in these rates; whether each has one speed that is `new` along the tree.
+
+    `shared` are the rows in rates by which other segments move, too, if there are any.
+    """
 
     forms: tuple[ScalarForm, ScalarForm, ScalarForm]
     rates: tuple[Affine, Affine, Affine]
     is_new: bool
+    shared: tuple[Row, ...] = ()
 
     @property
     def by_speeds(self) -> list[tuple[int, Row]]:
@@ -63,15 +71,18 @@ class Forms(NamedTuple):
 
     @property
     def by_rates(self) -> list[tuple[int, Row]]:
-        """The rows in rates, by axis."""
-        return [(k, row) for k, (row, _) in enumerate(self.rates) if row]
+        """The rows in rates, by axis, without those that are shared."""
+        rows = [row for row, _ in self.rates]
+        for k, shared in enumerate(self.shared):
+            rows[k] = {s: c for s, c in rows[k].items() if s not in shared}
+        return [(k, row) for k, row in enumerate(rows) if row]
 
 
 class Stages:
-    """Forms of what moves, and the freedoms that they have once all of them are known."""
+    """Forms of what moves, and the freedoms that they have once all of them are known; the rates `shared` are those of none alone."""
 
-    def __init__(self, kinematics: Kinematics) -> None:
-        self.kinematics = kinematics
+    def __init__(self, kinematics: Kinematics, shared: Collection[Expr] = ()) -> None:
+        self.kinematics, self.shared = kinematics, frozenset(shared)
         self.users: dict[Expr, int] = {}
 
     def raw(self, rates: Triple) -> Forms | None:
@@ -83,7 +94,8 @@ class Stages:
         rows = [form.coefficients for form in (x, y, z) if form.coefficients]
         new = [[(u, c) for u, c in row.items() if u not in self.users] for row in rows]
         firsts = {own[0][0] for own in new if len(own) == 1 and is_constant_in_time([own[0][1]])}
-        return Forms((x, y, z), (a, b, c), len(firsts) == len(new))
+        own = tuple({s: k for s, k in row.items() if s in self.shared} for row, _ in (a, b, c)) if self.shared else ()
+        return Forms((x, y, z), (a, b, c), len(firsts) == len(new), own if any(own) else ())
 
     def take(self, *raw: Forms | None) -> None:
         """What a segment moves by."""
@@ -96,7 +108,7 @@ class Stages:
         if raw is None:
             return Stage()
         a, b, c = (form.total() for form in raw.forms)
-        freedoms = None if by_rates else self._by_speeds(raw)
+        freedoms = None if by_rates or raw.shared else self._by_speeds(raw)
         if freedoms is not None:
             drift = self.kinematics.drift
             return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)), raw.forms)
@@ -104,7 +116,7 @@ class Stages:
         if freedoms is None:
             raise Unsuited(_SPEEDS)
         x, y, z = (self._swing(form) for form in raw.rates)
-        return Stage(freedoms, (a, b, c), (x, y, z), raw.forms)
+        return Stage(freedoms, (a, b, c), (x, y, z), raw.forms, _shared(raw))
 
     def coupled(self, spin: Forms, slide: Forms) -> tuple[Stage, Stage]:
         """A turn and a slide by the same rates, which the turn has."""
@@ -148,6 +160,12 @@ class Stages:
         return value
 
 
+def _shared(raw: Forms) -> tuple[tuple[Expr, Triple], ...]:
+    """What rates that are shared add, each."""
+    rates = dict.fromkeys(s for row in raw.shared for s in row)
+    return tuple((s, (a, b, c)) for s in rates for a, b, c in [[row.get(s, ZERO) for row in raw.shared]])
+
+
 def _is_constant(rows: Iterable[tuple[int, Row]]) -> bool:
     return all(is_constant_in_time(row.values()) for _, row in rows)
 
@@ -168,8 +186,8 @@ def are_coupled(a: Forms | None, b: Forms | None) -> bool:
 
 
 def is_single(raw: Forms) -> bool:
-    """Whether each form is of one speed, and no two of the same."""
-    return _is_single(raw.by_speeds)
+    """Whether each form is of one speed, and no two of the same, that moves nothing else."""
+    return not raw.shared and _is_single(raw.by_speeds)
 
 
 def measured(v: Vector, basis: Basis) -> Iterator[Triple]:

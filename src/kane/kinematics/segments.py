@@ -10,7 +10,7 @@ basis A, in which the arms turn (absolute angles, and sums of relative ones). Th
 nearest to the one before, so that the arm has no component along it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import NamedTuple
@@ -18,11 +18,11 @@ from typing import NamedTuple
 from kane.expr.build import sub
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import is_constant_in_time
-from kane.expr.node import ZERO, Expr
-from kane.kinematics.freedoms import Forms, Stage, Stages, Unsuited, are_coupled, is_single, is_still, measured
+from kane.expr.node import ONE, ZERO, Expr
+from kane.kinematics.freedoms import Forms, Freedom, Stage, Stages, Unsuited, are_coupled, is_single, is_still, measured
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.resolved import by_rates
-from kane.kinematics.tree import Link, Tree
+from kane.kinematics.tree import Link, Tree, homes_of
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
 from kane.space.spatial import Turn, Turns, along, summed
@@ -36,7 +36,7 @@ class Segment:
     From the basis B of the parent `lead` turns by constants to A, where the origin lies at `arm`; `turn` leads to B. One that `joins`
     works in the A of its parent, and has its arm and slide along the parent's B. `shift` is how far the origin was moved along the
     axis, along B: what is fixed in the segment is at its arm + `shift`. Where `swift` is not None it is the rate of turn in A, as
-    one speed. `late` says that the slide is along B.
+    one speed. `late` says that the slide is along B. `modes` are rates that move several segments which hang on this one.
     """
 
     parent: int
@@ -49,6 +49,7 @@ class Segment:
     spin: Stage = field(default_factory=Stage)
     late: bool = False
     swift: Expr | None = None
+    modes: tuple[Expr, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,9 +92,9 @@ class Segments:
 _SHARED = "coordinates that several joints share, or bodies that turn in others by several absolute angles"
 
 
-def segments(tree: Tree, kinematics: Kinematics) -> Segments:
-    """The segments of a tree; Unsuited where its joints are not by speeds of their own."""
-    maker = _Maker(kinematics, Stages(kinematics))
+def segments(tree: Tree, kinematics: Kinematics, shared: Collection[Expr] = ()) -> Segments:
+    """The segments of a tree; Unsuited where its joints are not by speeds of their own, or by rates that may be `shared`."""
+    maker = _Maker(kinematics, Stages(kinematics, shared), homes_of(tree, shared))
     maker.count(tree.links)
     for link in tree.links:
         maker.add(link)
@@ -134,8 +135,9 @@ def _between(a: Basis, b: Basis) -> _Step | None:
 
 
 class _Maker:
-    def __init__(self, kinematics: Kinematics, stages: Stages) -> None:
-        self.kinematics, self.stages = kinematics, stages
+    def __init__(self, kinematics: Kinematics, stages: Stages, homes: Mapping[int, tuple[Expr, ...]]) -> None:
+        self.kinematics, self.stages, self.homes = kinematics, stages, homes
+        self.bearing: dict[int, tuple[Expr, ...]] = {}
         self.steps: list[Segment] = []
         self.raw: list[tuple[Forms | None, Forms | None]] = []
         self.ends: list[int] = []
@@ -159,6 +161,8 @@ class _Maker:
         else:
             key = link.parent, link.offset.map(time_derivative).parts
             self._below(self.ends[link.parent], link, self.alike[key] > 1)
+        if len(self.ends) in self.homes:
+            self.bearing[len(self.steps) - 1] = self.homes[len(self.ends)]
         self.ends.append(len(self.steps) - 1)
 
     def _below(self, parent: int, link: Link, alike: bool) -> None:
@@ -214,6 +218,8 @@ class _Maker:
         turn, o = self.steps[parent].turn, f.orientation
         if turn is None or o is None or o.axis is None or turn.axis != o.axis or turn.base is not o.base:
             return False
+        if parent in self.bearing:  # what bends it is solved for along its own basis
+            return False
         return turn.basis is self.basis[parent] and not is_still(map(sub, o.rates, _orientation_rates(turn.basis)))
 
     def _screws(self, rates: Triple, f: Basis) -> bool:
@@ -246,7 +252,7 @@ class _Maker:
         screws = are_coupled(slide, spin)
         if screws and k is None:
             raise Unsuited("a joint that slides as it turns in space")
-        if slide is not None and not joins and not is_single(slide) and not screws:
+        if slide is not None and not (joins or slide.shared or is_single(slide) or screws):
             for measures in measured(Vector(((turn.base, rates),)), basis):
                 other = self.stages.raw(measures)
                 if other is not None and is_single(other):
@@ -285,9 +291,20 @@ class _Maker:
                 return self.stages.coupled(spin, slide)[k < n]
             return self.stages.stage(raw[k], by_rates)
 
-        chosen = by_rates(len(raw), lambda k, rates: stage(k, rates).freedoms, self.kinematics.speeds)
+        modes = tuple(Freedom(NOTHING, {b: ONE}) for own in self.bearing.values() for b in own)
+
+        def freedoms(k: int, by_rates: bool) -> tuple[Freedom, ...]:
+            return modes if k == len(raw) else stage(k, by_rates).freedoms
+
+        chosen = by_rates(len(raw) + 1, freedoms, self.kinematics.speeds)
         steps = tuple(
-            replace(step, slide=stage(k, k in chosen), spin=stage(k + n, k + n in chosen), late=late[k])
+            replace(
+                step,
+                slide=stage(k, k in chosen),
+                spin=stage(k + n, k + n in chosen),
+                late=late[k],
+                modes=self.bearing.get(k, ()),
+            )
             for k, step in enumerate(self.steps)
         )
         return Segments(steps, tuple(self.ends), self.bases, tuple(self.basis), tree.places)

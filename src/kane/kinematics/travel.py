@@ -103,6 +103,7 @@ def arms(steps: Sequence[Segment]) -> list[tuple[Triple, Stage]]:
                 tuple(Freedom(turn.up(f.axis), f.row) for f in slide.freedoms),
                 turn.up(slide.total),
                 turn.up(slide.drift),
+                shared=tuple((b, turn.up(v)) for b, v in slide.shared),
             )
         found.append((arm, slide))
     return found

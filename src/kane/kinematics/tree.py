@@ -20,6 +20,7 @@ from kane.kinematics.aligned import Aligned, aligned_bases
 from kane.model.bodies import Part, parts_of
 from kane.model.joints.joint import Joint, Twist
 from kane.model.system import System
+from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Parts, Vector, angular_velocity
@@ -123,6 +124,26 @@ class _Links:
             self.places[p] = self._begun(place) if p in self.split else place
         return self.places[point]
 
+    def within(self, part: Part) -> _Place | None:
+        """A part that shares momentum with others, in the link in which they move; None where they are in several."""
+        own = self.place(part.mass_center)
+        places = [own, *(self.place(p) for p, _ in part.momenta)]
+        link = max(place.link for place in places)
+        _, parent, offset = self.begun[link]
+        for place in places:
+            if place.link != link and not (place.link == parent and place.arm.parts == offset.parts):
+                return None
+        return own if own.link == link else _Place(link, Vector())
+
+    def turning(self, frame: Frame) -> None:
+        """The link that a frame turns with, which may begin at the origin of the one that it turns in."""
+        f: Frame | None = frame
+        numbers = {basis: k for k, (basis, _, _) in reversed(list(enumerate(self.begun)))}
+        while f is not None and self.aligned.rates(f)[0] not in numbers:
+            f = f.parent
+        if f is not None and f is not frame:
+            self.attached(self.aligned.rates(frame)[0], _Place(numbers[self.aligned.rates(f)[0]], Vector()))
+
     def _begun(self, place: _Place) -> _Place:
         """A link that begins there."""
         self.begun.append((self.begun[place.link][0], place.link, place.arm))
@@ -135,12 +156,23 @@ def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]
 
 
 def tree_of(
-    system: System, aligned: Aligned, points: Iterable[Point] = (), split: Collection[Point] = frozenset()
+    system: System,
+    aligned: Aligned,
+    points: Iterable[Point] = (),
+    split: Collection[Point] = frozenset(),
+    frames: Iterable[Frame] = (),
 ) -> Tree:
-    """The links of a system, with the places of `points`; where some are `split` another link begins, whether it moves or not."""
+    """The links of a system, with the places of `points` and links for `frames` between others.
+
+    Where some points are `split` another link begins, whether it moves or not.
+    """
     links = _Links(system.inertial, aligned, split)
     carried: dict[int, list[Carried]] = {}
     for part in parts_of(system.bodies):
+        moving = links.within(part) if part.momenta else None
+        if moving is not None:
+            carried.setdefault(moving.link, []).append(Carried(part, moving.arm))
+            continue
         place = links.place(part.mass_center)
         basis = links.begun[place.link][0] if part.frame is None else aligned.rates(part.frame)[0]
         place = links.attached(basis, place)
@@ -151,6 +183,8 @@ def tree_of(
         place = links.place(point)
         place = links.attached(links.begun[place.link][0], place)
         places[point] = place.link, place.arm
+    for frame in frames:
+        links.turning(frame)
     begun, number = _in_turn(links.begun)
     own = {number[k]: tuple(parts) for k, parts in carried.items()}
     of_joint = {number[k]: j for k, j in joints.items()}
@@ -166,6 +200,32 @@ def tree_of(
         for k, (basis, parent, offset) in enumerate(begun)
     )
     return Tree(whole, {point: (number[link], arm) for point, (link, arm) in places.items()})
+
+
+def homes_of(tree: Tree, rates: Collection[Expr]) -> dict[int, tuple[Expr, ...]]:
+    """For each of some rates the link that all hangs on which moves by it; by the number of that link."""
+    users: dict[Expr, set[int]] = {}
+    for k, link in enumerate(tree.links) if rates else ():
+        moved = [(link.parent, x) for v in (link.rotation, link.offset.map(time_derivative)) for x in v.scalars()]
+        moved += [(k, time_derivative(x)) for part, arm in link.parts if part.momenta for x in arm.scalars()]
+        for (home, _), (row, _) in zip(moved, affine_forms([x for _, x in moved], rates), strict=True):
+            for b in row:
+                users.setdefault(b, set()).add(home or 0)
+    homes: dict[int, tuple[Expr, ...]] = {}
+    for b in rates:
+        if b in users:
+            home = _common(sorted(users[b]), tree.links)
+            homes[home] = (*homes.get(home, ()), b)
+    return homes
+
+
+def _common(numbers: Sequence[int], links: Sequence[Link]) -> int:
+    """The last link that all of these are, or hang on."""
+    found, *others = numbers
+    for k in others:
+        while k != found:
+            k, found = (links[k].parent or 0, found) if k > found else (k, links[found].parent or 0)
+    return found
 
 
 def _in_turn(begun: Sequence[_Begun]) -> tuple[list[_Begun], list[int]]:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
+from kane.space.columns import NO_COLUMNS, Columns, at, joined, moved, turned
 from kane.space.rotation import (
     NOTHING,
     Basis,
@@ -267,13 +268,14 @@ NO_MASS = Rigid(ZERO, NOTHING, NO_ROWS)
 
 
 class Inertia(NamedTuple):
-    """J, H and M, and the moment n and force f that are there at no acceleration."""
+    """J, H and M, the moment n and force f that are there at no acceleration, and columns of freedoms that move several parts."""
 
     j: Cosines
     h: Cosines
     m: Cosines
     n: Triple
     f: Triple
+    columns: Columns = NO_COLUMNS
 
     def plus(self, other: "Inertia") -> "Inertia":
         """Both together."""
@@ -283,6 +285,7 @@ class Inertia(NamedTuple):
             summed_symmetric(self.m, other.m),
             summed(self.n, other.n),
             summed(self.f, other.f),
+            joined(self.columns, other.columns),
         )
 
     def before(self, turn: Turn | Turns) -> "Inertia":
@@ -293,6 +296,7 @@ class Inertia(NamedTuple):
             turn.up_symmetric(self.m),
             turn.up(self.n),
             turn.up(self.f),
+            turned(self.columns, turn.up),
         )
 
     def moved(self, r: Triple) -> "Inertia":
@@ -306,7 +310,8 @@ class Inertia(NamedTuple):
         for a in range(3):
             for b in range(a, 3):
                 rows[a][b] = rows[b][a] = sub(add(self.j[a][b], dot(cross[a], self.h[b])), dot(g[a], columns[b]))
-        return Inertia(as_rows(rows), as_rows(g), self.m, summed(self.n, cross3(r, self.f)), self.f)
+        n = summed(self.n, cross3(r, self.f))
+        return Inertia(as_rows(rows), as_rows(g), self.m, n, self.f, moved(self.columns, r))
 
     def at(self, alpha: Triple, a: Triple) -> "Inertia":
         """The same with what known parts of the acceleration add to n and f."""
@@ -314,7 +319,7 @@ class Inertia(NamedTuple):
             return self
         n = summed(summed(self.n, product(self.j, alpha)), product(self.h, a))
         f = summed(summed(self.f, product(transposed(self.h), alpha)), product(self.m, a))
-        return self._replace(n=n, f=f)
+        return self._replace(n=n, f=f, columns=at(self.columns, alpha, a))
 
 
 NO_INERTIA = Inertia(NO_ROWS, NO_ROWS, NO_ROWS, NOTHING, NOTHING)
@@ -324,3 +329,8 @@ def of_rigid(body: Rigid, n: Triple, f: Triple) -> Inertia:
     """The inertia of a rigid body, with what else is there at no acceleration."""
     m = body.m
     return Inertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), n, f)
+
+
+def to_rigid(felt: Inertia) -> Rigid:
+    """The rigid body with this inertia, which is that of one."""
+    return Rigid(felt.m[0][0], (felt.h[2][1], felt.h[0][2], felt.h[1][0]), felt.j)

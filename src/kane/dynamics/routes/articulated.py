@@ -10,8 +10,20 @@ gravity is an acceleration of the ground, and no velocities but angular ones are
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
+from kane.dynamics.routes.flexible import RIGID, Bent
+from kane.dynamics.routes.sharing import (
+    Mode,
+    columns_less,
+    found_modes,
+    lowered,
+    shared,
+    shares_of,
+    without_modes,
+    wrench_at,
+)
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import dot
@@ -37,11 +49,12 @@ class Pivot(NamedTuple):
 
 
 class Inward(NamedTuple):
-    """What is left of a tree on the way to the base: the pivots of each segment, and what is felt of it at its origin."""
+    """What is left of a tree on the way to the base: the pivots of each segment, what is felt of it at its origin, and its modes."""
 
     on: Travel
     pivots: Sequence[Sequence[Pivot]]
     felt: Mapping[int, Inertia]
+    modes: Mapping[int, Sequence[Mode]] = MappingProxyType({})
 
 
 class Passed(NamedTuple):
@@ -54,25 +67,38 @@ class Passed(NamedTuple):
 
 
 def accelerations(
-    steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple, asked: Iterable[int] = ()
+    steps: Sequence[Segment],
+    bodies: Sequence[Rigid],
+    loads: Wrenches,
+    ground: Triple,
+    asked: Iterable[int] = (),
+    bent: Bent = RIGID,
 ) -> Passed:
     """ẇ of all freedoms, and what is transmitted to segments that are asked for, their moment about their origin, along A.
 
     A SingularError where a pivot is zero whatever the state.
     """
-    return outward(inward(travel(steps), bodies, loads), ground, asked)
+    return outward(inward(travel(steps), bodies, loads, bent), ground, asked)
 
 
-def inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> Inward:
+def inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches, bent: Bent = RIGID) -> Inward:
     """From the tips to the base."""
     steps, base, rates, placed, known = on
     hung: list[Inertia | None] = [None] * len(steps)  # along B
     beside: list[Inertia | None] = [None] * len(steps)  # along the basis of work, where that is A
     pivots: list[list[Pivot]] = [[] for _ in steps]
     across: dict[int, Inertia] = {}
-    for i in reversed(range(1, len(steps))):
+    modes: dict[int, Sequence[Mode]] = {}
+    for i in reversed(range(0 if steps[0].modes else 1, len(steps))):
         step, (arm, slide) = steps[i], placed[i]
-        felt = _own(step, bodies[i], loads.get(i), base[i], rates[i], hung[i], beside[i])
+        felt: Inertia | None
+        if step.modes:
+            felt, modes[i] = _bent(step, bodies[i], loads.get(i), rates[i], hung[i], bent.felt(i, step.modes, rates[i]))
+            felt = felt.before(step.turn) if step.turn is not None and base[i] else felt
+        else:
+            felt = _own(step, bodies[i], loads.get(i), base[i], rates[i], hung[i], beside[i])
+        if i == 0:
+            break
         if felt is None:
             across[i] = NO_INERTIA
             continue
@@ -89,18 +115,26 @@ def inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches) -> Inward:
             for freedom in reversed(slide.freedoms):
                 felt = _eliminated(felt, freedom, False, pivots[i])
         across[i] = felt
-        felt = felt.at(NOTHING, known[i].shift).moved(arm)
+        felt = shared(felt.at(NOTHING, known[i].shift), shares_of(step, slide)).moved(arm)
         if step.joins:
             beside[step.parent] = _joined(beside[step.parent], felt)
-        elif step.parent:
+        elif step.parent or steps[0].modes:
             for turn in reversed(step.lead):
                 felt = felt.before(turn)
             hung[step.parent] = _joined(hung[step.parent], felt)
-    return Inward(on, pivots, across)
+    return Inward(on, pivots, across, modes)
 
 
 def _joined(a: Inertia | None, b: Inertia) -> Inertia:
     return b if a is None else a.plus(b)
+
+
+def _bent(
+    step: Segment, body: Rigid, load: tuple[Triple, Triple] | None, w: Rates, hung: Inertia | None, own: Inertia
+) -> tuple[Inertia, Sequence[Mode]]:
+    """What is felt along B of a segment with modes, of which nothing hangs beside it, without these."""
+    whole = _own(step, body, load, False, w, _joined(hung, own), None)
+    return without_modes(own if whole is None else whole, step.modes)
 
 
 def _own(
@@ -213,7 +247,7 @@ def loaded(found: Inward, forces: Sequence[Pressed], amounts: Sequence[Expr]) ->
                 n, f = each.felt[i]
                 inertia = inertia._replace(n=summed(inertia.n, times(x, n)), f=summed(inertia.f, times(x, f)))
         felt[i] = inertia
-    return Inward(found.on, pivots, felt)
+    return Inward(found.on, pivots, felt, found.modes)
 
 
 def unit(axis: Triple) -> int | None:
@@ -239,27 +273,16 @@ def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Piv
     t_n, t_f = (triple(div(x, d) for x in u) for u in (u_n, u_f))
     rest = neg(div(pressed, d))
     pivots.append(Pivot(freedom, turning, t_n, t_f, rest, d))
-    j, h, m = _less(felt.j, t_n, u_n, True), _less(felt.h, t_n, u_f, False), _less(felt.m, t_f, u_f, True)
+    j, h, m = lowered(felt.j, t_n, u_n, True), lowered(felt.h, t_n, u_f, False), lowered(felt.m, t_f, u_f, True)
     n, f = summed(felt.n, times(rest, u_n)), summed(felt.f, times(rest, u_f))
+    left = columns_less(felt.columns, (spin, slide), (t_n, t_f), d, rest)
     k = unit(s)
     if k is None or freedom.slide is not NOTHING:
-        return Inertia(j, h, m, n, f)
+        return Inertia(j, h, m, n, f, left)
     if turning:
-        return Inertia(_without(j, k, True), _without(h, k, False), m, _zero(n, k), f)
+        return Inertia(_without(j, k, True), _without(h, k, False), m, _zero(n, k), f, left)
     columns = transposed(h)
-    return Inertia(j, transposed(_without(columns, k, False)), _without(m, k, True), n, _zero(f, k))
-
-
-def _less(rows: Cosines, t: Triple, u: Triple, symmetric: bool) -> Cosines:
-    """A − t uᵀ."""
-    out = [list(row) for row in rows]
-    for a in range(3):
-        for b in range(a if symmetric else 0, 3):
-            x = sub(rows[a][b], mul(t[a], u[b]))
-            out[a][b] = x
-            if symmetric:
-                out[b][a] = x
-    return as_rows(out)
+    return Inertia(j, transposed(_without(columns, k, False)), _without(m, k, True), n, _zero(f, k), left)
 
 
 def _without(rows: Cosines, k: int, symmetric: bool) -> Cosines:
@@ -275,13 +298,14 @@ def _zero(v: Triple, k: int) -> Triple:
 
 def outward(found: Inward, ground: Triple, asked: Iterable[int] = ()) -> Passed:
     """From the base to the tips."""
-    on, pivots, felt = found
+    on, pivots, felt, modes = found
     wanted = set(asked)
     steps, base, _, placed, known = on
     transmitted: dict[int, tuple[Triple, Triple]] = {}
     rows: list[tuple[Mapping[Expr, Expr], Expr]] = []
     own: list[tuple[Triple, Triple]] = [(NOTHING, ground)]  # along B
     work: list[tuple[Triple, Triple]] = [(NOTHING, ground)]
+    values = found_modes(modes.get(0, ()), NOTHING, ground, {})
     for i, step in enumerate(steps):
         if i == 0:
             continue
@@ -289,9 +313,10 @@ def outward(found: Inward, ground: Triple, asked: Iterable[int] = ()) -> Passed:
         for turn in step.lead:
             alpha, a = turn.down(alpha), turn.down(a)
         a = summed(a, summed(cross3(alpha, placed[i][0]), known[i].shift))
+        for b, spin, sliding in shares_of(step, placed[i][1]):
+            alpha, a = summed(alpha, times(values[b], spin)), summed(a, times(values[b], sliding))
         if i in wanted:
-            at = felt[i].at(alpha, a)
-            transmitted[i] = at.n, at.f
+            transmitted[i] = wrench_at(felt[i], alpha, a, values)
         left = list(reversed(pivots[i]))
         if not step.late:
             while left and not left[0].turning:
@@ -306,7 +331,10 @@ def outward(found: Inward, ground: Triple, asked: Iterable[int] = ()) -> Passed:
         if base[i] and step.turn is not None:
             at_b = step.turn.down(alpha), step.turn.down(a)
         own.append(at_b)
-    return Passed(rows, [p.d for of in pivots for p in reversed(of)], transmitted, own)
+        values = found_modes(modes.get(i, ()), *at_b, values)
+    rows += [({b: ONE}, x) for b, x in values.items()]
+    divided = [p.d for of in pivots for p in reversed(of)] + [mode.d for of in modes.values() for mode in of]
+    return Passed(rows, divided, transmitted, own)
 
 
 def _taken(

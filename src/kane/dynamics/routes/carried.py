@@ -25,6 +25,7 @@ from kane.kinematics.pulls import placed_forces, placed_torques, together
 from kane.kinematics.segments import Segment, Segments
 from kane.kinematics.tree import Link
 from kane.model.bodies import Part
+from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path
 from kane.space.spatial import (
     NO_MASS,
@@ -39,6 +40,7 @@ from kane.space.spatial import (
     times,
     triple,
 )
+from kane.space.vector import Vector
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
@@ -49,8 +51,8 @@ def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) ->
         if number == 0:
             continue
         for part, arm in link.parts:
-            if part.momenta:
-                raise Unsuited(f"{part.name}, a point of a flexible body")
+            if part.momenta:  # those are in `flexible`
+                continue
             r = summed(arm.components(link.basis), segments.steps[number].shift)
             if not is_constant_in_time((part.mass, *r)):
                 raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")
@@ -164,10 +166,11 @@ def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:
     return kept, Rigid(body.m, (along[0], along[1], along[2]), as_rows(rows))
 
 
-def load_wrenches(derived: Derived, segments: Segments) -> dict[int, tuple[Triple, Triple]]:
-    """Moment about the origin and force, along B, of the loads on each segment."""
-    loads = derived.declared_loads
-    forces, torques = [x for load in loads for x in load.forces], [x for load in loads for x in load.torques]
+def load_wrenches(
+    derived: Derived, segments: Segments, forces: Sequence[tuple[Point, Vector]]
+) -> dict[int, tuple[Triple, Triple]]:
+    """Moment about the origin and force, along B, of these forces, and of the loads' torques, on each segment."""
+    torques = [x for load in derived.declared_loads for x in load.torques]
     aligned = derived.kinematics.aligned
     return together((*placed_forces(aligned, segments, forces), *placed_torques(aligned, segments, torques)))
 

@@ -7,21 +7,24 @@ Kane's equations, M (ẇ − ẇ°) = −b(ẇ°), holds at any trial ẇ°: tha
 freedoms that are unit vectors. Shorter than articulated inertias along short branches.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 from kane.dynamics.routes.articulated import Passed, Wrenches, parts, unit
+from kane.dynamics.routes.flexible import RIGID, Bent
 from kane.dynamics.routes.order import sparse_order
-from kane.expr.build import add, neg
+from kane.dynamics.routes.sharing import shares_of
+from kane.expr.build import add, mul, neg, sub
 from kane.expr.matrix import dot
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.solve import finish, forward, ldl
 from kane.kinematics.freedoms import Freedom
 from kane.kinematics.segments import Segment
 from kane.kinematics.travel import Travel, travel
 from kane.space.rotation import NOTHING, Triple, cross3, product
-from kane.space.spatial import Rigid, negative, summed, times, triple
+from kane.space.spatial import Inertia, Rigid, negative, summed, times, to_rigid, triple
 
 
 class Wrench(NamedTuple):
@@ -50,11 +53,15 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The freedoms of each segment along the basis it works in, and those along A before its turn."""
+    """The freedoms of each segment along the basis it works in, those along A before its turn, and those that it shares."""
 
     on: Travel
     inner: Sequence[Sequence[Place]]
     outer: Sequence[Sequence[Place]]
+    shared: Sequence[Sequence[Place]]
+    """What moves other segments, too, along A: one number for all of these."""
+    modes: Mapping[Expr, int]
+    """The numbers of the rates of those."""
 
     def up(self, i: int, w: Wrench) -> Iterator[tuple[Place, Expr]]:
         """What a wrench on a segment, along the basis it works in, makes of the freedoms from there to the ground."""
@@ -62,14 +69,17 @@ class Way:
             for place in self.inner[i]:
                 yield place, w.along(place.freedom, place.turning)
             w = self.entered(i, w)
-            for place in self.outer[i]:
-                yield place, w.along(place.freedom, place.turning)
+            yield from self.along_a(i, w)
             i, w = self.on.steps[i].parent, self.left(i, w)
+
+    def along_a(self, i: int, w: Wrench) -> Iterator[tuple[Place, Expr]]:
+        """What it makes of the freedoms along A."""
+        for place in (*self.outer[i], *self.shared[i]):
+            yield place, w.along(place.freedom, place.turning)
 
     def from_outer(self, i: int, w: Wrench) -> Iterator[tuple[Place, Expr]]:
         """The same from A on."""
-        for place in self.outer[i]:
-            yield place, w.along(place.freedom, place.turning)
+        yield from self.along_a(i, w)
         yield from self.up(self.on.steps[i].parent, self.left(i, w))
 
     def entered(self, i: int, w: Wrench) -> Wrench:
@@ -101,20 +111,28 @@ class Way:
 
 
 def accelerations(
-    steps: Sequence[Segment], bodies: Sequence[Rigid], loads: Wrenches, ground: Triple, asked: Iterable[int] = ()
+    steps: Sequence[Segment],
+    bodies: Sequence[Rigid],
+    loads: Wrenches,
+    ground: Triple,
+    asked: Iterable[int] = (),
+    bent: Bent = RIGID,
 ) -> Passed:
     """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state. What is transmitted is not found on this way."""
     on = travel(steps)
     way = way_along(on)
     places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
     bodies = [working(on, i, body) for i, body in enumerate(bodies)]
-    trial, right = _left(way, bodies, loads, ground, len(places))
-    mass = freedom_mass(way, bodies, len(places))
+    bending = _bending(on, bent)
+    count = len(places) + len(way.modes)
+    trial, right = _left(way, bodies, loads, ground, count, bending)
+    mass = freedom_mass(way, bodies, count, bending)
     order = sparse_order(mass)
     factors = ldl([[mass[i][j] for j in order] for i in order])
     solved = finish(factors, forward(factors.lower, [right[i] for i in order]))
     value = dict(zip(order, solved, strict=True))
     rows = [(p.freedom.row, add(trial[k], value[k])) for k, p in enumerate(places)]
+    rows += [({b: ONE}, value[k]) for b, k in way.modes.items()]
     return Passed(rows, list(factors.pivots), {})
 
 
@@ -131,7 +149,12 @@ def way_along(on: Travel) -> Way:
             for freedom in freedoms:
                 where[-1].append(Place(freedom, number, turning))
                 number += 1
-    return Way(on, inner, outer)
+    modes = {b: number + k for k, b in enumerate(b for step in on.steps for b in step.modes)}
+    shared = [
+        [Place(Freedom(spin, {b: ONE}, slide), modes[b], True) for b, spin, slide in shares_of(step, slides)]
+        for step, (_, slides) in zip(on.steps, on.placed, strict=True)
+    ]
+    return Way(on, inner, outer, shared, modes)
 
 
 def working(on: Travel, i: int, body: Rigid) -> Rigid:
@@ -140,29 +163,58 @@ def working(on: Travel, i: int, body: Rigid) -> Rigid:
     return body.before(turn) if turn is not None and on.base[i] else body
 
 
-def freedom_mass(way: Way, bodies: Sequence[Rigid], count: int) -> list[list[Expr]]:
+def _bending(on: Travel, bent: Bent) -> dict[int, Inertia]:
+    """What segments feel of their flexible parts alone, along the basis they work in."""
+    found = {}
+    for i, (step, w) in enumerate(zip(on.steps, on.rates, strict=True)):
+        if step.modes:
+            own = bent.felt(i, step.modes, w)
+            found[i] = own.before(step.turn) if step.turn is not None and on.base[i] else own
+    return found
+
+
+def freedom_mass(
+    way: Way, bodies: Sequence[Rigid], count: int, bending: Mapping[int, Inertia] = MappingProxyType({})
+) -> list[list[Expr]]:
     """M of the freedoms."""
     rows = [[ZERO] * count for _ in range(count)]
     whole = list(bodies)
     on = way.on
+    for i, felt in bending.items():
+        whole[i] = whole[i].plus(to_rigid(felt))
+        for b, column in felt.columns.items():
+            for other, x in column.row.items():
+                rows[way.modes[b]][way.modes[other]] = x
+            mode = Place(Freedom(NOTHING, {b: ONE}), way.modes[b], True)
+            _entries(rows, mode, (), way.up(i, Wrench(column.n, column.f)))
     for i in reversed(range(1, len(on.steps))):
         body = whole[i]
         for place in way.inner[i]:
-            _entries(rows, place, way.up(i, _moved(body, place)))
+            _entries(rows, place, way.inner[i], way.up(i, _moved(body, place)))
         turn = on.steps[i].turn
         if turn is not None and not on.base[i]:
             body = body.before(turn)
-        for place in way.outer[i]:
-            _entries(rows, place, way.from_outer(i, _moved(body, place)))
+        along_a = (*way.outer[i], *way.shared[i])
+        for place in along_a:
+            _entries(rows, place, along_a, way.from_outer(i, _moved(body, place)))
         if on.steps[i].parent:
             parent = on.steps[i].parent
             whole[parent] = whole[parent].plus(way.left_rigid(i, body))
     return rows
 
 
-def _entries(rows: list[list[Expr]], place: Place, found: Iterator[tuple[Place, Expr]]) -> None:
+def _entries(
+    rows: list[list[Expr]], place: Place, beside: Sequence[Place], found: Iterator[tuple[Place, Expr]]
+) -> None:
+    """What the wrench at one place adds to M; of the places `beside` it each pair comes twice."""
+    before = {id(p) for p in beside[: [p is place for p in beside].index(True)]} if beside else ()
     for other, value in found:
-        rows[place.number][other.number] = rows[other.number][place.number] = value
+        if id(other) in before:
+            continue
+        r, s = place.number, other.number
+        if r == s and place is not other:
+            value = mul(TWO, value)
+        rows[r][s] = rows[s][r] = add(rows[r][s], value)
 
 
 def _moved(body: Rigid, place: Place) -> Wrench:
@@ -173,12 +225,23 @@ def _moved(body: Rigid, place: Place) -> Wrench:
 
 
 def _left(
-    way: Way, bodies: Sequence[Rigid], loads: Wrenches, ground: Triple, count: int
+    way: Way,
+    bodies: Sequence[Rigid],
+    loads: Wrenches,
+    ground: Triple,
+    count: int,
+    bending: Mapping[int, Inertia],
 ) -> tuple[list[Expr], list[Expr]]:
     """Trial accelerations of the freedoms, and −b there."""
     on = way.on
     trial, right = [ZERO] * count, [ZERO] * count
-    pressing = list(_wrenches(way, bodies, loads, _tried(way, ground, trial)))
+    moving = _tried(way, ground, trial)
+    pressing = list(_wrenches(way, bodies, loads, moving))
+    for i, felt in bending.items():
+        at = felt.at(*moving[i])
+        pressing[i] = pressing[i].plus(Wrench(at.n, at.f))
+        for b, column in at.columns.items():
+            right[way.modes[b]] = neg(column.force)
     for i in reversed(range(1, len(on.steps))):
         w = pressing[i]
         for place in way.inner[i]:
@@ -186,6 +249,8 @@ def _left(
         w = way.entered(i, w)
         for place in way.outer[i]:
             right[place.number] = neg(w.along(place.freedom, place.turning))
+        for place in way.shared[i]:
+            right[place.number] = sub(right[place.number], w.along(place.freedom, place.turning))
         parent = on.steps[i].parent
         if parent:
             pressing[parent] = pressing[parent].plus(way.left(i, w))

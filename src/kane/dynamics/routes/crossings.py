@@ -44,18 +44,20 @@ class Crossing(NamedTuple):
         return dot(self.along, (sub(n[0], lever[0]), sub(n[1], lever[1]), sub(n[2], lever[2])))
 
 
-def parted(derived: Derived, points: Iterable[Point]) -> tuple[Tree, list[int | None] | None]:
-    """The tree, with the places of `points`, and the links that reactions part from the rest, None where some do not.
+def parted(
+    derived: Derived, points: Iterable[Point], frames: Iterable[Frame] = ()
+) -> tuple[Tree, list[int | None] | None]:
+    """The tree, with the places of `points` and links for `frames`, and the links that reactions part from the rest.
 
-    What is rigid beyond a cut is a link of its own. Reactions of constraints part nothing.
+    Of these there is None where some part nothing, as those of constraints. What is rigid beyond a cut is a link of its own.
     """
-    aligned, wanted = derived.kinematics.aligned, tuple(points)
-    tree = tree_of(derived.system, aligned, wanted)
+    aligned, wanted, turning = derived.kinematics.aligned, tuple(points), tuple(frames)
+    tree = tree_of(derived.system, aligned, wanted, frames=turning)
     found = _parted(derived, tree)
     if found[1] is not None:
         return found
     at = {cut.at for a in derived.auxiliary_speeds if (cut := cut_of(a)) is not None}
-    split = _parted(derived, tree_of(derived.system, aligned, wanted, {p for p in at if isinstance(p, Point)}))
+    split = _parted(derived, tree_of(derived.system, aligned, wanted, {p for p in at if isinstance(p, Point)}, turning))
     return found if split[1] is None else split
 
 

@@ -34,7 +34,7 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
         try:
             if partition is not None:
                 return compared([_closed(derived, partition, route)])
-            found = by_recursion(derived, carrying(derived), route)
+            found = by_recursion(derived, carrying(derived, flexible=True), route)
             _check_poles(derived, found)
             return compared([with_half_speeds(tree_with_reactions(derived, found))])
         except Unsuited as why:

@@ -19,6 +19,8 @@ from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.carried import falling, load_wrenches, regrouped, rigid_bodies
 from kane.dynamics.routes.crossings import Crossing, crossings, parted
 from kane.dynamics.routes.embedded import evident, holds_reactions
+from kane.dynamics.routes.flexible import Bent, bending_bodies
+from kane.dynamics.routes.gauged import bent_frames, gauged, shared_rates
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.affine import affine_forms
@@ -37,12 +39,14 @@ from kane.space.spatial import Rigid
 _SEEDS = (20042, 20043, 20044)
 _BRANCH = 5
 """Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones."""
+BENT = 16
+"""Speeds of a system with flexible bodies from which on articulated inertias are shorter than anything else."""
 NO_MASS = "a speed that moves no mass"
 _TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
 """Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
 
 
-WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Triple, Iterable[int]], Passed]] = {
+WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Triple, Iterable[int], Bent], Passed]] = {
     "recursive": articulated.accelerations,
     "composite": composite.accelerations,
 }
@@ -52,11 +56,13 @@ WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Tripl
 def recursions(derived: Derived) -> Iterator[Solved]:
     """The solutions without the reactions, as far as the system is one of those."""
     try:
-        carried = carrying(derived)
+        carried = carrying(derived, flexible=True)
         crossed = (
             derived.reactions and carried.crossings is not None
         )  # the other way does not tell what joints transmit
-        routes = WAYS if depth(carried.segments.steps) <= _BRANCH and not crossed else ("recursive",)
+        steps = carried.segments.steps
+        both = len(derived.speeds) < BENT if any(step.modes for step in steps) else depth(steps) <= _BRANCH
+        routes = WAYS if both and not crossed else ("recursive",)
         yield from (by_recursion(derived, carried, route) for route in routes)
     except Unsuited:
         return
@@ -79,19 +85,24 @@ class Carrying(NamedTuple):
     segments: Segments
     bodies: Sequence[Rigid]
     loads: Wrenches
+    bent: Bent
     crossings: Sequence[Crossing | None] | None
     """Where the reactions cross, where that is told by segments; those of constraints do nowhere."""
 
 
-def carrying(derived: Derived) -> Carrying:
-    """The segments of a tree; Unsuited, with what is in the way, where it is none of those."""
-    forces = [x for load in derived.declared_loads for x in load.forces]
-    forces += [x for c in derived.constraints.constraints for x in c.forces]
-    tree, roots = parted(derived, [p for p, _ in forces])
-    found = segments(tree, derived.kinematics)
+def carrying(derived: Derived, *, flexible: bool = False) -> Carrying:
+    """The segments of a tree; Unsuited, with what is in the way, where it is none of those, or has parts that are `flexible`."""
+    rates = shared_rates(derived)
+    if rates and not flexible:
+        raise Unsuited("flexible bodies")
+    forces, on = gauged(derived)
+    points = [p for p, _ in forces] + [p for c in derived.constraints.constraints for p, _ in c.forces]
+    tree, roots = parted(derived, points, bent_frames(derived))
+    found = segments(tree, derived.kinematics, rates)
     bodies = rigid_bodies(derived, found, tree.links)
+    bent = Bent(bending_bodies(derived, found, tree.links), on)
     across = None if roots is None else crossings(derived, roots, found)
-    return Carrying(found, bodies, load_wrenches(derived, found), across)
+    return Carrying(found, bodies, load_wrenches(derived, found, forces), bent, across)
 
 
 def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
@@ -102,7 +113,8 @@ def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
     if across is None and holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
     try:
-        passed = WAYS[route](steps, regrouped(carried.bodies, steps, own, asked), loads, falling(derived), asked)
+        bodies = regrouped(carried.bodies, steps, own, asked)
+        passed = WAYS[route](steps, bodies, loads, falling(derived), asked, carried.bent)
     except SingularError:
         raise Unsuited(NO_MASS) from None
     if not is_regular(passed.pivots, derived.system.euler_parameters):

@@ -13,7 +13,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.routes.closed import closed
 from kane.dynamics.routes.divisors import divisors
 from kane.dynamics.routes.half_speeds import with_half_speeds
-from kane.dynamics.routes.recursive import recursions
+from kane.dynamics.routes.recursive import BENT, recursions
 from kane.dynamics.routes.ways import Found, all_speeds, with_reactions
 from kane.dynamics.solved import Solved
 from kane.expr.count import price
@@ -21,6 +21,7 @@ from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import Expr
 from kane.expr.regular import factors
 from kane.kinematics.freedoms import Unsuited
+from kane.model.bodies import deforming
 
 _TREE, _GROWN = 5, 6
 """Bodies from which on recursions are tried, and from which on nothing else is."""
@@ -29,8 +30,8 @@ _LOOP, _WIDE, _FEW = 6, 12, 3
 
 
 def trees(derived: Derived) -> list[Solved]:
-    """The solutions by recursion, of trees large enough, that divide by nothing of W by which velocities do not."""
-    if len(derived.inertias) < _TREE:
+    """The solutions by recursion, of trees large enough or flexible, that divide by nothing of W by which velocities do not."""
+    if len(derived.inertias) < _TREE and not deforming(derived.system.bodies):
         return []
     found = [s for s in recursions(derived) if has_no_poles(derived, s)]
     return [with_half_speeds(tree_with_reactions(derived, s)) for s in found]
@@ -63,6 +64,8 @@ def _of_velocities(derived: Derived) -> set[Expr]:
 
 def is_grown(derived: Derived, partition: Partition | None) -> bool:
     """Whether a tree has so many bodies that recursion is shorter than any M of theirs."""
+    if deforming(derived.system.bodies):
+        return partition is None and len(derived.speeds) >= BENT
     if partition is None:
         return len(derived.inertias) >= _GROWN
     return len(derived.inertias) >= _WIDE and len(derived.speeds) >= _FEW * len(partition.rows)

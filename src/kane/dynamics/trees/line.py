@@ -9,6 +9,7 @@ from kane.dynamics.routes.articulated import Wrenches, parts
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.composite import Place, Way, way_along
 from kane.dynamics.routes.embedded import holds_reactions
+from kane.dynamics.routes.flexible import RIGID
 from kane.dynamics.routes.recursive import WAYS, carrying
 from kane.dynamics.terms import sum_of
 from kane.expr.build import add, mul
@@ -89,7 +90,7 @@ def line_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Line:
     if all(u in derived.speeds for p in line.places for u in p.freedom.row):
         return line
     steps = line.way.on.steps
-    found = {id(row): x for row, x in WAYS[route](steps, line.bodies, line.loads, line.ground, ()).rows}
+    found = {id(row): x for row, x in WAYS[route](steps, line.bodies, line.loads, line.ground, (), RIGID).rows}
     return replace(line, lambdas=[found[id(p.freedom.row)] for p in line.places])
 
 

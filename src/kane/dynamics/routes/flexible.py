@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the parts of a flexible body that share their momenta press with, as the link that they move in feels it.
+
+With places d_k in the link, masses μ_kl of their velocities, p_k = Σ_l μ_kl d_l, w_k = Σ_l μ_kl and partial places ∂_j d_k by the
+rates that move them,
+
+    J = Σ (d_k·p_k 1 − p_k d_k),   n_j = Σ p_k × ∂_j d_k,   f_j = Σ w_k ∂_j d_k,   m_ij = Σ μ_kl ∂_i d_k·∂_j d_l
+
+and at no acceleration, with P_k = ω × (ω × p_k) + 2 ω × ṗ_k + p̈_k, the moment Σ d_k × P_k, the force of the same with Σ w_k d_k, and
+e_j = Σ ∂_j d_k·P_k.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from kane.dynamics.derived import Derived
+from kane.dynamics.routes.gauged import shared_rates
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.diff import time_derivative
+from kane.expr.matrix import dot
+from kane.expr.node import TWO, ZERO, Expr
+from kane.kinematics.freedoms import Stage, Stages, Unsuited
+from kane.kinematics.segments import Segments
+from kane.kinematics.travel import Rates
+from kane.kinematics.tree import Carried, Link
+from kane.space.columns import Column, joined, with_entries
+from kane.space.point import Point
+from kane.space.rotation import NOTHING, Triple, cross3
+from kane.space.spatial import NO_INERTIA, Inertia, as_rows, centripetal, mirrored, skew, summed, times, triple
+
+Rows = Sequence[Mapping[int, Expr]]
+
+
+class Bending(NamedTuple):
+    """Places along B with what they move by, their μ by number, and w."""
+
+    places: Sequence[Triple]
+    moves: Sequence[Stage]
+    masses: Rows
+    weights: Sequence[Expr]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bent:
+    """The parts that share momenta, by segment, and the generalized forces on rates."""
+
+    bodies: Mapping[int, Bending]
+    forces: Mapping[Expr, Expr]
+
+    def felt(self, i: int, rates: Sequence[Expr], w: Rates) -> Inertia:
+        """What of this a segment feels whose parts move by these rates, along B."""
+        own = felt_of(self.bodies[i], w.own, w.square) if i in self.bodies else NO_INERTIA
+        pressed = {b: Column(force=neg(self.forces[b])) for b in rates if b in self.forces}
+        return own._replace(columns=joined(own.columns, pressed))
+
+
+RIGID = Bent({}, {})
+
+
+def bending_bodies(derived: Derived, found: Segments, links: Sequence[Link]) -> dict[int, Bending]:
+    """The parts that share momenta, by the segment that they move in."""
+    stages, bodies = Stages(derived.kinematics, shared_rates(derived)), dict[int, Bending]()
+    for number, link in zip(found.ends, links, strict=True):
+        parts = [each for each in link.parts if each.part.momenta]
+        if parts:
+            places = [summed(arm.components(link.basis), found.steps[number].shift) for _, arm in parts]
+            moves = [_moves(stages, place) for place in places]
+            weights = [part.mass for part, _ in parts]
+            bodies[number] = Bending(places, moves, _masses(parts), weights)
+    return bodies
+
+
+def _moves(stages: Stages, place: Triple) -> Stage:
+    stage = stages.stage(stages.raw(triple(map(time_derivative, place))), by_rates=True)
+    if stage.freedoms:
+        raise Unsuited("points of a flexible body that move by more than its deformation")
+    return stage
+
+
+def _masses(parts: Sequence[Carried]) -> Rows:
+    numbers: dict[Point, int] = {part.mass_center: k for k, (part, _) in enumerate(parts)}
+    if any(p not in numbers for part, _ in parts for p, _ in part.momenta):
+        raise Unsuited("points of a flexible body in several links")
+    return [{numbers[p]: mass for p, mass in part.momenta} for part, _ in parts]
+
+
+def felt_of(body: Bending, w: Triple, square: Expr) -> Inertia:
+    """The inertia of these parts about the origin, and what is there at no acceleration, at the angular velocity ω."""
+    places, moves = body.places, body.moves
+    p = [_weighed(row, lambda k: places[k]) for row in body.masses]
+    rows = [[ZERO] * 3 for _ in range(3)]
+    for d, own in zip(places, p, strict=True):
+        whole = dot(d, own)
+        for a in range(3):
+            for b in range(a, 3):
+                rows[a][b] = add(rows[a][b], sub(whole if a == b else ZERO, mul(own[a], d[b])))
+    mass = sum_of_weights(body.weights)
+    h = _weighed(dict(enumerate(body.weights)), lambda k: places[k])
+    pressing = [_swung(body, row, w, square) for row in body.masses]
+    n = f = NOTHING
+    for d, force in zip(places, pressing, strict=True):
+        n = summed(n, cross3(d, force))
+    f = _swung(body, dict(enumerate(body.weights)), w, square)
+    columns: dict[Expr, Column] = {}
+    for k, stage in enumerate(moves):
+        for rate, v in stage.shared:
+            before = columns.get(rate, Column())
+            row = dict(_entries(body, k, v))
+            columns[rate] = Column(
+                summed(before.n, cross3(p[k], v)),
+                summed(before.f, times(body.weights[k], v)),
+                with_entries(before.row, row),
+                add(before.force, dot(v, pressing[k])),
+            )
+    m = ((mass, ZERO, ZERO), (ZERO, mass, ZERO), (ZERO, ZERO, mass))
+    return Inertia(mirrored(as_rows(rows)), skew(h), m, n, f, columns)
+
+
+def sum_of_weights(weights: Sequence[Expr]) -> Expr:
+    """Σ w."""
+    total = ZERO
+    for x in weights:
+        total = add(total, x)
+    return total
+
+
+def _entries(body: Bending, k: int, v: Triple) -> Iterator[tuple[Expr, Expr]]:
+    """What the partial place v of part k has of m, by the other rate."""
+    found: dict[Expr, Expr] = {}
+    for other, mass in body.masses[k].items():
+        for rate, x in body.moves[other].shared:
+            found[rate] = add(found.get(rate, ZERO), mul(mass, dot(v, x)))
+    return ((rate, x) for rate, x in found.items() if x is not ZERO)
+
+
+def _weighed(row: Mapping[int, Expr], what: Callable[[int], Triple]) -> Triple:
+    """Σ μ v."""
+    total = NOTHING
+    for k, mass in row.items():
+        total = summed(total, times(mass, what(k)))
+    return total
+
+
+def _swung(body: Bending, row: Mapping[int, Expr], w: Triple, square: Expr) -> Triple:
+    """ω × (ω × p) + 2 ω × ṗ + p̈."""
+    p = _weighed(row, lambda k: body.places[k])
+    change = _weighed(row, lambda k: body.moves[k].total)
+    drift = _weighed(row, lambda k: body.moves[k].drift)
+    return summed(summed(centripetal(w, p, square), times(TWO, cross3(w, change))), drift)
