@@ -125,7 +125,7 @@ def test_too_little_is_given(disk):
         kn.trim(disk, q={"q2": kn.guess(0.4)}, u={"u3": 3})
     with pytest.raises(kn.ValueMissingError, match=r"got none for F: give a number to keep, or kn\.guess"):
         kn.trim(systems.cart(), q=[0, 0], u=[0, 0])
-    with pytest.raises(kn.ValueMissingError, match=r"moving= to name coordinates or speeds, got z"):
+    with pytest.raises(kn.ValueMissingError, match=r"moving= to name coordinates, speeds or states, got z"):
         kn.trim(systems.cart(), q=[0, 0], u=[0, 0], inputs={"F": 0}, moving=["z"])
 
 

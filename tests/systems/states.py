@@ -74,7 +74,7 @@ def rod() -> kn.System:
         N,
         bodies=[kn.Particle("bob", ROD, 1)],
         speeds="rates",
-        loads=[kn.gravity(-9.81 * N.y), kn.Force(ROD, 5 * i / h * across, name="motor")],
+        loads=[kn.gravity(-9.81 * N.y), kn.Force(ROD, 5 * i / (1 + h) * across, name="motor")],
         holonomic=[kn.distance(O, ROD, 1)],
         states={i: 3 - 4 * i - (X * Y.dt - Y * X.dt), h: 2 * i**2 - h / 5},
     )

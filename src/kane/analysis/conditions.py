@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The conditions of an equilibrium or a steady motion, F(X) = 0, and their exact Jacobian in X = (q, u, inputs, parameters).
+"""The conditions of an equilibrium or a steady motion, F(X) = 0, and their exact Jacobian in X = (q, u, a, inputs, parameters).
 
-f = 0,   eᵀe = 1,   A u + b = 0,   u̇_I = 0,   q̇ = 0 of the coordinates that matter
+f = 0,   eᵀe = 1,   A u + b = 0,   u̇_I = 0,   q̇ = 0 of the coordinates that matter,   ȧ = 0 of the further states that do
 """
 
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ class Sizes(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Conditions:
-    """F and ∂F/∂X; `symbols` names X, `constant` are the perturbations whose rates must vanish, `steady` the speeds.
+    """F and ∂F/∂X; `symbols` names X; rates must vanish of the perturbations `constant`, the speeds `steady`, the states `further`.
 
     Dependent speeds that follow from what matters are among `steady`: at a dead centre the acceleration of the independent ones alone
     may vanish though nothing is at rest.
@@ -52,6 +52,7 @@ class Conditions:
     symbols: tuple[Symbol, ...]
     constant: tuple[int, ...]
     steady: tuple[int, ...]
+    further: tuple[int, ...] = ()
     constraints_only: bool = False
 
     @property
@@ -74,12 +75,13 @@ class Conditions:
         if self.constraints_only:
             return tuple(labels)
         labels += [(f"{perturbed.names[i]}'", _unit(perturbed.symbols[i])) for i in self.constant]
-        return (*labels, *((f"{eom.speeds[i].name}'", _unit(eom.speeds[i])) for i in self.steady))
+        moved = [*(eom.speeds[i] for i in self.steady), *(eom.states[i] for i in self.further)]
+        return (*labels, *((f"{s.name}'", _unit(s)) for s in moved))
 
     def state(self, x: Array) -> State:
         """The state at X."""
         eom = self.eom
-        at = np.cumsum([len(eom.coordinates) + len(eom.speeds), len(eom.inputs)])
+        at = np.cumsum([len(eom.state), len(eom.inputs)])
         own, r, p = np.split(x, at)
         return State(self.t, own, p, r)
 
@@ -93,8 +95,10 @@ class Conditions:
             rates = np.append(values.rates[plain], values.spins)
             moved = np.vstack([_both("rates", first, second)[plain], _both("spins", first, second)])
             free = list(self.steady)
-            f += [rates[list(self.constant)], z[:n][free]]
+            further = list(self.further)
+            f += [rates[list(self.constant)], z[:n][free], values.states[further]]
             j += [moved[list(self.constant)], -solve(_both("residual", first, second))[:n][free]]
+            j.append(_both("states", first, second)[further])
         return np.concatenate(f), np.vstack(j)
 
     def sizes(self, x: Array) -> Sizes:
@@ -105,13 +109,14 @@ class Conditions:
         plain = list(self.perturbed.coordinates)
         held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
         _, slopes = self._places(x, values, first, second)
-        terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations])
+        terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations, values.state_terms])
         own = [_both("rates", first, second)[plain], _both("spins", first, second)]
         residual = _both("residual", first, second)
         pushed = np.maximum(np.abs(size.inverse @ residual[:n]), np.abs(solve(residual)[:n]))
-        j = np.abs(np.vstack([*slopes, *own, pushed]))
-        start = sum(map(len, held))
-        rest = [] if self.constraints_only else [*self.constant, *(len(terms) - n - start + i for i in self.steady)]
+        j = np.abs(np.vstack([*slopes, *own, pushed, _both("states", first, second)]))
+        start, states = sum(map(len, held)), len(values.states)
+        moved = [*(i - n for i in self.steady), *self.further]
+        rest = [] if self.constraints_only else [*self.constant, *(len(terms) - states - start + i for i in moved)]
         taken = [*range(start), *(start + i for i in rest)]
         least = np.zeros(len(x))
         least[nq : nq + n] = size.alone
@@ -157,7 +162,7 @@ def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
 
 
 def _both(name: str, first: Slopes, second: Slopes | None) -> Array:
-    """Derivatives in q, u and inputs, then those in parameters."""
+    """Derivatives in q, u, a and inputs, then those in parameters."""
     left: Array = getattr(first, name)
     return np.hstack([left, getattr(second, name)]) if second is not None else left
 
@@ -185,23 +190,26 @@ def conditions(
 ) -> Conditions:
     """The conditions that apply: coordinates on which no speed depends near the start may move, and so may `moving`."""
     eom = numeric.equations
-    symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs, *eom.parameters)
+    symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs, *eom.parameters)
     bare = Conditions(numeric, t, symbols, (), (), constraints_only=True)
-    nq, n = len(eom.coordinates), len(eom.speeds)
+    placed, width = len(eom.coordinates) + len(eom.speeds), len(eom.state)
     constant: set[int] = set()
-    steady = set(range(n))
+    further: set[int] = set()
+    steady = set(range(len(eom.speeds)))
     _, rows, columns = bare.sizes(start)
     measured = Measured(bare, rows, columns)
     for seed in _NEAR:
         y = start / columns
-        y[: nq + n] += [draw(seed, s, -0.1, 0.1) for s in symbols[: nq + n]]
+        y[:width] += [draw(seed, s, -0.1, 0.1) for s in symbols[:width]]
         if eom.constraints.constraints or bare.perturbed.sets:
-            y = close(measured, y, range(nq + n)).x
+            y = close(measured, y, range(placed)).x
         flow = flow_at(numeric, bare.state(y * columns), choice)
         if not choice.u:
             flow = freest(flow)
             choice = flow.choice
-        tangent, matters = flow.tangents, _matter(flow)
+        tangent, every = flow.tangents, _matter(flow)
+        matters = every[: flow.counts[0]]
+        further |= set(np.flatnonzero(every[flow.counts[1] :]).tolist())
         constant |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
         by_cyclic = np.abs(tangent.e[:, ~matters]).max(axis=1, initial=0)
         steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
@@ -211,6 +219,7 @@ def conditions(
         symbols,
         tuple(sorted(i for i in constant if bare.perturbed.names[i] not in moving)),
         tuple(sorted(i for i in steady if eom.speeds[i].name not in moving)),
+        tuple(sorted(i for i in further if eom.states[i].name not in moving)),
     )
 
 
@@ -220,7 +229,7 @@ def freest(flow: Flow) -> Flow:
     Along a frame that spins the speeds of a contact change in a steady motion, and where one of them is independent the spin matters.
     """
     count = len(flow.numeric.equations.speeds)
-    least = int(_matter(flow).sum())
+    least = int(_matter(flow)[: flow.counts[0]].sum())
     again = True
     while again and least:
         again = False
@@ -229,7 +238,7 @@ def freest(flow: Flow) -> Flow:
         for i, d in product(free, dependent):
             choice = Choice(flow.choice.q, (i, *(k for k in dependent if k != d)))
             other = flow_at(flow.numeric, flow.state, choice)
-            fewer = int(_matter(other).sum())
+            fewer = int(_matter(other)[: other.counts[0]].sum())
             if fewer < least:
                 flow, least, again = other, fewer, True
                 break
@@ -237,6 +246,5 @@ def freest(flow: Flow) -> Flow:
 
 
 def _matter(flow: Flow) -> Mask:
-    """Which of the independent coordinates matter to the speeds."""
-    count = len(flow.tangents.free_q)
-    return dependence(scaled(flow.a, flow), count)[:count]
+    """Which of the independent coordinates, speeds and further states matter to the speeds."""
+    return dependence(scaled(flow.a, flow), *flow.counts)

@@ -48,6 +48,7 @@ def constraint_forces(
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, float] | None = None,
     t: float = 0.0,
+    states: Any = None,
 ) -> ConstraintForces:
     """The forces of constraints at a state, by multipliers and by auxiliary speeds.
 
@@ -56,7 +57,7 @@ def constraint_forces(
     eom : Equations
         with constraints of which it is known where their forces act, such as `kn.distance`, `kn.no_slip`, `kn.coincident`
     q, u : a state on the constraints; dependent speeds may be left out
-    parameters, inputs, t : as in `eom.evaluate`
+    parameters, inputs, t, states : as in `eom.evaluate`
 
     Raises
     ------
@@ -72,7 +73,7 @@ def constraint_forces(
             "Expected constraints that say where their forces act, got none: scalars that must vanish do not. Declare them with "
             "kn.distance, kn.no_slip, kn.coincident, …."
         )
-    state = {"q": q, "u": u, "parameters": parameters, "inputs": inputs, "t": t}
+    state = {"q": q, "u": u, "parameters": parameters, "inputs": inputs, "t": t, "states": states}
     known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
     own = {c: known[c] if c in known else reaction(f"lambda_{k}", constraint=c) for k, c in enumerate(placed)}
     added = [r for c, r in own.items() if c not in known]

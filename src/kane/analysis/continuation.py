@@ -82,6 +82,7 @@ def continuation(
     outputs: Mapping[str, Any] | Sequence[Any] | None = None,
     max_points: int = 2000,
     settings: Settings | None = None,
+    states: Mapping[Any, Any] | Sequence[Any] | None = None,
 ) -> Branch:
     """Steady motions as `symbol` goes from the first of `values` to the last, by pseudo-arclength.
 
@@ -93,7 +94,7 @@ def continuation(
     eom : Equations
     symbol : the parameter, input, speed or coordinate that changes, by symbol or name
     values : increasing or decreasing; the branch has a point at each of them, and at each turning point
-    q, u, parameters, inputs, moving, independent : as for `trim`, the value of `symbol` apart
+    q, u, states, parameters, inputs, moving, independent : as for `trim`, the value of `symbol` apart
     outputs, settings : as for `linearize`
 
     Raises
@@ -104,7 +105,7 @@ def continuation(
         if the conditions leave more than one branch open
     """
     wanted = _values(values)
-    groups = {"q": q, "u": u, "parameters": parameters, "inputs": inputs}
+    groups = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
     task, place = _problem(eom.numeric(settings), symbol, wanted[0], groups, moving, independent)
     with working("Following the branch"):
         start = solve_problem(task, CLOSED)
@@ -209,7 +210,8 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
     conditions = unknowns.problem.conditions
     kept = {conditions.perturbed.names[i] for i in conditions.constant}
     scale = float(unknowns.scale[-1])
-    states = len(conditions.eom.coordinates) + len(conditions.eom.speeds)
+    states = len(conditions.eom.state)
+    kept |= {conditions.eom.states[i].name for i in conditions.further}
 
     def beside(y: Array) -> dict[str, float]:
         """The direction to the nearest other point of the branch."""
@@ -223,7 +225,7 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
         y = np.where(np.abs(y) <= _ROUNDED, 0.0, y)
         point = point_of(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
         at_point, corner = _linear(lin, point, independent, lambda: beside(y))
-        gone = [n for n in at_point.coordinates if n not in kept]
+        gone = [n for n in (*at_point.coordinates, *at_point.further) if n not in kept]
         return point, replace(at_point, cyclic=tuple(gone)).without("cyclic"), corner
 
     every = [at(y) for y in path.points]

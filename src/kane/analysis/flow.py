@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The flow on the constraints at a state, and its exact derivative: ẋ = F(x, r) in x = (ξ_I, u_I).
+"""The flow on the constraints at a state, and its exact derivative: ẋ = F(x, r) in x = (ξ_I, u_I, a).
 
 δẋ = A δx + B δr,   y = h(q, u, u̇, λ, R, r):   δy = C δx + D δr
 """
@@ -31,7 +31,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
-    """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, r) of δ(ξ_I, u_I, r).
+    """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, a, r) of δ(ξ_I, u_I, a, r).
 
     `terms` are the sizes of the terms of F. `scale` says how far equal energies move each x, in the time 1/`pace`: D⁻¹ A D with the
     diagonal D is the same in any units. `answers` is δ(u̇, λ, R) of the same; all is read off `numbers`.
@@ -59,7 +59,14 @@ class Flow:
     def states(self) -> tuple[str, ...]:
         """The names of x."""
         names, speeds = self.numeric.value(perturbations).names, self.numeric.equations.speeds
-        return (*(names[i] for i in self.tangents.free_q), *(speeds[i].name for i in self.tangents.free_u))
+        own = (*(names[i] for i in self.tangents.free_q), *(speeds[i].name for i in self.tangents.free_u))
+        return (*own, *(a.name for a in self.numeric.equations.states))
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """How many of x are coordinates, and how many of them and of speeds."""
+        count = len(self.tangents.free_q)
+        return count, count + len(self.tangents.free_u)
 
 
 @np.errstate(invalid="ignore")
@@ -93,16 +100,17 @@ def flow_at(numeric: Numeric[Equations], state: State, choice: Choice, numbers: 
     moves = np.vstack([t @ tangent.moves[:width], tangent.moves[width:]])
     answers = -solve(slopes.residual @ moves)
     own = rate_slopes @ moves - turning_rates(rates, len(plain)) @ tangent.moves[:width]
-    rows = np.vstack([own[list(tangent.free_q)], answers[:n][list(tangent.free_u)]])
-    rest = np.concatenate([rates[list(tangent.free_q)], z[:n][list(tangent.free_u)]])
+    # to the constraints a are given, as inputs are: they come before these
+    free_q, free_u = list(tangent.free_q), list(tangent.free_u)
+    rows = np.vstack([own[free_q], answers[:n][free_u], slopes.states @ moves])
+    rest = np.concatenate([rates[free_q], z[:n][free_u], values.states])
     mass = tangent.b.T @ m @ tangent.b
     a, b = rows[:, : len(rows)], rows[:, len(rows) :]
-    size = magnitudes(values, slopes, z, state.x[nq:])
+    size = magnitudes(values, slopes, z, state.x[nq : nq + n])
     terms, far = np.append(size.rates[plain], size.spins), np.linalg.norm(rate_slopes[:, nq : nq + n] @ root, axis=1)
-    terms = np.append(terms[list(tangent.free_q)], size.accelerations[list(tangent.free_u)])
-    scale = np.append(
-        far[list(tangent.free_q)] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[list(tangent.free_u)]
-    )
+    terms = np.concatenate([terms[free_q], size.accelerations[free_u], values.state_terms])
+    scale = np.append(far[free_q] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[free_u])
+    scale = _with_states(scale, a, size.pace or 1.0)
     return Flow(
         numeric,
         numbers,
@@ -124,6 +132,23 @@ def flow_at(numeric: Numeric[Equations], state: State, choice: Choice, numbers: 
     )
 
 
+def _with_states(scale: Array, a: Array, pace: float) -> Array:
+    """The scale of q and u, and of the further states behind them: what changes another by its scale in the time 1/pace.
+
+    Those by which nothing else changes have the scale to which they change themselves.
+    """
+    if len(scale) == len(a):
+        return scale
+    whole, slopes = np.append(scale, np.zeros(len(a) - len(scale))), np.abs(a)
+    for _ in range(len(scale), len(a)):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = (whole * pace / slopes.T)[:, whole > 0].min(axis=1, initial=np.inf)
+        whole = np.where(whole > 0, whole, np.where(np.isfinite(reach), reach, 0.0))
+    driven = slopes @ whole / pace
+    whole = np.where(whole > 0, whole, driven)
+    return np.where(whole > 0, whole, 1.0)
+
+
 def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
     """The dependent speeds of the equations, where they are well determined."""
     if eom.embedding is None:
@@ -133,7 +158,7 @@ def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
 
 
 def output_slopes(flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
-    """(h, δh of δ(ξ_I, u_I, r)) at the state."""
+    """(h, δh of δ(ξ_I, u_I, a, r)) at the state."""
     if not outputs.roots:
         return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
     found = flow.numbers.answers(flow.state, flow.z, outputs)

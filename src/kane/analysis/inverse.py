@@ -52,6 +52,7 @@ class Inverse:
         inputs: Mapping[Any, Any] | None = None,
         parameters: Mapping[Any, float] | None = None,
         t: Any = 0.0,
+        states: Any = None,
     ) -> dict[Symbol, Any]:
         """The unknowns at a state, or at many: values may be arrays, which broadcast.
 
@@ -60,6 +61,7 @@ class Inverse:
         q, u : the state, by symbol or name or in order; it must satisfy the constraints, dependent speeds may be left out
         given : the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
         inputs : the inputs among them, if they come by themselves (`**point.arguments`); those that are unknown are left out
+        states : values of further states; those left out take their defaults
 
         Raises
         ------
@@ -68,6 +70,7 @@ class Inverse:
         """
         eom = self.eom
         values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
+        values |= {a: a.default for a in eom.states} | named_values("states", eom.states, states)
         own = named_values("inputs", eom.inputs, inputs)
         values |= {s: v for s, v in own.items() if s in set(self.known)}
         values |= named_values("quantities that are given", self.known, given)
@@ -82,14 +85,14 @@ class Inverse:
             )
         if eom.dependent_speeds:
             inputs = {s: v for s, v in values.items() if s in set(eom.inputs)}
-            speeds = eom.evaluate(list(eom.speeds), q=q, u=u, parameters=parameters, inputs=inputs, t=t)
+            speeds = eom.evaluate(list(eom.speeds), q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
             values |= dict(zip(eom.speeds, speeds, strict=True))
         constants = parameter_values(eom.system, parameters)
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
         times = np.asarray(t, dtype=float)
         shape = np.broadcast_shapes(times.shape, *(a.shape for a in arrays.values()))
         full = {s: np.broadcast_to(a, shape) for s, a in arrays.items()}
-        x = np.stack([full[s] for s in (*eom.coordinates, *eom.speeds)], axis=-1)
+        x = np.stack([full[s] for s in eom.state], axis=-1)
         r = np.zeros((*shape, len(eom.inputs)))
         for k, s in enumerate(eom.inputs):
             if s in full:
@@ -109,6 +112,7 @@ class Inverse:
             given=own | taken,
             parameters=dict(solution.parameters),
             t=solution.t,
+            states=list(solution.a.T),
         )
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:

@@ -67,8 +67,8 @@ class Linear:
     """ẋ = A x + B r, y = C x + D r for small deviations x, r, y from `point`.
 
     `states` names x: the independent perturbations of the coordinates (for Euler parameters three small angles `theta…` along the
-    axes of the frame they turn), then the independent speeds. `rates` is ẋ at the point itself, `values` what the outputs are
-    there, `mass` the mass matrix of the independent speeds, `cyclic` the states on which no speed depends.
+    axes of the frame they turn), then the independent speeds, then `further` ones of `kn.state`. `rates` is ẋ at the point itself,
+    `values` what the outputs are there, `mass` the mass matrix of the independent speeds, `cyclic` the states no speed depends on.
     """
 
     states: tuple[str, ...]
@@ -84,11 +84,12 @@ class Linear:
     values: Array
     mass: Array
     cyclic: tuple[str, ...]
+    further: tuple[str, ...] = ()
 
     @property
     def speeds(self) -> tuple[str, ...]:
-        """The independent speeds, the last of the states."""
-        return self.states[len(self.coordinates) :]
+        """The independent speeds."""
+        return self.states[len(self.coordinates) : len(self.states) - len(self.further)]
 
     @cached_property
     def eigenvalues(self) -> Complex:
@@ -134,7 +135,7 @@ class Linear:
         self._check_untied(self.A[keep], self.A, own if states != ("cyclic",) else [], gone)
         self._check_untied(self.C, self.C, [f"the output {name}" for name in self.outputs], gone)
         held = [i for i in keep if i >= len(self.coordinates)]
-        speeds = [i - len(self.coordinates) for i in held]
+        speeds = [i - len(self.coordinates) for i in held if self.states[i] not in self.further]
         return replace(
             self,
             states=tuple(self.states[i] for i in keep),
@@ -145,6 +146,7 @@ class Linear:
             rates=self.rates[keep],
             mass=self.mass[np.ix_(speeds, speeds)],
             cyclic=tuple(n for n in self.cyclic if self.states.index(n) in keep),
+            further=tuple(n for n in self.further if self.states.index(n) in keep),
         )
 
     def _check_untied(self, rows: Array, whole: Array, labels: Sequence[str], gone: Sequence[int]) -> None:
@@ -171,6 +173,11 @@ class Linear:
         SimulationError
             if the speeds do not move the coordinates one by one, or these depend on others or on more of the speeds than their rates
         """
+        if self.further:
+            raise SimulationError(
+                f"Expected coordinates and speeds alone for the second-order form, got the further states {', '.join(self.further)}. "
+                "Use A and B; a state by which nothing else changes may be left out: linear.without(…)."
+            )
         count = len(self.coordinates)
         q = list(range(count)) if coordinates == "all" else self._places(coordinates)
         wrong = [self.states[i] for i in q if i >= count]

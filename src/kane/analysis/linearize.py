@@ -40,6 +40,7 @@ class Linearizer:
         parameters: Mapping[Any, float] | None = None,
         inputs: Mapping[Any, float] | None = None,
         t: float = 0.0,
+        states: Any = None,
         independent: Sequence[Any] = (),
         leave_out: Sequence[Any] = (),
         steady: bool = True,
@@ -49,7 +50,7 @@ class Linearizer:
         """See `linearize`."""
         with working("Linearizing"):
             numeric = self.eom.numeric(self.settings)
-            state = state_at(numeric, q, u, parameters, inputs, t)
+            state = state_at(numeric, q, u, parameters, inputs, t, states)
             flow, verdict = _flow(numeric, state, choice_of(numeric, independent), bool(independent), tolerance)
             smooth = differentiable(flow, self.outputs, tolerance if verdict.holds else 0.0, side)
             if smooth.flow is not flow:
@@ -70,7 +71,7 @@ class Linearizer:
         if not fixed:
             return ""
         other, verdict = _flow(flow.numeric, flow.state, Choice(), False, tolerance)
-        return ", ".join(other.states[len(other.tangents.free_q) :]) if verdict.holds else ""
+        return ", ".join(other.states[slice(*other.counts)]) if verdict.holds else ""
 
     def _linear(self, piece: Piece, verdict: Steadiness) -> Linear:
         eom, flow, slopes = self.eom, piece.flow, piece.output_slopes
@@ -89,6 +90,7 @@ class Linearizer:
             piece.outputs,
             flow.mass,
             tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m),
+            states[flow.counts[1] :],
         )
 
 
@@ -117,6 +119,7 @@ def linearize(
     tolerance: float = 1e-8,
     side: Side | None = None,
     settings: Settings | None = None,
+    states: Any = None,
 ) -> Linear:
     """ẋ = A x + B r about an equilibrium or a steady motion, all constraints included.
 
@@ -127,7 +130,7 @@ def linearize(
     ----------
     eom : Equations
     q, u : the point, by symbol or name; it must satisfy the constraints, what is left out is solved for as in `assemble`
-    parameters, inputs : values; parameters left out take their defaults, inputs are zero
+    parameters, inputs, states : values; parameters and further states left out take their defaults, inputs are zero
     outputs : expressions y by name, which may hold coordinates, their rates, speeds with their accelerations, reactions and inputs
     independent : coordinates and speeds to be independent; by default those of the equations, coordinates by rank
     leave_out : states that nothing depends on, or "cyclic" for all of them
@@ -148,8 +151,8 @@ def linearize(
     """
     evaluate = linearizer(eom, outputs=outputs, settings=settings)
     return evaluate(
-        q=q, u=u, parameters=parameters, inputs=inputs, t=t, independent=independent, leave_out=leave_out, steady=steady,
-        tolerance=tolerance, side=side,
+        q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states, independent=independent, leave_out=leave_out,
+        steady=steady, tolerance=tolerance, side=side,
     )  # fmt: skip
 
 
@@ -189,7 +192,7 @@ def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Choice
 def _check_independent(flow: Flow, wanted: Sequence[Any]) -> None:
     names, count = {x.name if isinstance(x, Symbol) else x for x in wanted}, len(flow.tangents.free_q)
     known, speeds = flow.numeric.value(perturbations).names, [u.name for u in flow.numeric.equations.speeds]
-    for all_names, got in ((known, flow.states[:count]), (speeds, flow.states[count:])):
+    for all_names, got in ((known, flow.states[:count]), (speeds, flow.states[slice(*flow.counts)])):
         asked = [n for n in all_names if n in names]
         if asked and set(asked) != set(got):
             raise SimulationError(
@@ -201,7 +204,8 @@ def _check_independent(flow: Flow, wanted: Sequence[Any]) -> None:
 def _not_steady(flow: Flow, verdict: Steadiness, speeds: str) -> str:
     count, perturbed = len(flow.tangents.free_q), flow.numeric.value(perturbations)
     free_u = flow.tangents.free_u
-    symbols = [perturbed.symbols[i] for i in flow.tangents.free_q] + [flow.numeric.equations.speeds[i] for i in free_u]
+    eom = flow.numeric.equations
+    symbols = [perturbed.symbols[i] for i in flow.tangents.free_q] + [*(eom.speeds[i] for i in free_u), *eom.states]
 
     def rate_of(i: int) -> str:
         s = symbols[i]

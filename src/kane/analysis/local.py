@@ -34,7 +34,7 @@ _TINY = np.finfo(float).tiny
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Values:
-    """K, k, f, A u + b, q̇ and spins at a state (or at many: leading axes), and the sizes of the terms of k and of f."""
+    """K, k, f, A u + b, q̇, spins and ȧ at a state (or at many: leading axes), and the sizes of the terms of k, f and ȧ."""
 
     matrix: Array
     right: Array
@@ -44,6 +44,8 @@ class Values:
     motion: Array
     rates: Array
     spins: Array
+    states: Array
+    state_terms: Array
 
     def constraints(self, n: int) -> Array:
         """A."""
@@ -58,7 +60,9 @@ def values(eom: Equations) -> Bundle[Values]:
     groups = {"matrix": Matrix(u.matrix), "right": u.right, "terms": terms}
     held = [size(f, memo) for f in u.configuration]
     groups |= {"configuration": u.configuration, "configuration_terms": held, "motion": u.motion}
-    return Bundle("values", ports(eom.derived), Values, {**groups, "rates": u.rates, "spins": u.spins})
+    groups |= {"rates": u.rates, "spins": u.spins}
+    groups |= {"states": u.states, "state_terms": [size(f, memo) for f in u.states]}
+    return Bundle("values", ports(eom.derived), Values, groups)
 
 
 def values_at(numeric: Numeric[Equations], state: State) -> Values:
@@ -69,20 +73,22 @@ def values_at(numeric: Numeric[Equations], state: State) -> Values:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slopes:
-    """Derivatives in some variables, a column each: of f, A u + b, q̇, spins, and of K z − k at fixed z."""
+    """Derivatives in some variables, a column each: of f, A u + b, q̇, spins, ȧ, and of K z − k at fixed z."""
 
     configuration: Array
     motion: Array
     rates: Array
     spins: Array
+    states: Array
     residual: Array
 
 
 def slopes(eom: Equations, *by: Symbol) -> Bundle[Slopes]:
-    """Derivatives in the symbols `by`, without any in q, u and the inputs; z is an argument."""
+    """Derivatives in the symbols `by`, without any in q, u, a and the inputs; z is an argument."""
     u = unsolved(eom.derived)
-    symbols = by or (*eom.coordinates, *eom.speeds, *eom.inputs)
+    symbols = by or (*eom.state, *eom.inputs)
     groups = {"configuration": u.configuration, "motion": u.motion, "rates": u.rates, "spins": u.spins}
+    groups |= {"states": u.states}
     rows = iter(partials(u.places, symbols))
     derivatives = {name: Matrix(islice(rows, len(f)), (len(f), len(symbols))) for name, f in groups.items()}
     derivatives["residual"] = _residual_slopes(eom, u, symbols)
@@ -109,7 +115,7 @@ def unknowns(eom: Equations) -> Port:
 
 
 def slopes_at(numeric: Numeric[Equations], state: State, z: Array, *by: Symbol) -> Slopes:
-    """Derivatives in the symbols `by`, without any in q, u and the inputs."""
+    """Derivatives in the symbols `by`, without any in q, u, a and the inputs."""
     return numeric.routine(slopes, *by)(state.t, state.x, state.p, state.r, z)
 
 

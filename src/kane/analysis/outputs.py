@@ -45,7 +45,7 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
             raise ArgumentError(f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}.")
         names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
         roots += [substitute(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
-    allowed = {time, *eom.coordinates, *eom.speeds, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
+    allowed = {time, *eom.state, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
     unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
     if unknown:
         raise ValueMissingError(
@@ -61,7 +61,7 @@ def _listed(outputs: Any) -> Sequence[Any]:
 
 
 class Answers(NamedTuple):
-    """h, and ∂h/∂(q, u, r, z), a row for each output."""
+    """h, and ∂h/∂(q, u, a, r, z), a row for each output."""
 
     values: Array
     slopes: Array
@@ -70,5 +70,5 @@ class Answers(NamedTuple):
 def answers(eom: Equations, *roots: Expr) -> Bundle[Answers]:
     """Outputs h and their derivatives; z is an argument."""
     z = unknowns(eom)
-    slopes = partials(roots, (*eom.coordinates, *eom.speeds, *eom.inputs, *z.symbols))
+    slopes = partials(roots, (*eom.state, *eom.inputs, *z.symbols))
     return Bundle("outputs", (*ports(eom.derived), z), Answers, {"values": roots, "slopes": slopes})

@@ -2,7 +2,7 @@
 """The operating point: complete values on the constraints."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from kane.numeric.projection import least_squares, of_unit_length, row_sizes
 
 _CLOSED, _ROUNDS = 1e-15, 4
 """Share of the largest terms at which no further steps are tried, and how many there are."""
-_GROUPS = ("q", "u", "parameters", "inputs")
+_GROUPS = ("q", "u", "parameters", "inputs", "states")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,11 +39,14 @@ class OperatingPoint:
     parameters: dict[Symbol, float]
     inputs: dict[Symbol, float]
     t: float
+    states: dict[Symbol, float] = field(default_factory=dict)
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """q, u, parameters and inputs, and t where it is not 0, as `simulate`, `linearize` and `Equations.evaluate` take them."""
-        at = {"t": self.t} if self.t else {}
+        """What `simulate`, `linearize` and `Equations.evaluate` take: q, u, parameters, inputs; t where it is not 0, states if any."""
+        at: dict[str, Any] = {"t": self.t} if self.t else {}
+        if self.states:
+            at["states"] = self.states
         return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs, **at}
 
     def replace(self, *, t: float | None = None, **groups: Mapping[Any, float]) -> "OperatingPoint":
@@ -59,27 +62,31 @@ class OperatingPoint:
             own: dict[Symbol, float] = getattr(self, kind)
             told = named_values(kind, tuple(own), groups.get(kind))
             made.append({s: finite_number("value", s.name, told.get(s, v)) for s, v in own.items()})
-        q, u, parameters, inputs = made
-        return OperatingPoint(q, u, parameters, inputs, self.t if t is None else finite_number("time", "the point", t))
+        q, u, parameters, inputs, states = made
+        at = self.t if t is None else finite_number("time", "the point", t)
+        return OperatingPoint(q, u, parameters, inputs, at, states)
 
     def __getitem__(self, what: Any) -> float:
-        values = {**self.q, **self.u, **self.parameters, **self.inputs}
+        values = {**self.q, **self.u, **self.states, **self.parameters, **self.inputs}
         return values[symbol_named(values, what)]
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items(), *self.inputs.items()))
+        values = ", ".join(
+            f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items(), *self.states.items(), *self.inputs.items())
+        )
         return f"OperatingPoint({values}{f'; t = {self.t:g}' if self.t else ''})"
 
 
 def point_of(eom: Equations, state: State) -> OperatingPoint:
     """The state by symbol."""
-    nq = len(eom.coordinates)
+    q, u, a = np.split(state.x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
     return OperatingPoint(
-        dict(zip(eom.coordinates, state.x[:nq].tolist(), strict=True)),
-        dict(zip(eom.speeds, state.x[nq:].tolist(), strict=True)),
+        dict(zip(eom.coordinates, q.tolist(), strict=True)),
+        dict(zip(eom.speeds, u.tolist(), strict=True)),
         dict(zip(eom.parameters, state.p.tolist(), strict=True)),
         dict(zip(eom.inputs, state.r.tolist(), strict=True)),
         state.t,
+        dict(zip(eom.states, a.tolist(), strict=True)),
     )
 
 
@@ -90,6 +97,7 @@ def state_at(
     parameters: Mapping[Any, Any] | None,
     inputs: Mapping[Any, Any] | None,
     t: float,
+    states: Any = None,
 ) -> State:
     """The state at a point on the constraints; what is left out is solved for."""
     eom = numeric.equations
@@ -106,7 +114,7 @@ def state_at(
             eom, q=q, u=u, parameters=parameters, inputs=dict(zip(eom.inputs, r.tolist(), strict=True)), t=t
         )
         q, u = start.q, start.u
-    return closed(numeric, State(float(t), start_state(eom, q, u), p, r))
+    return closed(numeric, State(float(t), start_state(eom, q, u, states), p, r))
 
 
 def closed(numeric: Numeric[Equations], state: State) -> State:
@@ -140,5 +148,6 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
             list(eom.speeds), **point_of(eom, replace(state, x=x)).arguments
         )  # says which constraints they miss
     if len(values.motion):
-        x = np.append(x[:nq], x[nq:] - least_squares(values.constraints(n), values.motion))
+        x = x.copy()
+        x[nq : nq + n] -= least_squares(values.constraints(n), values.motion)
     return replace(state, x=x)

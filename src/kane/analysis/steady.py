@@ -23,8 +23,8 @@ _SHIFTS = (0.71, -1.13)
 """For how long what moves is followed, in the time in which the state changes: any one place would show a dependence."""
 
 
-def dependence(a: Array, count: int) -> Mask:
-    """Which of the states the speeds depend on, through whatever chain; the first `count` are coordinates.
+def dependence(a: Array, count: int, last: int | None = None) -> Mask:
+    """Which of the states the speeds depend on, through whatever chain; the first `count` are coordinates, from `last` on others.
 
     What rounding left of zero is dropped before units are balanced: with a chain that leads back, balancing would make it as large as
     the others.
@@ -34,7 +34,8 @@ def dependence(a: Array, count: int) -> Mask:
     a = np.where(np.abs(a) > ROUNDING * np.abs(a).max(initial=0), a, 0.0)
     scaled = np.abs(matrix_balance(a, permute=False)[0])
     linked = scaled > _LINK * scaled.max(initial=0)
-    matters = np.arange(len(a)) >= count
+    places = np.arange(len(a))
+    matters = (places >= count) & (places < (len(a) if last is None else last))
     while True:
         more = matters | linked[matters].any(axis=0)
         if np.array_equal(more, matters):
@@ -61,8 +62,7 @@ class Steadiness:
 
 def steadiness(flow: Flow, tolerance: float) -> Steadiness:
     """Whether nothing that matters changes."""
-    count = len(flow.tangents.free_q)
-    matters = dependence(scaled(flow.a, flow), count)
+    matters = dependence(scaled(flow.a, flow), *flow.counts)
     constant = share(flow.rest, flow.terms) <= tolerance
     left = tuple(np.flatnonzero(matters & ~constant).tolist())
     moving = np.flatnonzero(~matters & ~constant)
@@ -95,7 +95,10 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
     nq, n = len(eom.coordinates), len(eom.speeds)
     x = state.x.copy()
     step = np.zeros(len(perturbed.names))
-    step[[tangent.free_q[i] for i in moving]] = shift * flow.rest[moving]
+    placed = moving[moving < flow.counts[0]]
+    step[[tangent.free_q[i] for i in placed]] = shift * flow.rest[placed]
+    others = moving[moving >= flow.counts[1]]
+    x[nq + n + others - flow.counts[1]] += shift * flow.rest[others]
     for at, place in enumerate(perturbed.coordinates):
         x[place] += step[at]
     for k, places in enumerate(perturbed.sets):
@@ -108,7 +111,7 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
     if not open_.max(initial=0) <= GIVEN or not np.all(np.isfinite(values.motion)):
         return False
     if len(values.motion):
-        x[nq:][held] -= least_squares(values.constraints(n)[:, held], values.motion)
+        x[nq : nq + n][held] -= least_squares(values.constraints(n)[:, held], values.motion)
     there = flow_at(numeric, moved, Choice(flow.choice.q, tuple(held)), flow.numbers)
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False

@@ -66,10 +66,10 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     """
     perturbed, equations = perturbations(eom), unsolved(eom.derived)
     plain = [equations.rates[i] for i in perturbed.coordinates]
-    flow = [*plain, *equations.spins, *without_unknowns(eom.solved, eom.accelerations)]
+    flow = [*plain, *equations.spins, *without_unknowns(eom.solved, [*eom.accelerations, *eom.state_rates])]
     turned = spread(perturbed, np.array(eom.coordinates, dtype=object)).T
     seeds: list[dict[Expr, Expr]] = [dict(zip(eom.coordinates, map(as_expr, row), strict=True)) for row in turned]
-    seeds += [{s: ONE} for s in (*eom.speeds, *eom.inputs)]
+    seeds += [{s: ONE} for s in (*eom.speeds, *eom.states, *eom.inputs)]
     values, slopes = _of_either_side(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
     width, n, rates, c = len(perturbed.names), len(eom.speeds), len(flow), len(equations.configuration)
     slopes[:width, :width] = slopes[:width, :width] - turning_rates(values[:width], len(plain))
@@ -95,11 +95,13 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
         _in_symbols(sample, wished),
         _in_symbols(sample, own),
     )
-    rows = [*tangent.free_q, *(width + i for i in tangent.free_u)]
+    rows = [*tangent.free_q, *(width + i for i in (*tangent.free_u, *range(n, n + len(eom.states))))]
     result = slopes[rows] @ tangent.moves
     states = (*(perturbed.names[i] for i in tangent.free_q), *(eom.speeds[i].name for i in tangent.free_u))
+    counts = len(tangent.free_q), len(states)
+    states = (*states, *(s.name for s in eom.states))
     a, b = result[:, : len(rows)], result[:, len(rows) :]
-    _check_steady(states, len(tangent.free_q), sample(values[rows]), sample(a))
+    _check_steady(states, counts, sample(values[rows]), sample(a))
     inputs = tuple(r.name for r in eom.inputs)
     return SymbolicLinear(states, inputs, len(tangent.free_q), Matrix(a, a.shape), Matrix(b, b.shape))
 
@@ -108,7 +110,7 @@ def _of_either_side(
     eom: Equations, point: Mapping[Any, Any], roots: Sequence[Expr], seeds: Sequence[Mapping[Expr, Expr]]
 ) -> tuple[Entries, Entries]:
     """The roots and their derivatives as `_at_point` has them, which must be the same on all sides of what switches at the point."""
-    symbols: tuple[Symbol, ...] = (*eom.coordinates, *eom.speeds, *eom.inputs)
+    symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs)
     at = {s: as_expr(e) for s, e in named_values("the point", symbols, point).items()}
     standing = [s for s in switches(roots) if substitute(s.quantity, at) is ZERO]
     sides = {s.quantity: Parameter.declare(f"side{k}", description="of a switch") for k, s in enumerate(standing)}
@@ -156,8 +158,8 @@ def _in_symbols(sample: Callable[[Entries], Array], preferred: Sequence[int]) ->
     return solved
 
 
-def _check_steady(states: Sequence[str], count: int, rest: Array, a: Array) -> None:
-    matters = dependence(a, count)
+def _check_steady(states: Sequence[str], counts: tuple[int, int], rest: Array, a: Array) -> None:
+    matters = dependence(a, *counts)
     left = [f"{s}' = {x:.6g}" for s, x, m in zip(states, rest, matters, strict=True) if m and not abs(x) <= GIVEN]
     if left:
         raise SimulationError(

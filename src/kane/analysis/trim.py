@@ -30,7 +30,7 @@ from kane.progress import working
 _TRIES, _SEED = 12, 20049
 _ROUNDED = 1e-12
 """Share of what would change some terms by their size below which a value is zero but for rounding."""
-KINDS = {"q": "coordinates", "u": "speeds", "inputs": "inputs", "parameters": "parameters"}
+KINDS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
 """Groups of values by the arguments that give them, in the order of X."""
 
 
@@ -55,7 +55,8 @@ class Problem:
         nq, n = len(eom.coordinates), len(eom.speeds)
         plain = len(perturbed.coordinates)
         own = [perturbed.coordinates[i] for i in conditions.constant if i < plain]
-        return (*own, *(nq + i for i in conditions.steady), *range(nq + n, len(self.start)))
+        steady = (*conditions.steady, *(n + i for i in conditions.further))
+        return (*own, *(nq + i for i in steady), *range(len(eom.state), len(self.start)))
 
 
 def problem(
@@ -74,6 +75,8 @@ def problem(
             )
     x = np.concatenate([part.values for part in parts])
     first = np.cumsum([0, *(len(part.values) for part in parts)]).tolist()
+    for i in parts[2].missing:
+        x[first[2] + i] = eom.states[i].default or 0.0
     free = [k + i for k, part in zip(first, parts, strict=False) for i in part.free]
     missing = [k + i for k, part in zip(first, parts, strict=False) for i in part.missing]
     for places in perturbed.sets:
@@ -81,9 +84,11 @@ def problem(
         if not e.any():
             x[places[0]] = 1.0
     names = [m.name if isinstance(m, Symbol) else m for m in moving]
-    unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in eom.speeds}]
+    unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in (*eom.speeds, *eom.states)}]
     if unknown:
-        raise ValueMissingError(f"Expected moving= to name coordinates or speeds, got {', '.join(map(str, unknown))}.")
+        raise ValueMissingError(
+            f"Expected moving= to name coordinates, speeds or states, got {', '.join(map(str, unknown))}."
+        )
     held = conditions(numeric, float(t), x, choice_of(numeric, independent), names)
     return Problem(held, x, tuple(free), tuple(missing), Measured(held, *held.sizes(x)[1:]))
 
@@ -100,17 +105,19 @@ def trim(
     independent: Sequence[Any] = (),
     tolerance: float = 1e-9,
     settings: Settings | None = None,
+    states: Mapping[Any, Any] | Sequence[Any] | None = None,
 ) -> OperatingPoint:
     """A steady motion or an equilibrium: u̇ = 0 of the independent speeds, q̇ = 0 of the coordinates that matter, all constraints.
 
-    Values that are given are kept, guesses (`kn.guess(value)`) may move, coordinates and speeds left out are solved for, from zero.
+    Values that are given are kept, guesses (`kn.guess(value)`) may move, coordinates and speeds left out are solved for, from zero,
+    further states from their defaults; these rest too, ȧ = 0, where the speeds depend on them.
     Coordinates on which no speed depends may move steadily: a heading, a wheel's angle, a place on the road.
 
     Parameters
     ----------
     eom : Equations
-    q, u, parameters, inputs : values and guesses by symbol or name; parameters left out take their defaults
-    moving : further coordinates and speeds that may change
+    q, u, states, parameters, inputs : values and guesses by symbol or name; parameters left out take their defaults
+    moving : more coordinates, speeds and states that may change
     independent : speeds to be independent, where those of the equations are not constant in a steady motion
     tolerance : what may remain of rates, accelerations and constraints, as a share of the terms that cancel in them
     settings : how to compile
@@ -124,7 +131,8 @@ def trim(
     """
     with working("Trimming"):
         numeric = eom.numeric(settings)
-        task = problem(numeric, {"q": q, "u": u, "inputs": inputs, "parameters": parameters}, t, moving, independent)
+        groups = {"q": q, "u": u, "states": states, "inputs": inputs, "parameters": parameters}
+        task = problem(numeric, groups, t, moving, independent)
         x = solve_problem(task, tolerance)
         names = undetermined(task, x, task.missing)
         if names:
@@ -146,10 +154,21 @@ def equilibrium(
     t: float = 0.0,
     tolerance: float = 1e-9,
     settings: Settings | None = None,
+    states: Mapping[Any, Any] | Sequence[Any] | None = None,
 ) -> OperatingPoint:
     """A state of rest: as `trim` with all speeds zero."""
     rest = dict.fromkeys(eom.speeds, 0.0)
-    return trim(eom, q=q, u=rest, parameters=parameters, inputs=inputs, t=t, tolerance=tolerance, settings=settings)
+    return trim(
+        eom,
+        q=q,
+        u=rest,
+        parameters=parameters,
+        inputs=inputs,
+        t=t,
+        tolerance=tolerance,
+        settings=settings,
+        states=states,
+    )
 
 
 def solve_problem(task: Problem, tolerance: float) -> Array:
@@ -203,11 +222,11 @@ def _plain(task: Problem, best: Closed) -> Array:
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     """By what angles closures are turned at X."""
     eom = conditions.eom
-    system, nq, n = eom.system, len(eom.coordinates), len(eom.speeds)
+    system, nq, width = eom.system, len(eom.coordinates), len(eom.state)
     rest = [*eom.inputs, *eom.parameters, time]
 
     def angles(x: Array) -> Array:
-        values: dict[Expr, Any] = dict(zip(rest, [*x[nq + n :].tolist(), conditions.t], strict=True))
+        values: dict[Expr, Any] = dict(zip(rest, [*x[width:].tolist(), conditions.t], strict=True))
         return turned_function(system, values)(x[:nq])
 
     return angles

@@ -15,7 +15,7 @@ from kane.program.bundle import Bundle
 
 
 class Turning(NamedTuple):
-    """c, the sizes of its terms, and ∂c/∂(q, u, r, z), a row for each switch."""
+    """c, the sizes of its terms, and ∂c/∂(q, u, a, r, z), a row for each switch."""
 
     quantities: Array
     sizes: Array
@@ -32,6 +32,6 @@ def turning(eom: Equations, *outputs: Expr) -> Bundle[Turning]:
     """The quantities of `all_switches`, in their order; z is an argument."""
     z, memo = unknowns(eom), Sizes()
     quantities = [s.quantity for s in all_switches(eom, *outputs)]
-    slopes = partials(quantities, (*eom.coordinates, *eom.speeds, *eom.inputs, *z.symbols))
+    slopes = partials(quantities, (*eom.state, *eom.inputs, *z.symbols))
     groups = {"quantities": quantities, "sizes": [size(c, memo) for c in quantities], "slopes": slopes}
     return Bundle("turning", (*ports(eom.derived), z), Turning, groups)

@@ -26,7 +26,7 @@ class Unsolved:
     """z = (u̇, λ, R) as `unknowns`, K, k, and what a state must satisfy.
 
     `configuration` is f(q, t), `motion` A u + b, `rates` q̇ in speeds, `spins` the angular velocity's measure numbers of each set of
-    Euler parameters.
+    Euler parameters, `states` ȧ of the further states.
     """
 
     unknowns: tuple[Symbol, ...]
@@ -36,6 +36,7 @@ class Unsolved:
     motion: tuple[Expr, ...]
     rates: tuple[Expr, ...]
     spins: tuple[Expr, ...]
+    states: tuple[Expr, ...]
 
     @property
     def residual(self) -> tuple[Expr, ...]:
@@ -44,8 +45,8 @@ class Unsolved:
 
     @property
     def places(self) -> tuple[Expr, ...]:
-        """f, A u + b, q̇ and spins: what is differentiated together with the residual."""
-        return (*self.configuration, *self.motion, *self.rates, *self.spins)
+        """f, A u + b, q̇, spins and ȧ: what is differentiated together with the residual."""
+        return (*self.configuration, *self.motion, *self.rates, *self.spins, *self.states)
 
 
 def unsolved(derived: Derived) -> Unsolved:
@@ -68,6 +69,7 @@ def unsolved(derived: Derived) -> Unsolved:
             for e in derived.system.euler_parameters
             for w in e.quasi
         ),
+        derived.state_rates,
     )
 
 
