@@ -8,7 +8,9 @@ import pytest
 
 import kane as kn
 from kane.analysis.state import start_state
+from kane.motion.methods import SOLVERS
 from kane.motion.start import check_span, check_steps, check_tolerance, sample_times
+from tests.motion.steppers.runs import spring
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -43,6 +45,40 @@ def test_euler_parameters_of_another_length(given):
         start_state(EOM, values, [0] * 4)
     with pytest.raises(kn.SimulationError, match="Euler parameters"):
         kn.simulate(EOM, (0, 1), q=values, u=[0] * 4, inputs={F: 0, G: 0})
+
+
+@pytest.mark.parametrize(
+    ("first", "more", "told"),
+    [
+        (0, {}, "Expected first_step > 0, the length of the first step in s, got 0"),
+        (-0.1, {}, "Expected first_step > 0"),
+        (float("nan"), {}, "Expected a finite length for first_step, got nan"),
+        ("long", {}, "Expected a number as the length for first_step, got 'long'"),
+        (0.2, {"max_step": 0.1}, r"Expected first_step of at most max_step=0\.1, got 0\.2\. Give a shorter one"),
+        (
+            0.1,
+            {"max_step": 0.1, "method": "rk4"},
+            r'no first_step for method="rk4".* max_step, got 0\.1\. Leave it out',
+        ),
+    ],
+)
+def test_the_first_step_is_a_length(first, more, told):
+    with pytest.raises(kn.SimulationError, match=told):
+        kn.simulate(spring(), (0, 1), q=[1], u=[0], first_step=first, **more)
+
+
+@pytest.mark.parametrize("method", ["gauss16", "dop853", "vern9", "tsit5", "radau9", *SOLVERS])
+def test_the_first_step_is_the_one_that_is_told(method):
+    """By the motion that one step makes; one beyond the end, or too long, is cut."""
+    short, long = (
+        kn.simulate(spring(), (0, 1), q=[1], u=[0], rtol=1e-3, method=method, first_step=h, max_steps=1, samples=2)
+        for h in (1e-5, 5.0)
+    )
+    assert short.t[-1] == pytest.approx(1e-5, rel=1e-9)
+    assert long.t[-1] > 3e-5
+    first = kn.simulate(spring(), (0, 1), q=[1], u=[0], method=method, first_step=1e-5)
+    assert np.abs(first.q[:, 0] - np.cos(first.t)).max() < 1e-6
+    assert first.accuracy().relative < 1e-6
 
 
 def test_missing_values_are_all_named():

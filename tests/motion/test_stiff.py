@@ -32,7 +32,7 @@ def derived(*more):
     return chain(*more)
 
 
-@pytest.mark.parametrize(("more", "method"), [((), "gauss16"), ((-kn.tanh(x[0].dt),), "dop853")])
+@pytest.mark.parametrize(("more", "method"), [((), "gauss16"), ((-kn.tanh(x[0].dt),), "vern9")])
 @pytest.mark.parametrize("unit", [1.0, 1e3])
 def test_a_stiff_chain_is_led_on_by_an_implicit_method(more, method, unit):
     """Rates of 1e6 /s and a motion of seconds; found in a few hundred steps, in other units too."""
@@ -51,7 +51,8 @@ def test_a_stiff_chain_is_led_on_by_an_implicit_method(more, method, unit):
 def test_stiffness_is_noticed_at_every_tolerance(more, method, tolerance):
     given = {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 2}
     sol = kn.simulate(derived(*more), (0, 5), **given, rtol=tolerance, atol=1e-7 * tolerance)
-    assert (sol.method, sol.status) == (f"{method}, radau9", "finished")
+    first = "vern9" if method == "dop853" and tolerance < 1e-8 else method
+    assert (sol.method, sol.status) == (f"{first}, radau9", "finished")
 
 
 def test_what_no_kernel_steps_is_left_to_scipy():

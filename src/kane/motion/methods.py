@@ -26,13 +26,14 @@ SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 """SciPy's."""
 AUTO = "auto"
 METHODS = (AUTO, *INTEGRATORS, *SOLVERS)
-_WIDE, _NARROW = "gauss16", "dop853"
-"""What it is in machine code: by rates on lanes, or where the machine has few of them, the library is called lane by lane, or rates
-or inputs may have corners, which collocation's estimate does not see."""
+_WIDE, _NARROW, _BENT = "gauss16", "vern9", "dop853"
+"""What it is in machine code: by rates on lanes; where the machine has few of them, the library is called lane by lane, or inputs
+follow from the state; where rates or inputs may have corners, which collocation's estimate does not see."""
+_TIGHT = 1e-8
+"""The relative tolerance from which on `_NARROW` takes fewer evaluations than `_BENT`."""
 STIFF = "radau9"
 """What leads on in machine code where equations are stiff."""
 _LANES = 4
-_NOT_WIDE = {*LIBRARY, *CORNERS}
 
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
     (lambda stepper, drives, by: stepper.manifold is not None and not by.holds, "constraints are kept"),
@@ -62,7 +63,7 @@ def _follows(drives: Sequence[Any]) -> bool:
     return any(isinstance(f, Formula) and f.of_state for f in drives)
 
 
-def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float) -> str:
+def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, max_step: float) -> str:
     """The method that runs.
 
     Raises
@@ -70,7 +71,7 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], max_step: float
     SimulationError
         if it runs in machine code, and the motion asks for what only Python gives; if its steps are of one length that is not told
     """
-    native = _native(stepper, drives) if method == AUTO else method
+    native = _native(stepper, drives, rtol) if method == AUTO else method
     if native not in INTEGRATORS:
         return native
     reasons = [text for holds, text in _IN_PYTHON if holds(stepper, drives, INTEGRATORS[native])]
@@ -93,16 +94,18 @@ def implicit(stepper: Stepper, drives: Sequence[Any]) -> str:
     return SLOW if any(holds(stepper, drives, INTEGRATORS[STIFF]) for holds, _ in _IN_PYTHON) else STIFF
 
 
-def _native(stepper: Stepper, drives: Sequence[Any]) -> str:
+def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
     rates, settings = stepper.now.rates, stepper.now.rates.settings
     if jumps(stepper.eom):
         roots = rates_on(stepper.eom, *[1] * len(quantities(stepper.eom))).task.roots
-        narrow = any(node.op in _NOT_WIDE for node in postorder(roots))
+        own = {node.op for node in postorder(roots)}
     else:
-        narrow = any(rates.program.op(i) in _NOT_WIDE for i in rates.routine.body)
-    narrow |= _follows(drives)
-    narrow |= _asked(drives) or any(isinstance(f, Formula) and not f.smooth for f in drives)
-    return _NARROW if narrow or target(settings.cpu, settings.features).lanes < _LANES else _WIDE
+        own = {rates.program.op(i) for i in rates.routine.body}
+    if not own.isdisjoint(CORNERS) or _asked(drives) or any(isinstance(f, Formula) and not f.smooth for f in drives):
+        return _BENT
+    if own.isdisjoint(LIBRARY) and not _follows(drives) and target(settings.cpu, settings.features).lanes >= _LANES:
+        return _WIDE
+    return _NARROW if rtol <= _TIGHT else _BENT
 
 
 def check_method(method: Any) -> str:

@@ -104,6 +104,8 @@ class NativeCourse:
         integrator, method = INTEGRATORS[self.method.name], self.method
         if integrator.fixed:
             return method.max_step
+        if method.first is not None and t == self.span[0]:
+            return min(method.first, end - t)
         self.s[At.RATES] += 2
         rate = self.stepper.rate if self.regimes is None else self.now.rate
         return first_step(rate, integrator.order, (method.rtol, method.atol), t, self.y, end)
@@ -199,7 +201,7 @@ class NativeCourse:
 
     def _go_over(self, t: float, name: str) -> None:
         """Another method in machine code leads on from here."""
-        self.method = replace(self.method, name=name, free=False)
+        self.method = replace(self.method, name=name, free=False, first=None)
         self.kernel = compiled(name, self.stepper.now.settings or Settings(), self.stepper.manifold is not None)
         self._called(name)
         self._take_up(t)
@@ -271,7 +273,7 @@ class NativeCourse:
     def _hand_over(self, t: float, name: str = "") -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
         name = name or (IMPLICIT if INTEGRATORS[self.method.name].implicit else STEPPED)
-        method = replace(self.method, name=name, max_steps=self.method.max_steps - self.steps)
+        method = replace(self.method, name=name, max_steps=self.method.max_steps - self.steps, first=None)
         fresh = self.fresh if t == self.span[0] else {}
         self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], fresh)
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events

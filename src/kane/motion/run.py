@@ -32,6 +32,7 @@ from kane.motion.solution import Solution
 from kane.motion.start import (
     check_breakpoints,
     check_events,
+    check_first_step,
     check_longest,
     check_masses,
     check_rates,
@@ -70,6 +71,7 @@ def simulate(
     samples: int | Sequence[float] = 501,
     max_steps: int | None = None,
     max_step: float | None = None,
+    first_step: float | None = None,
     breakpoints: Sequence[float] | None = None,
     max_seconds: float | None = None,
     settings: Settings | None = None,
@@ -95,14 +97,15 @@ def simulate(
     inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
         f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
-    method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "tsit5", for stiff equations "radau9", and at
-        steps of the length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau", "BDF",
-        "LSODA". "auto" takes machine code where constraints do not bend and no tables jump; `sol.method` says which ran
+    method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "vern9", "tsit5", for stiff equations "radau9",
+        and at steps of the length max_step "rk4" and the symplectic "midpoint"), or one of SciPy's "RK23", "RK45", "DOP853", "Radau",
+        "BDF", "LSODA". "auto" takes machine code where constraints do not bend and no tables jump; `sol.method` says which ran
     rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds; 1e-9 unless told
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
     max_seconds : after what time by the clock to stop
     max_step : the longest step (s): what an input does within an eighth of a step may be leapt over
+    first_step : the length of the first step (s); unless told, one over which an Euler step and the change of rates are small
     breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
     settings : how to compile
     states : start values of further states, by symbol or name, or in the order of `eom.states`; those left out take their defaults
@@ -133,7 +136,7 @@ def simulate(
         },
         start,
     )
-    bounds = {"max_steps": max_steps, "max_seconds": max_seconds}
+    bounds = {"max_steps": max_steps, "max_seconds": max_seconds, "first_step": first_step}
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
     check_masses(eom, constants)
@@ -145,7 +148,7 @@ def simulate(
     check_prescribed(eom, constants, span)
     with working("Simulating"):
         solution = _run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
-    given = {"parameters": values, "inputs": law} | {
+    given = {"parameters": values, "inputs": law, "first_step": first_step} | {
         name: options[name] for name in ("breakpoints", "settings", "max_step")
     }
     solution = _repeatable(solution, start, given)
@@ -181,7 +184,7 @@ def _run(
         if not np.isfinite(value):
             warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=3)
     solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
-    name = chosen(solver.name, stepper, stepper.now.drives, solver.max_step)
+    name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
     solver = replace(solver, name=name, free=solver.name == AUTO)
     kind = NativeCourse if name in INTEGRATORS else Course
     course = kind(stepper, solver, span, start, times, _fresh(eom, begin))
@@ -198,6 +201,7 @@ def _solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
         check_longest("max_step", "length", "step", options["max_step"]),
         check_breakpoints(options["breakpoints"]),
         check_longest("max_seconds", "time", "time by the clock", bounds["max_seconds"]),
+        first=check_first_step(bounds["first_step"], options["max_step"], options["method"]),
         bounded=most is not None,
     )
 

@@ -16,6 +16,7 @@ from kane.expr.ops import OPS, SQRT
 from kane.expr.size import size
 from kane.model.bodies import parts_of
 from kane.model.plausible import largest_moment, least_moment
+from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
 
@@ -152,6 +153,24 @@ def check_longest(name: str, kind: str, what: str, longest: Any) -> float:
     number = finite_number(kind, name, longest)
     if not number > 0:
         raise SimulationError(f"Expected {name} > 0, the longest {what} in s, got {longest!r}.")
+    return number
+
+
+def check_first_step(first: Any, longest: Any, method: str) -> float | None:
+    """The length of the first step, above zero and no longer than the longest; None where none is given."""
+    if first is None:
+        return None
+    number = finite_number("length", "first_step", first)
+    if not number > 0:
+        raise SimulationError(f"Expected first_step > 0, the length of the first step in s, got {first!r}.")
+    if method in INTEGRATORS and INTEGRATORS[method].fixed:
+        raise SimulationError(
+            f'Expected no first_step for method="{method}", whose steps all have the length max_step, got {first!r}. Leave it out.'
+        )
+    if longest is not None and number > longest:
+        raise SimulationError(
+            f"Expected first_step of at most max_step={longest:g}, got {first!r}. Give a shorter one, or leave it out."
+        )
     return number
 
 

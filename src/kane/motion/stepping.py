@@ -47,7 +47,7 @@ _SHORT_OF_RANK = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """One of SciPy's solvers by name, relative and absolute tolerance, how many steps, how long, and where they end.
+    """One of SciPy's solvers by name, relative and absolute tolerance, how many steps, how long, where they end, and the `first` one.
 
     `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly. `free` says that the
     method was not: then it may be left.
@@ -62,6 +62,7 @@ class Method:
     max_seconds: float = np.inf
     bounded: bool = True
     free: bool = False
+    first: float | None = None
 
     def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
         """SciPy's solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
@@ -109,7 +110,7 @@ class Course:
         fresh: Fresh = MappingProxyType({}),
     ) -> None:
         self.stepper, self.method, self.span, self.times = stepper, method, span, times
-        self.solver = method.solver(stepper, span[0], start, span[1])
+        self.solver = method.solver(stepper, span[0], start, span[1], method.first)
         self.watched = stepper.now.watch(span[0], start)
         self.fresh = fresh
         self.largest = np.abs(self.watched)

@@ -6,16 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import kane as kn
 from kane.errors import SimulationError
+from kane.gallery import pendulums
 from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.outline import At, Back
 from kane.motion.steppers.rk4 import RK4
 from kane.motion.steppers.table import compiled
 from kane.motion.steppers.tsit5 import TSIT5
+from kane.motion.steppers.vern9 import VERN9
 from kane.program.native.machine import Settings
 from tests.motion.steppers.runs import arguments, spring
 
-TABLEAUS = [DOP853, TSIT5, RK4]
+TABLEAUS = [DOP853, VERN9, TSIT5, RK4]
 
 
 @pytest.fixture(scope="module")
@@ -49,3 +52,13 @@ def test_a_number_that_is_mistyped_is_found():
     weights = (*DOP853.b[:5], DOP853.b[6], DOP853.b[5], *DOP853.b[7:])
     with pytest.raises(SimulationError, match=r"Expected b\^1 of dop853 to add up to 0.5"):
         replace(DOP853, b=weights)
+
+
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-13])
+def test_order_8_is_scipys(tolerance):
+    """A double pendulum, both integrators at the same tolerance: 1e-10 along two seconds."""
+    eom = kn.derive(pendulums.system(2))
+    start = {"q": [1.0, 2.0], "u": [0.0, 0.0], "rtol": tolerance, "atol": tolerance, "samples": 101}
+    own, other = (kn.simulate(eom, (0, 2), **start, method=m) for m in ("dop853", "DOP853"))
+    assert own.states == pytest.approx(other.states, abs=1e-10)
+    assert own.evaluations < 1.2 * other.evaluations

@@ -13,6 +13,7 @@ from kane.motion.steppers.radau import ORDER, radau_kernel, radau_work
 from kane.motion.steppers.rk4 import RK4
 from kane.motion.steppers.tableau import Tableau
 from kane.motion.steppers.tsit5 import TSIT5
+from kane.motion.steppers.vern9 import VERN9
 from kane.program.kernel.language import Kernel
 from kane.program.native.compiled_kernel import CompiledKernel
 from kane.program.native.machine import Settings
@@ -57,7 +58,10 @@ GAUSS16 = Integrator(
 )
 RADAU9 = Integrator("radau9", ORDER, radau_kernel, radau_work, watches=True, driven=True, holds=True, implicit=True)
 MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
-INTEGRATORS = {i.name: i for i in (GAUSS16, _explicit(DOP853), _explicit(TSIT5), _explicit(RK4), MIDPOINT, RADAU9)}
+INTEGRATORS = {
+    i.name: i
+    for i in (GAUSS16, _explicit(DOP853), _explicit(VERN9), _explicit(TSIT5), _explicit(RK4), MIDPOINT, RADAU9)
+}
 """By the name that `simulate` takes as method."""
 
 
