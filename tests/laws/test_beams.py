@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import kane as kn
+from tests.examples import examples
 from tests.systems.beams import frequencies, spinning
 
 FORMS = pytest.mark.parametrize("form", ["linearized", "nonlinear"])
@@ -53,9 +57,12 @@ def started(system: kn.System, rng: np.random.Generator) -> dict[str, Any]:
     return {"q": q, "u": {x: 0.4 * rng.standard_normal() for x in system.speeds}}
 
 
-def check_kept(system: kn.System, O: kn.Point, rng: np.random.Generator, end: float) -> None:
+def check_kept(
+    system: kn.System, O: kn.Point, rng: np.random.Generator, end: float, start: dict[str, Any] | None = None
+) -> None:
     eom = kn.derive(system)
-    sol = kn.simulate(eom, (0, end), samples=21, rtol=1e-11, atol=1e-12, **started(system, rng))
+    sol = kn.simulate(eom, (0, end), samples=21, rtol=1e-12, atol=1e-13, **(start or started(system, rng)))
+    assert sol.status == "finished"
     momenta = [eom.linear_momentum(), eom.angular_momentum(O)]
     for vector in momenta:
         rows = np.array([sol[x] for x in vector.components(system.inertial)])
@@ -69,18 +76,67 @@ def test_free_in_a_plane(form: str, rng: np.random.Generator) -> None:
     check_kept(system, O, rng, 2.0)
 
 
+@pytest.fixture(scope="module")
+def hundred_periods() -> float:
+    """Of the first frequency of the free flyer in a plane, 15 rad/s."""
+    return 100 * 2 * np.pi / float(frequencies(free_flyer("linearized")[0])()[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("space", [False, True], ids=["plane", "space"])
+@FORMS
+def test_free_over_a_hundred_periods(form: str, space: bool, hundred_periods: float, rng: np.random.Generator) -> None:
+    system, O = free_flyer(form, space=space)
+    check_kept(system, O, rng, hundred_periods)
+
+
 @pytest.mark.slow
 @FORMS
-def test_free_in_space(form: str, rng: np.random.Generator) -> None:
-    system, O = free_flyer(form, space=True)
-    check_kept(system, O, rng, 2.0)
+def test_free_at_both_ends_and_turning_fast(form: str, rng: np.random.Generator) -> None:
+    """A rod in space at 1.3 times its first frequency across its axis, over 100 periods and 130 turns, without and with stretch."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    base = kn.free("base", O, N)
+    A = base.frame
+    rod = kn.Beam(
+        "boom", base.point, frame=A, axis=A.x, along=A.y, length=1.0, mass_per_length=1.0, EI=(1.0, 1.3), modes=(1, 1),
+        support="free", polar=1e-3, EA=2e4, stretch=1, form=form,
+    )  # fmt: skip
+    system = kn.System(N, bodies=[rod], joints=[base])
+    start = started(system, rng)
+    (spin,) = (u for u in system.speeds if str(u) == "w_z_base")
+    start["u"][spin] = 1.3 * 22.3733
+    start["q"] = {x: 0.1 * v if x.name.endswith("boom") else v for x, v in start["q"].items()}
+    check_kept(system, O, rng, 100 * 2 * np.pi / 22.3733, start)
 
 
-@pytest.mark.slow
-def test_free_over_a_hundred_periods(rng: np.random.Generator) -> None:
-    system, O = free_flyer("linearized")
-    first = frequencies(system)()[0]
-    check_kept(system, O, rng, 100 * 2 * np.pi / first)
+@pytest.mark.parametrize("space", [False, True], ids=["plane", "space"])
+def test_the_forms_differ_at_third_order(space: bool, rng: np.random.Generator) -> None:
+    """Linearized, the momentum is that of the beam as it is, the energy and the angular momentum to second order in the deformation."""
+    found: dict[str, list[Any]] = {}
+    state: dict[str, Any] = {}
+    for form in ("linearized", "nonlinear"):
+        system, O = free_flyer(form, space=space)
+        eom = kn.derive(system)
+        state = state or started(system, rng)
+        wanted = [
+            eom.kinetic_energy,
+            *eom.angular_momentum(O).components(system.inertial),
+            *eom.linear_momentum().components(system.inertial),
+        ]
+        found[form] = []
+        for size in (1.0, 0.5):
+            scaled = {
+                k: {s.name: v * (size if s.name.endswith("boom") else 1.0) for s, v in row.items()}
+                for k, row in state.items()
+            }
+            found[form].append(eom.evaluate(wanted, **scaled))
+    whole, half = (np.subtract(a, b) for a, b in zip(found["linearized"], found["nonlinear"], strict=True))
+    size = np.abs(found["nonlinear"][0])
+    assert np.abs(whole[-3:]).max() < 1e-12 * size[-3:].max()
+    differs = np.abs(whole[:-3]) > 1e-6 * size[:-3].max()
+    assert differs.any()
+    np.testing.assert_allclose(whole[:-3][differs] / half[:-3][differs], 8, rtol=0.2)
 
 
 @FORMS
@@ -105,17 +161,80 @@ def test_power_of_loads_and_of_the_hub(form: str) -> None:
     assert sol.energy_check.relative < 1e-8
 
 
+@cache
+def driven(form: str) -> tuple[kn.Equations, list[tuple[kn.Parameter, float]], kn.Expr]:
+    """A hub in space with a beam under loads of every kind; their parameters with sizes, and the power of each by hand, summed."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    base = kn.free("base", O, N)
+    A, P = base.frame, base.point
+    hub = kn.RigidBody("hub", frame=A, mass_center=P, mass=2.0, inertia=kn.inertia(A, 0.2, 0.3, 0.4))
+    mass, stiffness = kn.parameter("alpha", 0.0, "1/s"), kn.parameter("beta", 0.0, "s")
+    L, rhoA, EI = 1.5, 0.8, (40.0, 60.0)
+    beam = kn.Beam(
+        "boom", P.at("R", 0.3 * A.x), frame=A, axis=A.x, along=A.y, length=L, mass_per_length=rhoA, EI=EI, modes=(2, 1),
+        form=form, damping={"mass": mass, "stiffness": stiffness},
+    )  # fmt: skip
+    sized: list[tuple[kn.Parameter, float]] = [(mass, 1.0), (stiffness, 1e-3)]
+
+    def vector(name: str, frame: kn.Frame, unit: str, size: float) -> kn.Vector:
+        parts = [kn.parameter(f"{name}_{k}", 0.0, unit) for k in "xyz"]
+        sized.extend((p, size) for p in parts)
+        return parts[0] * frame.x + parts[1] * frame.y + parts[2] * frame.z
+
+    tip, section, middle = beam.point_at(1), beam.frame_at(1), beam.frame_at(0.6)
+    follower, push = vector("F", section, "N", 3.0), vector("G", N, "N", 3.0)
+    twist, along = vector("T", middle, "N*m", 2.0), vector("p", N, "N/m", 2.0)
+    loads = [
+        kn.Force(tip, follower, name="follower"),
+        kn.Force(beam.point_at(0.4), push, name="push"),
+        kn.Torque(middle, twist, name="twist"),
+        beam.distributed(along),
+        kn.gravity(vector("g", N, "m/s^2", 10.0)),
+    ]
+    eom = kn.derive(kn.System(N, bodies=[hub, beam], joints=[base], loads=loads))
+    power = follower.dot(tip.velocity(N)) + push.dot(beam.point_at(0.4).velocity(N))
+    power += twist.dot(middle.angular_velocity(N))
+    power += sum((f.dot(p.velocity(N)) for p, f in loads[3].forces), start=0 * mass)
+    beta = {"v": (1.8751040687119611, 4.694091132974175), "w": (1.8751040687119611,)}
+    for stem, stiff in zip("vw", EI, strict=True):
+        for k, b in enumerate(beta[stem], 1):
+            (q,) = (q for q in beam.coordinates if q.name == f"{stem}{k}_boom")
+            power -= (mass * rhoA * L + stiffness * stiff * b**4 / L**3) * q.dt**2
+    return eom, sized, eom.in_speeds(power)
+
+
+@FORMS
+@examples(0.3)
+@given(seed=st.integers(0, 10**6), active=st.lists(st.booleans(), min_size=17, max_size=17))
+def test_power_of_loads(form: str, seed: int, active: list[bool]) -> None:
+    """dE/dt along the motion is the power of what acts, summed by hand: F · v, T · ω, −q̇ᵀ C q̇; some of the loads, at any state."""
+    eom, sized, power = driven(form)
+    rng = np.random.default_rng(seed)
+    state = started(eom.system, rng)
+    turn = rng.standard_normal(4)
+    state["q"] |= dict(zip(eom.coordinates, turn / np.linalg.norm(turn), strict=False))
+    parameters = {p: abs(rng.standard_normal()) * size * on for (p, size), on in zip(sized, active, strict=True)}
+    energies = [eom.kinetic_energy, eom.potential_energy]
+    rates = [eom.time_derivative(e) for e in energies]
+    *found, expected = eom.evaluate([*rates, power], **state, parameters=parameters)
+    assert sum(found) == pytest.approx(expected, rel=1e-9, abs=1e-10 * np.abs(found).sum())
+
+
 @FORMS
 def test_reactions_at_the_root_are_rates_of_momenta(form: str, rng: np.random.Generator) -> None:
-    """The force and torque that an auxiliary speed brings into evidence, what Newton and Euler say of the far side, and dp/dt."""
+    """The force that auxiliary speeds bring into evidence, what Newton and Euler say of the far side, and dp/dt; at the tip, too."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     hinge = kn.pin("hinge", O, N, axis=N.z)
     A = hinge.frame
     root = hinge.point.at("root", 0)
     beam = kn.Beam("arm", root, frame=A, axis=A.x, length=2.0, mass_per_length=1.5, EI=20.0, modes=2, form=form)
-    bob = kn.Particle("bob", beam.point_at(1), 0.4)
-    names = [kn.reaction(f"R{k}", at=root, along=e) for k, e in enumerate((N.x, N.y))]
+    held = beam.point_at(1).at("held", 0)
+    bob = kn.Particle("bob", held, 0.4)
+    names = [
+        kn.reaction(f"{s}{k}", at=p, along=e) for s, p in (("R", root), ("S", held)) for k, e in enumerate((N.x, N.y))
+    ]
     gravity = kn.gravity(-9.81 * N.y)
     system = kn.System(N, bodies=[beam, bob], joints=[hinge], reactions=names, loads=[gravity])
     eom = kn.derive(system)
@@ -123,7 +242,9 @@ def test_reactions_at_the_root_are_rates_of_momenta(form: str, rng: np.random.Ge
         "q": {q: 0.05 * rng.standard_normal() for q in system.coordinates},
         "u": {u: rng.standard_normal() for u in system.speeds},
     }
-    found = eom.evaluate(names, **state)
+    *found, sx, sy = eom.evaluate(names, **state)
+    pull = [0.4 * eom.time_derivative(held.velocity(N).dot(e)) for e in (N.x, N.y)]
+    np.testing.assert_allclose([sx, sy], np.add(eom.evaluate(pull, **state), [0, 0.4 * 9.81]), rtol=1e-10)
     force = eom.reaction(hinge).force
     assert force is not None
     newton = eom.evaluate(list(force.components(N)), **state)[:2]
@@ -201,6 +322,54 @@ def test_stiff_beams_are_rods() -> None:
     errors = [abs(pendulum(EI) - rigid) for EI in (1e4, 1e5)]
     assert errors[0] < 1e-2 * rigid
     assert errors[0] / errors[1] == pytest.approx(10, rel=0.05)
+
+
+@pytest.mark.slow
+@FORMS
+def test_stiff_beams_swing_as_rods(form: str) -> None:
+    """A pendulum with a tip mass that swings from 1 rad, its bending damped: the angle after 1 s goes to the rigid one's as 1/EI."""
+
+    def angle(EI: float | None) -> float:
+        N = kn.Frame("N")
+        O = kn.Point("O", fixed_in=N)
+        hinge = kn.pin("hinge", O, N, axis=N.z)
+        A = hinge.frame
+        L, rhoA = 2.0, 1.5
+        body: Any
+        if EI is None:
+            body = kn.RigidBody(
+                "rod",
+                frame=A,
+                mass_center=hinge.point.at("C", L / 2 * A.x),
+                mass=L * rhoA,
+                inertia=kn.rod(A, L * rhoA, L, A.x),
+            )
+            end = hinge.point.at("E", L * A.x)
+        else:
+            damping = {"ratio": 0.5}
+            body = kn.Beam(
+                "rod",
+                hinge.point,
+                frame=A,
+                axis=A.x,
+                length=L,
+                mass_per_length=rhoA,
+                EI=EI,
+                modes=1,
+                form=form,
+                damping=damping,
+            )
+            end = body.point_at(1)
+        bodies = [body, kn.Particle("bob", end, 0.5)]
+        system = kn.System(N, bodies=bodies, joints=[hinge], loads=[kn.gravity(9.81 * N.x)])
+        start = {"q": [1.0, *[0.0] * (EI is not None)], "u": [0.0] * (1 + (EI is not None))}
+        sol = kn.simulate(kn.derive(system), (0, 1), samples=3, rtol=1e-11, atol=1e-13, **start)
+        return float(sol.q[-1, 0])
+
+    rigid = angle(None)
+    errors = [angle(EI) - rigid for EI in (1e4, 1e5)]
+    assert abs(errors[0]) < 1e-2
+    assert errors[0] / errors[1] == pytest.approx(10, rel=0.1)
 
 
 @pytest.mark.slow

@@ -62,3 +62,22 @@ def test_stretch_and_bending_in_the_plane(slenderness: float) -> None:
     for gamma in (3, 12):
         expected = rotating_beam.in_plane(gamma, 0.0, slenderness)[:3]
         np.testing.assert_allclose(at(Omega=gamma)[:3], expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("gamma", [5.0, 40.0])
+def test_a_beam_that_turns_about_its_middle(gamma: float) -> None:
+    """Free at both ends, across the plane of rotation: it keeps heaving (0) and pitching (γ); its bending is that of Ritz's method."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    A = N.rotate("A", kn.parameter("Omega", gamma, "rad/s") * kn.time, N.z)
+    heave = kn.slider("heave", O, A, axis=A.z)
+    pitch = kn.pin("pitch", heave.point, heave.frame, axis=heave.frame.y)
+    B = pitch.frame
+    beam = kn.Beam(
+        "beam", pitch.point.at("root", -0.5 * B.x), frame=B, axis=B.x, along=B.z, length=1.0, mass_per_length=1.0, EI=1.0, modes=5,
+        support="free",
+    )  # fmt: skip
+    linear = kn.linearize(kn.derive(kn.System(N, bodies=[beam], joints=[heave, pitch])), q=[0.0] * 7, u=[0.0] * 7)
+    found = np.sort(linear.eigenvalues.imag)[-6:]
+    np.testing.assert_allclose(found[0], gamma, rtol=1e-9)
+    np.testing.assert_allclose(found[1:3], rotating_beam.free_flapwise(gamma)[:2], rtol=3e-4)
