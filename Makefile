@@ -9,7 +9,7 @@ FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-trees bench-bicycle lock clean
+.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-trees bench-bicycle bench-beams lock clean
 
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -55,6 +55,9 @@ bench-trees: $(VENV)/.dev-stamp  ## trees against robotics engines, and growth; 
 
 bench-bicycle: $(VENV)/.dev-stamp  ## the Whipple bicycle beside SymPy; write benchmarks/bicycle.json and bicycle.md
 	$(BIN)/python -m benchmarks.bicycle
+
+bench-beams: $(VENV)/.dev-stamp  ## the spin-up of a beam beside Exudyn; write benchmarks/beams.json and beams.md
+	$(BIN)/python -m benchmarks.beams
 
 lock:  ## resolve the dependency groups anew into requirements/ (any machine with pip's index)
 	bash requirements/lock.sh $(PYTHON)

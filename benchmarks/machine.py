@@ -17,6 +17,7 @@ PACKAGES = (
     "sympy",
     "pydy",
     "Cython",
+    "exudyn",
 )
 
 

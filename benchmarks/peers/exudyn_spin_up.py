@@ -19,8 +19,8 @@ _A = 2 * np.pi / RISE
 class Setting(NamedTuple):
     """Elements, steps of generalized-α and its spectral radius, and whether its Newton's method keeps its Jacobian."""
 
-    elements: int = 16
-    steps: int = 4000
+    elements: int
+    steps: int
     radius: float = 0.9
     modified: bool = False
 
@@ -67,7 +67,8 @@ def _spun(setting: Setting, write: float) -> tuple[Array, float]:
 def _built(mbs: Any, elements: int) -> Any:
     """The beam, its first node's place held, its slope turned; the sensor of its tip."""
     import exudyn
-    from exudyn import beams, itemInterface as items
+    from exudyn import beams
+    from exudyn import itemInterface as items
     from exudyn.advancedUtilities import CreateSymbolicUserFunction
 
     node = mbs.AddNode(items.NodePointGround(referenceCoordinates=[0, 0, 0]))
@@ -86,7 +87,10 @@ def _built(mbs: Any, elements: int) -> Any:
         return symbolic.IfThenElse(t < RISE, ramp, SPIN * (t - RISE / 2))
 
     # by symbols they are evaluated in Exudyn's own code, twice as fast as in Python
-    turns = {2: lambda mbs, t, i, offset: symbolic.cos(angle(t)) - 1, 3: lambda mbs, t, i, offset: symbolic.sin(angle(t))}
+    turns = {
+        2: lambda mbs, t, i, offset: symbolic.cos(angle(t)) - 1,
+        3: lambda mbs, t, i, offset: symbolic.sin(angle(t)),
+    }
     for k in range(4):
         marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=k))
         joint = mbs.AddObject(items.CoordinateConstraint(markerNumbers=[ground, marker], offsetUserFunction=0))

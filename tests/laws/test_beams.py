@@ -112,7 +112,7 @@ def test_free_at_both_ends_and_turning_fast(form: str, rng: np.random.Generator)
 
 @pytest.mark.parametrize("space", [False, True], ids=["plane", "space"])
 def test_the_forms_differ_at_third_order(space: bool, rng: np.random.Generator) -> None:
-    """Linearized, the momentum is that of the beam as it is, the energy and the angular momentum to second order in the deformation."""
+    """Linearized, the momentum is that of the beam as it is, energy and angular momentum to second order in the deformation."""
     found: dict[str, list[Any]] = {}
     state: dict[str, Any] = {}
     for form in ("linearized", "nonlinear"):

@@ -79,3 +79,12 @@ def test_what_oscillates_is_not_stiff(tolerance):
     given = {"q": [0.1, 0.0, 0.3, 0.0], "u": [0.0] * 4, "samples": 2, "parameters": {c: 0.0, k: 1e4}}
     sol = kn.simulate(chain(), (0, 10), **given, rtol=tolerance, atol=tolerance)
     assert sol.method == "gauss16"
+
+
+def test_nothing_leads_on_from_the_end():
+    """A motion that is over when its steps turn out to be short is over: no method is left anything to do."""
+    given = {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 2, "parameters": {c: 1e4}}
+    for end in (0.02, 0.04):
+        sol = kn.simulate(chain(), (0, end), **given)
+        assert (sol.method, sol.status, sol.events) == ("gauss16", "finished", ())
+        assert 100 <= sol.steps < 1000

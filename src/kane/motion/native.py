@@ -143,7 +143,8 @@ class NativeCourse:
         back = Back(self.kernel(self.given | {"limit": min(limit, RECENT) if self.switching else limit}))
         self.arguments.check()
         self._collect()
-        if self._stiff():
+        over = back is Back.END and self.s[At.END] >= self.span[1]
+        if not over and self._stiff():
             return None
         if self.regimes is not None and float(self.s[At.TIME]) > before:
             self.regimes.gone_on()
@@ -158,7 +159,7 @@ class NativeCourse:
                 return self._stopped(self._why(back))
             self._hand_over(float(self.s[At.TIME]))
             return None
-        if back is Back.END and self.s[At.END] >= self.span[1]:
+        if over:
             if self.t[-1] < self.span[1]:
                 self._sample(self.span[1], self.y.copy())
             return End("finished", f"reached t = {self.span[1]:g}")
