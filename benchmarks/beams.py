@@ -46,9 +46,9 @@ def derived(modes: int) -> kn.Equations:
 def manoeuvre(modes: int) -> Callable[[], float]:
     """A function that simulates 20 s and gives the largest lag of the tip (m)."""
     eom = derived(modes)
-    (beam,) = eom.system.bodies
+    beam: Any = eom.system.bodies[0]
     tip = beam.point_at(1).position(beam.root).dot(beam.frame.y)
-    start = {"q": [0.0] * modes, "u": [0.0] * modes}
+    start: dict[str, Any] = {"q": [0.0] * modes, "u": [0.0] * modes}
 
     def peak() -> float:
         sol = kn.simulate(eom, (0, END), samples=SAMPLES, rtol=RTOL, atol=RTOL / 100, **start)

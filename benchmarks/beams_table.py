@@ -71,11 +71,12 @@ def document(record: Mapping[str, Any]) -> str:
         f"{record['processor']}; {tools}. Median (least … greatest) of {record['rounds']} rounds in which all take turns in one "
         "process; each run is a process of its own.",
         "A beam of 10 m (EI = 1.4·10⁴ N m², EA = 2.8·10⁷ N, ρA = 1.2 kg/m) is spun up to 6 rad/s in 15 s and observed for 20 s. "
-        f"Its tip lags by {first['reference']:.4f} m at most, by {record['finest']} of Exudyn. What takes part is the fewest of "
-        "kane's modes (linearized form) and the coarsest mesh of Exudyn's cable elements with the fastest of its settings (400 to 2000 steps, "
-        "spectral radius 0.9 or 0.6, full or modified Newton, the angle in symbols, dense solver) whose peak is within 1 % of that, "
-        "and five of kane's modes. Models are ready when the clock starts: equations derived and compiled, elements assembled. kane's "
-        "time holds all checks and warnings of `simulate` and the tip's deflection at 201 times.",
+        f"Its tip lags by {first['reference']:.4f} m at most, by {record['finest']} of Exudyn.",
+        "What takes part is the fewest of kane's modes (linearized form) and the coarsest mesh of Exudyn's cable elements with the "
+        "fastest of its settings (400 to 2000 steps, spectral radius 0.9 or 0.6, full or modified Newton, the angle in symbols, dense "
+        "solver) whose peak is within 1 % of that, and five of kane's modes. Models are ready when the clock starts: equations "
+        "derived and compiled, elements assembled. kane's time holds all checks and warnings of `simulate` and the tip's deflection "
+        "at 201 times.",
         _runs(runs),
         f"The equations of five modes take {first['operations']} operations, and "
         f"{', '.join(_ms(run['derivation']) for run in runs)} ms to derive, from cold caches.",

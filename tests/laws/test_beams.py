@@ -185,7 +185,7 @@ def driven(form: str) -> tuple[kn.Equations, list[tuple[kn.Parameter, float]], k
     tip, section, middle = beam.point_at(1), beam.frame_at(1), beam.frame_at(0.6)
     follower, push = vector("F", section, "N", 3.0), vector("G", N, "N", 3.0)
     twist, along = vector("T", middle, "N*m", 2.0), vector("p", N, "N/m", 2.0)
-    loads = [
+    loads: list[Any] = [
         kn.Force(tip, follower, name="follower"),
         kn.Force(beam.point_at(0.4), push, name="push"),
         kn.Torque(middle, twist, name="twist"),

@@ -39,7 +39,8 @@ def _spin(solution: Solution, beam: Beam) -> float:
         return 0.0
     w = beam.frame.angular_velocity(root)
     along = w.dot(beam.deformation.axis)
-    across = np.asarray(solution[w.dot(w)] - solution[along] ** 2)
+    whole, axial = (np.asarray(x) for x in solution[[w.dot(w), along]])
+    across = whole - axial**2
     return float(np.sqrt(np.max(across, initial=0.0, where=np.isfinite(across))))
 
 
@@ -47,6 +48,6 @@ def _slope(solution: Solution, beam: Beam) -> float:
     """The largest slope dv/dx of the deflections."""
     length, steepest = float(evaluate(beam.length, solution.parameters)), 0.0
     for f in beam.deformation.bending:
-        slopes = f.shapes.evaluate(np.linspace(0, 1, 17), 1) @ np.array([solution[q] for q in f.coordinates]) / length
+        slopes = f.shapes.evaluate(np.linspace(0, 1, 17), 1) @ np.array(solution[list(f.coordinates)]) / length
         steepest = max(steepest, float(np.max(np.abs(slopes), initial=0.0, where=np.isfinite(slopes))))
     return steepest

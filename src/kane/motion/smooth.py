@@ -89,7 +89,7 @@ def check_smooth(what: str, f: Any, slope: Any, span: tuple[float, float]) -> No
     """`slope` must be the derivative of `f` over the span: no jump, no other function's derivative."""
     below, above = curve(f), curve(slope)
     places = grid(span)
-    _check(what, (below, below.at(places[::2])), (above, above.at(places)), places)
+    _check(lambda: what, (below, below.at(places[::2])), (above, above.at(places)), places)
 
 
 def grid(span: tuple[float, float]) -> Array:
@@ -97,14 +97,14 @@ def grid(span: tuple[float, float]) -> Array:
     return np.linspace(*span, 2 * _PARTS + 1)
 
 
-def _check(what: str, f: tuple[Curve, Array], slope: tuple[Curve, Array], places: Array) -> None:
+def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, Array], places: Array) -> None:
     """The same of curves with their values at the ends of parts, and at the middles, too."""
     (below, values), (above, slopes) = f, slope
     times, length = places[::2], float(places[-1] - places[0])
     finite = np.isfinite(values) & np.isfinite(slopes[::2])
     if not finite.all():
         raise SimulationError(
-            f"Expected the {what} finite over the time span, got NaN or infinity at t = {times[~finite][0]:.6g}."
+            f"Expected the {what()} finite over the time span, got NaN or infinity at t = {times[~finite][0]:.6g}."
         )
     size = float(np.ptp(values) + np.ptp(slopes[::2]) * length + np.abs(values).max() * 1e-9)
     gaps = _gaps(values, slopes, np.diff(times))
@@ -118,12 +118,12 @@ def _check(what: str, f: tuple[Curve, Array], slope: tuple[Curve, Array], places
     if _gap(below, above, a, b) > _TORN * size + _noise(below, above, a, b):
         jump = abs(float(np.diff(below.at(np.array([a, b])))[0]))
         raise SimulationError(
-            f"Expected the {what} without jumps, as it prescribes a motion, got one of {jump:.3g} at "
+            f"Expected the {what()} without jumps, as it prescribes a motion, got one of {jump:.3g} at "
             f"t = {b:.6g}: it would need an infinite force. Join the two values over a short time."
         )
     if np.maximum(gaps, 0).sum() > _OWN * size:
         raise SimulationError(
-            f"Expected the derivative of the {what} that was given to be its own, got one that misses its change by {gaps[k]:.3g} "
+            f"Expected the derivative of the {what()} that was given to be its own, got one that misses its change by {gaps[k]:.3g} "
             f"between t = {times[k]:.6g} and {times[k + 1]:.6g}."
         )
 
@@ -167,12 +167,13 @@ def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple
     values = iter(evaluate(flat, {**known, time: places}))  # all of them at once: what they share is computed once
     for row in levels:
         curves = [Written(e, known) for e in row]
-        _check_levels(f"{row[0]!s:.60}", curves, [next(values) for _ in row], places)
+        _check_levels(row[0], curves, [next(values) for _ in row], places)
 
 
-def _check_levels(text: str, curves: Sequence[Curve], values: Sequence[Array], places: Array) -> None:
+def _check_levels(node: Expr, curves: Sequence[Curve], values: Sequence[Array], places: Array) -> None:
     for k, what in enumerate(("prescribed", "velocity of the prescribed")):
-        _check(f"{what} {text}", (curves[k], values[k][::2]), (curves[k + 1], values[k + 1]), places)
+        below, above = (curves[k], values[k][::2]), (curves[k + 1], values[k + 1])
+        _check(lambda what=what: f"{what} {node!s:.60}", below, above, places)  # type: ignore[misc]
 
 
 def _pieces(roots: Iterable[Expr]) -> list[Expr]:

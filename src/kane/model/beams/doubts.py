@@ -6,6 +6,7 @@ By its own functions and with the root held, a beam that spins at Ω across its 
 """
 
 from collections.abc import Iterator, Mapping
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam
 from kane.model.beams.deformation import Field
-from kane.model.beams.elastic import stiffness
-from kane.model.beams.integrals import fine, moments_beyond
+from kane.model.beams.elastic import strain
+from kane.model.beams.integrals import Share, fine, moments_beyond
 from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.numeric.arrays import Array
 
@@ -33,13 +34,30 @@ def first_frequency(
     mass, length, stiff = (
         float(evaluate(x, values)) for x in (beam.mass_per_length.value, beam.length, f.stiffness.value)
     )
-    rule = fine([f.shapes])
-    share = beam.mass_per_length.share
-    shapes, slopes = (f.shapes.evaluate(rule.places, k) for k in (0, 1))
-    m = mass * length * rule.gram(shapes, shapes, share(rule.places))
-    _, beyond = moments_beyond(share, rule.places)
-    k = stiff / length**3 * stiffness(f) + spin**2 * mass * length * rule.gram(slopes, slopes, beyond)
-    return float(np.sqrt(np.maximum(_eigenvalues(k, m)[0], 0.0)))
+    inert, elastic, drawn = _integrals(f.shapes, beam.mass_per_length.share, f.stiffness.share)
+    k = stiff / length**3 * elastic + spin**2 * mass * length * drawn
+    return float(np.sqrt(np.maximum(_eigenvalues(k, mass * length * inert)[0], 0.0)))
+
+
+@lru_cache(maxsize=64)
+def _integrals(shapes: ModeShapes, mass: Share, stiff: Share) -> tuple[Array, Array, Array]:
+    """m, k and S without units: the same for every motion of a beam."""
+    rule = fine([shapes])
+    values, slopes = (shapes.evaluate(rule.places, k) for k in (0, 1))
+    _, beyond = moments_beyond(mass, rule.places)
+    found = (
+        rule.gram(values, values, mass(rule.places)),
+        strain(shapes, stiff, 2),
+        rule.gram(slopes, slopes, beyond),
+    )
+    for a in found:
+        a.flags.writeable = False
+    return found
+
+
+@cache
+def _polynomials(count: int) -> ModeShapes:
+    return mode_shapes("polynomials", count)
 
 
 def _eigenvalues(k: Array, m: Array) -> Array:
@@ -68,7 +86,7 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
         return
     for f in beam.deformation.bending:
         own = first_frequency(beam, f, values, spin)
-        better = first_frequency(beam, f, values, spin, mode_shapes("polynomials", max(_ENOUGH, 2 * f.shapes.count)))
+        better = first_frequency(beam, f, values, spin, _polynomials(max(_ENOUGH, 2 * f.shapes.count)))
         if own > better * (1 + _OFF):
             yield (
                 (

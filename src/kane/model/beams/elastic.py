@@ -13,7 +13,8 @@ from kane.expr.build import add, div, mul
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, rate
 from kane.model.beams.deformation import Field, combined, quadratic
-from kane.model.beams.integrals import fine
+from kane.model.beams.integrals import Share, fine
+from kane.model.beams.shapes import ModeShapes
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.space.point import Point
@@ -42,9 +43,14 @@ class Gauges:
 
 def stiffness(f: Field) -> Array:
     """∫ e φ''_i φ''_j dξ of bending, ∫ e φ'_i φ'_j dξ of stretch and twist (n × n)."""
-    rule = fine([f.shapes])
-    values = f.shapes.evaluate(rule.places, 2 if f.bends else 1)
-    k = rule.gram(values, values, f.stiffness.share(rule.places))
+    return strain(f.shapes, f.stiffness.share, 2 if f.bends else 1)
+
+
+def strain(shapes: ModeShapes, share: Share, order: int) -> Array:
+    """∫ e of the products of the derivatives of an order (n × n)."""
+    rule = fine([shapes])
+    values = shapes.evaluate(rule.places, order)
+    k = rule.gram(values, values, share(rule.places))
     size = np.sqrt(np.diag(k))
     # what orthogonality makes zero is zero, so that modes stay apart
     k[np.abs(k) < 1e-12 * np.multiply.outer(size, size)] = 0.0
