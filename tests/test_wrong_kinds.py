@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import itertools
 from typing import Any
 
 import pytest
@@ -27,6 +28,7 @@ LOAD = kn.Force(P, N.x)
 HELD = kn.coincident(P, Q, along=N.x)
 SYSTEM = kn.System(N, bodies=[BODY, kn.Particle("p", Q, M)], speeds={U1: Q1.dt, U2: Q2.dt}, loads=[kn.gravity(-N.y)])
 EOM = kn.derive(SYSTEM)
+MOTION = kn.simulate(EOM, (0, 0.01), q=[0.1, 0.2], u=[0, 0], samples=3)
 NORMAL = kn.reaction("R", at=P, along=N.z)
 MOVED = kn.simulate(EOM, (0, 0.01), q=[0.1, 0.2], u=[0, 0], samples=2)
 MOVED_ON = kn.simulate(EOM, 0.02, start=MOVED, samples=2)
@@ -164,7 +166,58 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.tapered, (M, lambda xi: 1 - 0.5 * xi), {}),
     (kn.sin, (Q1,), {}),
     (kn.unit_of, (Q1,), {}),
+    (kn.gradient, (Q1**2, [Q1]), {}),
+    (kn.jacobian, ([Q1**2], [Q1]), {}),
+    (kn.time_derivative, (Q1**2,), {}),
+    (kn.taylor, (Q1**2, {Q1: 0}, 2), {}),
+    (kn.solve_linear, (kn.Matrix([[2, 1], [1, 3]]), [1, 2]), {}),
+    (kn.free_symbols, ([Q1],), {}),
+    (kn.count_operations, ([Q1],), {}),
+    (kn.to_text, (Q1,), {}),
+    (kn.to_latex, (Q1,), {}),
+    (kn.Matrix, ([[1, 2]],), {}),
+    (kn.Rational, (1, 2), {}),
+    (kn.max, (Q1, 2), {}),
+    (kn.table, ([0, 1], [0, 1]), {"kind": "linear", "name": "t", "unit": "N", "of": "m"}),
+    (kn.signal, ([0, 1, 2], [0, 1, 0]), {}),
+    (kn.sampled, (lambda t, x: 0.0,), {"period": 0.1}),
+    (kn.guess, (1.0,), {}),
+    (kn.Rotation.from_angles, ("zxz", (1, 2, 3)), {}),
+    (kn.Rotation.from_axis_angle, ((1, 0, 0), 1.0), {}),
+    (kn.Rotation.from_euler_parameters, ((1, 0, 0, 0),), {}),
+    (kn.small_rotation, ((Q1, Q2, Q3),), {}),
+    (kn.Load.from_potential, (Q1**2, "V"), {}),
+    (kn.compare_methods, (SYSTEM,), {"methods": ["kane"]}),
+    (kn.compare_speeds, (SYSTEM, {}), {}),
+    (EOM.by, ("lagrange",), {}),
+    (EOM.contributions, ("u1",), {}),
+    (EOM.mass_contributions, ("u1", "u2"), {}),
+    (EOM.steady_conditions, ({Q1: 0},), {}),
+    (EOM.time_derivative, (Q1,), {}),
+    (EOM.unit, (Q1,), {}),
+    (EOM.evaluate, (Q1,), {"q": [0.1, 0.2], "u": [0, 0], "parameters": {}, "inputs": {}, "t": 0.0}),
+    (EOM.operational_mobility, (P,), {"along": [N.x]}),
+    (EOM.jacobian, ("time",), {}),
+    (EOM.speeds_from_rates, ([0.1, 0.2], [0, 0]), {"parameters": {}, "t": 0}),
+    (EOM.find_potential, (["gravity"],), {}),
+    (EOM.generalized_impulses, ([(P, N.x)],), {}),
+    (EOM.angular_momentum, (O,), {}),
+    (MOTION.__getitem__, (Q1,), {}),
+    (kn.plot, (MOTION, Q1), {}),
 ]  # fmt: skip
+ANALYSES: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
+    (kn.impact, (EOM, P, N.x), {"restitution": 0.5, "q": [0.1, 0.2], "u": [1, 1]}),
+    (kn.trim, (EOM,), {"q": [0.1, 0.2], "u": [0, 0]}),
+    (kn.equilibrium, (EOM,), {"q": [0.1, 0.2]}),
+    (kn.linearize, (EOM,), {"q": [0.1, 0.2], "u": [0, 0]}),
+    (kn.linearizer, (EOM,), {}),
+    (kn.linearize_symbolic, (EOM, {Q1: 0}), {}),
+    (kn.continuation, (EOM, "m", [1, 2]), {"q": [0.1, 0.2], "u": [0, 0]}),
+    (kn.inverse, (EOM, ["u1'", "u2'"]), {}),
+    (kn.constraint_forces, (EOM,), {"q": [0.1, 0.2], "u": [0, 0]}),
+    (kn.report, (EOM, "never.html"), {"solution": 1}),
+]
+"""What may end in an error of the library as it stands."""
 WRONG = (A, P, M, Q2, 1, None, "x", BODY, A.x, [1, 2], PIN, LOAD, HELD, I)
 
 
@@ -177,6 +230,41 @@ def name_of(call: Any) -> str:
 def test_another_kind_is_named(call):
     make, args, named = call
     make(*args, **named)
+    _tried_with_all(make, args, named)
+
+
+@pytest.mark.filterwarnings("ignore::kane.KaneWarning")
+@pytest.mark.parametrize("call", ANALYSES, ids=name_of)
+def test_analyses_name_another_kind(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    _tried_with_all(*call)
+
+
+@pytest.mark.parametrize(
+    "made", [MOTION, EOM.jacobian(), kn.compare_methods(SYSTEM, ["kane"]), kn.compare_speeds(SYSTEM, {}), SYSTEM]
+)
+def test_loops_over_what_has_subscripts_end(made):
+    with contextlib.suppress(kn.KaneError):
+        assert len(list(itertools.islice(made, 100))) < 100
+    with contextlib.suppress(kn.KaneError):
+        assert ("nothing of the kind" in made) is False
+
+
+def test_samples_are_no_subscripts_of_a_motion():
+    for place in (0, -1, 1.5, slice(2)):
+        with pytest.raises(kn.ArgumentError, match="the rows of sol"):
+            MOTION[place]
+    assert MOTION["q1"].shape == MOTION[kn.Rational(1)].shape == (3,)
+
+
+def test_systems_of_equations_are_square():
+    for a, b in (([[2, 1, 1], [1, 3, 1]], [1, 2]), ([[2, 1], [1, 3]], [1, 2, 3]), ([[2, 1], [1, 3]], [1])):
+        with pytest.raises(kn.ExpressionError, match="square matrix and as many right-hand sides"):
+            kn.solve_linear(kn.Matrix(a), b)
+    assert kn.evaluate(kn.solve_linear([[2, 1], [1, 3]], [1, 2]), {}) == pytest.approx([0.2, 0.6])
+
+
+def _tried_with_all(make: Any, args: Any, named: Any) -> None:
     for wrong in WRONG:
         for k in range(len(args)):
             _tried(make, (*args[:k], wrong, *args[k + 1 :]), named)

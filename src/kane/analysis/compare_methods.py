@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`compare_methods`: one system by Kane's method and by others, and what each costs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from kane import show
 from kane.dynamics.methods.formulation import Formulation
@@ -24,6 +25,9 @@ class MethodComparison:
     def shortest(self) -> str:
         """The method with the fewest operations, the first of several."""
         return min(self.formulations, key=lambda name: self.formulations[name].operations.total)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.formulations)
 
     def __getitem__(self, name: str) -> Formulation:
         if name in self.refused:
@@ -71,11 +75,14 @@ def compare_methods(system: System | Equations, methods: Sequence[str] = METHODS
     given: object = system
     if not isinstance(given, System | Equations):
         raise ModelError(f"Expected a System or its Equations, got {cut(repr(given))}.")
-    unknown = [name for name in methods if name not in METHODS]
-    if unknown:
-        raise ModelError(
-            f"Expected methods among {', '.join(map(repr, METHODS))}, got {unknown[0]!r}.{alike(unknown[0], list(METHODS))}"
-        )
+    wanted: Any = methods
+    if isinstance(wanted, str) or not isinstance(wanted, Iterable):
+        methods = (wanted,)
+    names: Iterable[object] = methods
+    for name in names:
+        if not isinstance(name, str) or name not in METHODS:
+            hint = alike(str(name), list(METHODS))
+            raise ModelError(f"Expected methods among {', '.join(map(repr, METHODS))}, got {cut(repr(name))}.{hint}")
     eom = derive(system) if isinstance(system, System) else system
     found, refused = dict[str, Formulation](), dict[str, str]()
     for name in methods:

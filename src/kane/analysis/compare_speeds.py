@@ -7,7 +7,7 @@ largest sizes that its entries usually have, M̃ with those of its diagonal: uni
 configuration does.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -87,6 +87,9 @@ class SpeedComparison:
     def shortest(self) -> SpeedSet:
         """The set with the fewest operations, the first of several."""
         return min(self.sets, key=lambda s: s.total)
+
+    def __iter__(self) -> Iterator[str]:
+        return (s.name for s in self.sets)
 
     def __getitem__(self, name: str) -> SpeedSet:
         by_name = {s.name: s for s in self.sets}

@@ -14,6 +14,7 @@ from kane.analysis.linear import Linear
 from kane.analysis.linearize import Linearizer, linearizer
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.stability import Crossing, changes, tracked
+from kane.analysis.state import check_equations
 from kane.analysis.trim import KINDS, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -104,6 +105,7 @@ def continuation(
     ValueMissingError
         if the conditions leave more than one branch open
     """
+    check_equations(eom)
     wanted = _values(values)
     groups = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
     task, place = _problem(eom.numeric(settings), symbol, wanted[0], groups, moving, independent)
@@ -116,7 +118,10 @@ def continuation(
 
 
 def _values(values: Sequence[float]) -> Array:
-    series = np.asarray(values, dtype=float)
+    try:
+        series = np.atleast_1d(np.asarray(values, dtype=float))
+    except (TypeError, ValueError):
+        series = np.empty(0)
     step = np.diff(series)
     monotonic = series.ndim == 1 and len(series) > 1 and (np.all(step > 0) or np.all(step < 0))
     if not (monotonic and np.all(np.isfinite(series))):

@@ -129,8 +129,8 @@ def _numbers(
     """The relative velocity, the normal, partial velocities (speeds × 3) and M̃."""
     frame, speeds = eom.system.inertial, eom.independent_speeds
     known = eom.solved.nonholonomic.kinematics
-    for p in (point, other):
-        if not isinstance(p, Point) and p is not None:
+    for p in (point,) if other is None else (point, other):
+        if not isinstance(p, Point):
             raise ArgumentError(f"Expected a point that strikes, got {cut(repr(p))}. Make one with body.fixed_in(…).")
     motions = [known.point(p).partials for p in (point, other) if p is not None]
     rows = []

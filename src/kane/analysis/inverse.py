@@ -6,7 +6,7 @@
 is linear in (u̇, λ, R, r): the columns of what is given go to the right. The multipliers are always unknown.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -14,12 +14,12 @@ import numpy as np
 
 from kane.analysis.admissible import check_branch, check_configuration
 from kane.analysis.local import at_false_pole, independent_rows
-from kane.analysis.state import State
+from kane.analysis.state import State, check_equations
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
-from kane.errors import NotAffineError, SimulationError, SingularError, ValueMissingError
+from kane.errors import NotAffineError, SimulationError, SingularError, ValueMissingError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
@@ -215,6 +215,12 @@ def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | Non
     NotAffineError
         if an unknown input does not enter linearly
     """
+    check_equations(eom)
+    given: object = unknowns
+    if isinstance(given, str | Symbol):
+        unknowns = (given,)
+    elif not isinstance(given, Iterable):
+        raise SimulationError(f"Expected unknowns as a list of symbols and names, got {cut(repr(given))}.")
     possible: tuple[Symbol, ...] = (*map(rate, eom.speeds), *eom.inputs, *eom.reactions)
     wanted: list[Symbol] = []
     for item in unknowns:

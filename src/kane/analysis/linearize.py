@@ -13,7 +13,7 @@ from kane.analysis.linear import Linear
 from kane.analysis.outputs import Outputs, outputs_of
 from kane.analysis.point import point_of, state_at
 from kane.analysis.sides import Piece
-from kane.analysis.state import State
+from kane.analysis.state import State, check_equations
 from kane.analysis.steady import Steadiness, changing, steadiness
 from kane.analysis.tangents import perturbations
 from kane.equations.equations import Equations
@@ -101,6 +101,7 @@ def linearizer(
     settings: Settings | None = None,
 ) -> Linearizer:
     """A function that linearizes `eom` at many points, made and compiled once; `outputs` and `settings` are those of `linearize`."""
+    check_equations(eom)
     return Linearizer(eom, outputs_of(eom, outputs), settings)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import GIVEN, misses
+from kane.analysis.state import GIVEN, check_equations, misses
 from kane.analysis.steady import dependence
 from kane.analysis.tangents import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import choose
@@ -64,6 +64,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     CornerError
         if a switch (|x|, max, where, …) stands there whose sides have other derivatives
     """
+    check_equations(eom)
     perturbed, equations = perturbations(eom), unsolved(eom.derived)
     plain = [equations.rates[i] for i in perturbed.coordinates]
     flow = [*plain, *equations.spins, *without_unknowns(eom.solved, [*eom.accelerations, *eom.state_rates])]

@@ -12,7 +12,7 @@ from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.linearize import choice_of
 from kane.analysis.magnitudes import share
 from kane.analysis.point import OperatingPoint, closed, point_of
-from kane.analysis.state import entries, open_shares
+from kane.analysis.state import check_equations, entries, open_shares
 from kane.analysis.tangents import perturbations
 from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.equations.equations import Equations
@@ -129,6 +129,7 @@ def trim(
     ValueMissingError
         if the conditions do not determine what is left out
     """
+    check_equations(eom)
     with working("Trimming"):
         numeric = eom.numeric(settings)
         groups = {"q": q, "u": u, "states": states, "inputs": inputs, "parameters": parameters}
@@ -157,6 +158,7 @@ def equilibrium(
     states: Mapping[Any, Any] | Sequence[Any] | None = None,
 ) -> OperatingPoint:
     """A state of rest: as `trim` with all speeds zero."""
+    check_equations(eom)
     rest = dict.fromkeys(eom.speeds, 0.0)
     return trim(
         eom,

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,6 +75,9 @@ class Jacobian(Immutable):
     operations = read[Operations](
         lambda j: count_operations(j.matrix.entries), "Operations of one evaluation of all entries together."
     )
+
+    def __iter__(self) -> Iterator[tuple[Expr, ...]]:
+        return iter(self.matrix)
 
     def __getitem__(self, place: tuple[int, int]) -> Expr:
         return self.matrix[place]

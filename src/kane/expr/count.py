@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from kane.expr.node import Expr, as_expr, postorder
+from kane.expr.node import Expr, as_exprs, postorder
 from kane.expr.symbols import Parameter, Symbol
 
 
@@ -36,7 +36,7 @@ _CONSTANT, _PARAMETER, _STATE = range(3)
 
 def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
     """Operations of one evaluation of all `roots` together, each shared node once."""
-    wanted = [roots] if isinstance(roots, Expr) else [as_expr(r) for r in roots]
+    wanted = [roots] if isinstance(roots, Expr) else as_exprs("what is counted", roots)
     tier: dict[Expr, int] = {}
     totals = [0, 0, 0]
     kinds: Counter[str] = Counter()

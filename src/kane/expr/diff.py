@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from kane.errors import ExpressionError, alike, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
+from kane.expr.node import ONE, ZERO, Expr, as_expr, as_exprs, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, SYMBOL, WHERE
 from kane.expr.size import never_zero
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Rate, Reaction, Speed, State, Symbol, Time, rate
@@ -88,7 +88,7 @@ def diff(root: Expr, symbol: Symbol | str) -> Expr:
     return tangent(as_expr(root), dict.fromkeys(leaves([root], [symbol]), ONE))
 
 
-def leaves(roots: Iterable[Expr], symbols: Iterable[Expr | str]) -> tuple[Expr, ...]:
+def leaves(roots: Iterable[Expr], symbols: Expr | str | Iterable[Expr | str]) -> tuple[Expr, ...]:
     """The symbols, those given by name looked up in the expressions.
 
     Raises
@@ -96,7 +96,7 @@ def leaves(roots: Iterable[Expr], symbols: Iterable[Expr | str]) -> tuple[Expr, 
     ExpressionError
         if something else stands among them, or a name is that of none, or of several, of the symbols in the expressions
     """
-    wanted = tuple(symbols)
+    wanted = (symbols,) if isinstance(symbols, str | Expr) or not isinstance(symbols, Iterable) else tuple(symbols)
     known = tuple(s for s in wanted if isinstance(s, Symbol))
     if len(known) == len(wanted):
         return known
@@ -171,13 +171,14 @@ def _moves(node: Expr) -> bool:
 
 def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr | str]) -> Matrix:
     """Matrix of ∂roots[i]/∂symbols[j]: by columns where there are fewer symbols than roots, else by rows."""
+    roots = as_exprs("the functions of a Jacobian matrix", roots)
     symbols = leaves(roots, symbols)
     if len(roots) < len(symbols):
         return Matrix([gradient(r, symbols) for r in roots], (len(roots), len(symbols)))
     columns = []
     for s in symbols:
         memo: dict[Expr, Expr] = {}
-        columns.append([tangent(as_expr(r), {s: ONE}, memo) for r in roots])
+        columns.append([tangent(r, {s: ONE}, memo) for r in roots])
     return Matrix(list(zip(*columns, strict=True)), (len(roots), len(symbols)))
 
 

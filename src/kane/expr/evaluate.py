@@ -12,7 +12,7 @@ from kane.errors import ExpressionError, ValueMissingError, alike, cut
 from kane.expr import floats
 from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
-from kane.expr.node import Expr, as_expr, constant_value, postorder
+from kane.expr.node import Expr, as_expr, as_exprs, constant_value, postorder
 from kane.expr.ops import OPS, PI, SYMBOL, Op
 from kane.expr.symbols import Parameter, State, Symbol, declared
 
@@ -190,7 +190,7 @@ def free_symbols(roots: Expr | Iterable[Expr]) -> tuple[Symbol, ...]:
     """The symbols below an expression, or below several, in the order of their first appearance."""
     seen: set[Expr] = set()
     found: list[Symbol] = []
-    waiting = [roots] if isinstance(roots, Expr) else list(roots)[::-1]
+    waiting = [roots] if isinstance(roots, Expr) else list(as_exprs("what holds symbols", roots))[::-1]
     while waiting:
         node = waiting.pop()
         if node not in seen:

@@ -10,9 +10,15 @@ from typing import Any, overload
 import numpy as np
 
 from kane import show
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, cut
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr
+
+
+def _row(row: Any) -> Iterable[Any]:
+    if isinstance(row, str) or not isinstance(row, Iterable):
+        raise ExpressionError(f"Expected rows of expressions, [[a, b], [c, d]], got {cut(repr(row))} as one of them.")
+    return row
 
 
 class Matrix:
@@ -24,7 +30,9 @@ class Matrix:
     shape: tuple[int, int]
 
     def __init__(self, rows: Iterable[Iterable[Any]], shape: tuple[int, int] | None = None) -> None:
-        entries = tuple([tuple([x if isinstance(x, Expr) else as_expr(x) for x in row]) for row in rows])
+        if not isinstance(rows, Iterable):
+            raise ExpressionError(f"Expected a matrix by its rows, [[a, b], [c, d]], got {cut(repr(rows))}.")
+        entries = tuple([tuple([x if isinstance(x, Expr) else as_expr(x) for x in _row(row)]) for row in rows])
         if shape is not None and not entries:
             entries = ((),) * shape[0]  # no columns
         widths = {len(row) for row in entries}

@@ -14,7 +14,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 
@@ -300,6 +300,13 @@ def as_expr(value: Any) -> Expr:
         return value
     inside: Any = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     return inside if isinstance(inside, Expr) else constant(inside)
+
+
+def as_exprs(what: str, values: Any) -> tuple[Expr, ...]:
+    """Several of them; an ExpressionError for what is no list, a text among that."""
+    if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
+        raise ExpressionError(f"Expected {what} as a list of expressions, got {cut(repr(values))}.")
+    return tuple([x if isinstance(x, Expr) else as_expr(x) for x in values])
 
 
 def constant_value(node: Expr) -> Number | None:

@@ -3,11 +3,12 @@
 
 from collections.abc import Callable
 from fractions import Fraction
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 
-from kane.errors import ExpressionError
+from kane.errors import ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, power, sub
 from kane.expr.node import BUILDERS, Expr, as_expr, constant
 from kane.expr.ops import OPS
@@ -65,6 +66,10 @@ for _alias, _name in (("arcsin", "asin"), ("arccos", "acos"), ("arctan", "atan")
 
 def rational(numerator: int, denominator: int = 1) -> Expr:
     """The exact constant numerator/denominator."""
+    if not all(isinstance(n, Integral | Fraction) for n in (numerator, denominator)):
+        raise ExpressionError(
+            f"Expected integers, got Rational({cut(repr(numerator))}, {cut(repr(denominator))}). Quotients of expressions are a/b."
+        )
     if denominator == 0:
         raise ExpressionError(f"Expected a denominator other than 0, got Rational({numerator}, 0).")
     return constant(Fraction(numerator, denominator))

@@ -3,13 +3,13 @@
 
 from collections.abc import Iterator, Sequence
 from heapq import heappop, heappush
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from kane.errors import SingularError
+from kane.errors import ExpressionError, SingularError
 from kane.expr.build import div, mul, neg, sub
 from kane.expr.irreducible import Rows, blocks, matched_columns
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import BUILDERS, ONE, ZERO, Expr
+from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_exprs
 from kane.expr.ops import CONST
 
 _LARGEST_ADJUGATE = 3
@@ -149,9 +149,23 @@ def _eliminated(row: list[Expr], top: list[Expr], j: int) -> tuple[Expr, list[Ex
     return factor, [ZERO if k <= j else x if y is ZERO else sub(x, mul(factor, y)) for k, (x, y) in pairs]
 
 
-def solve_linear(matrix: Matrix, b: Sequence[Expr]) -> tuple[Expr, ...]:
-    """x with A x = b for a small dense matrix."""
-    return tuple(solve_lu(matrix.rows, [list(b)])[0])
+def solve_linear(matrix: Matrix | Sequence[Sequence[Any]], b: Sequence[Any]) -> tuple[Expr, ...]:
+    """x with A x = b for a small dense matrix.
+
+    Raises
+    ------
+    ExpressionError
+        if the matrix is not square, or b has another length
+    SingularError
+        if it has no inverse
+    """
+    a = matrix if isinstance(matrix, Matrix) else Matrix(matrix)
+    right = as_exprs("the right-hand sides", b)
+    if a.shape != (len(right), len(right)):
+        raise ExpressionError(
+            f"Expected a square matrix and as many right-hand sides, got shape {a.shape} and {len(right)} of them."
+        )
+    return tuple(solve_lu(a.rows, [list(right)])[0])
 
 
 class InverseRows(NamedTuple):

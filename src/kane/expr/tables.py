@@ -71,7 +71,7 @@ def table(
 
 
 def _points(x: Any, y: Any, kind: Any) -> tuple[Numbers, Numbers]:
-    if kind not in _LEAST:
+    if not isinstance(kind, str) or kind not in _LEAST:
         raise ExpressionError(f"Expected the kind of a table as one of {', '.join(_LEAST)}, got {cut(repr(kind))}.")
     try:
         places, values = np.array(x, dtype=float), np.array(y, dtype=float)

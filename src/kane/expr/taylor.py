@@ -44,8 +44,11 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
         if a name is none of the symbols' in `e`
     """
     root = as_expr(e)
-    if order not in range(_MOST + 1):
+    asked: object = order
+    if not isinstance(asked, int) or asked not in range(_MOST + 1):
         raise ArgumentError(f"Expected an order from 0 to {_MOST}, got {cut(repr(order))}.")
+    if not isinstance(about, Mapping):
+        raise ArgumentError(f"Expected what to expand about by symbol, {{symbol: value}}, got {cut(repr(about))}.")
     symbols = leaves([root], about)
     at = dict(zip(symbols, map(as_expr, about.values()), strict=True))
     if any(tangent(x, dict.fromkeys(symbols, as_expr(1))) is not ZERO for x in at.values()):

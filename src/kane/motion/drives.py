@@ -62,7 +62,12 @@ def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot")
     """
     from scipy.interpolate import CubicSpline
 
-    times, values = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
+    try:
+        times, values = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(
+            f"Expected numbers as the points of a signal, got {cut(repr(t))} and {cut(repr(y))}."
+        ) from error
     if times.ndim != 1 or times.shape != values.shape or len(times) < 3:
         raise SimulationError(
             f"Expected at least three points (t, y) of a signal, got shapes {times.shape} and {values.shape}."

@@ -4,7 +4,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.errors import ArgumentError, SimulationError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
@@ -37,6 +37,7 @@ from kane.motion.works import work_of
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
 
+_ROWS = "Samples are the rows of sol.q, sol.u and sol.states, at the times sol.t; len(sol) is how many there are."
 _SOME = 101
 _FEW = 25
 """At as many samples, at most, it is asked what tolerances mean for the energy."""
@@ -162,7 +163,12 @@ class Solution:
     def __len__(self) -> int:
         return len(self.t)
 
+    def __iter__(self) -> NoReturn:
+        raise ArgumentError(f"Expected symbols, names or expressions of the motion one by one, got a loop. {_ROWS}")
+
     def __getitem__(self, what: Any) -> Any:
+        if isinstance(what, (int, float, np.number, slice)):
+            raise ArgumentError(f"Expected symbols, names or expressions in sol[…], got {what!r}. {_ROWS}")
         wanted = asked(self.equations.derived, what)
         return wanted.filled(self._values(list(wanted.roots)))
 

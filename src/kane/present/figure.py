@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kane.dynamics.readings.asked import asked
-from kane.errors import ArgumentError, UnitError
+from kane.errors import ArgumentError, UnitError, cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
 from kane.model.system import System
@@ -73,6 +73,8 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
     ValueMissingError
         if the motion knows no such name
     """
+    if not isinstance(solution, Solution):
+        raise ArgumentError(f"Expected a motion from kn.simulate to plot, got {cut(repr(solution))}.")
     place = None if path is None else Path(path)
     if place is not None and place.suffix.lower() not in FORMATS:
         raise ArgumentError(f"Expected a file for the figure that ends in {', '.join(FORMATS)}, got {str(place)!r}.")

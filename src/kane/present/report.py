@@ -12,7 +12,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
+from kane.analysis.state import check_equations
 from kane.equations.equations import Equations
+from kane.errors import ArgumentError, cut
 from kane.motion.solution import Solution
 from kane.present.chapters import LONG, chapters
 from kane.present.checks import Check, motion_checks
@@ -49,11 +51,14 @@ def report(
 
     Raises
     ------
-    ValueError
-        if the solution is one of other equations
+    ArgumentError
+        if there are no equations, or the solution is one of other equations
     """
+    check_equations(eom)
+    if solution is not None and not isinstance(solution, Solution):
+        raise ArgumentError(f"Expected solution= as a motion from kn.simulate, got {cut(repr(solution))}.")
     if solution is not None and solution.equations is not eom:
-        raise ValueError(
+        raise ArgumentError(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
     with working("Writing the report"):

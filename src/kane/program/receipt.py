@@ -2,6 +2,7 @@
 """The operation receipt of a Program: what each routine costs, by tier and by kind."""
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kane.expr.count import Operations
@@ -16,6 +17,9 @@ class Receipt:
     """
 
     routines: tuple[tuple[str, Operations], ...]
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name, _ in self.routines)
 
     def __getitem__(self, name: str) -> Operations:
         by_name = dict(self.routines)

@@ -26,9 +26,10 @@ METHODS = ("kane", *OTHERS)
 
 def formulation(solved: Solved, method: str) -> Formulation:
     """The equations of what is solved by Kane's method, by the method of this name."""
+    given: object = method
+    if not isinstance(given, str) or given not in METHODS:
+        raise ModelError(f"Expected a method, one of {', '.join(map(repr, METHODS))}, got {cut(repr(method))}.")
     if method == "kane":
         return kane.kane(solved)
-    if method not in OTHERS:
-        raise ModelError(f"Expected a method, one of {', '.join(map(repr, METHODS))}, got {cut(repr(method))}.")
     partition = None if solved.embedding is None else solved.embedding.partition
     return OTHERS[method](InRates(solved.derived, partition))

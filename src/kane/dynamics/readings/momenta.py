@@ -49,7 +49,8 @@ def generalized_momenta(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> Exp
 def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequence[Expr]) -> Exprs:
     """I_r = Σ v_r·J over points with impulses J, and Σ ω_r·L over frames with impulses of torques L."""
     found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
-    for item in impulses:
+    given: object = impulses
+    for item in given if isinstance(given, Sequence) else (given,):
         if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[1], Vector)):
             raise ArgumentError(f"Expected (point, impulse) or (frame, impulse of a torque), got {cut(repr(item))}.")
         place, vector = item

@@ -5,7 +5,7 @@
 Under constraints forces of these may be added first (`potential_held`). What is found is differentiated back.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -60,6 +60,8 @@ class FoundPotential(Immutable):
 
 def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> FoundPotential:
     """See Equations.find_potential."""
+    if loads is not None and (isinstance(loads, str) or not isinstance(loads, Iterable)):
+        loads = (loads,)
     own = derived.system.all_loads() if loads is None else tuple(_own(derived, x) for x in loads)
     q = derived.system.coordinates
     forces = _of_coordinates(by_rates(derived, own), own)

@@ -130,6 +130,7 @@ def _axes(solved: Solved, along: Sequence[Vector] | None) -> tuple[Vector, ...]:
     if along is None:
         frame = solved.derived.system.inertial
         return frame.x, frame.y, frame.z
-    if isinstance(along, Vector) or not along or not all(isinstance(v, Vector) for v in along):
+    given: object = along
+    if not isinstance(given, Sequence) or not given or not all(isinstance(v, Vector) for v in given):
         raise ArgumentError(f"Expected along= as a list of unit vectors, got {along!r}.")
     return tuple(along)

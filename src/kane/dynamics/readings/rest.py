@@ -55,6 +55,9 @@ def steady_conditions(solved: Solved, values: Mapping[Any, Any]) -> Exprs:
     d, count = solved.derived, len(solved.independent_speeds)
     known: dict[str, Symbol] = {s.name: s for s in (*d.system.coordinates, *d.speeds)}
     at: dict[Expr, Expr] = {}
+    given: object = values
+    if not isinstance(given, Mapping):
+        raise ValueMissingError(f"Expected values by symbol or name, {{u1: 2.0}}, got {cut(repr(given))}.")
     for key, value in values.items():
         name = key.name if isinstance(key, Symbol) else key
         if name not in known:
