@@ -9,10 +9,10 @@ FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-trees bench-bicycle bench-beams lock clean
+.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-trees bench-precision bench-bicycle bench-beams lock clean
 
 help:  ## list the targets
-	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write out/rolling_disk/report.html
 	$(BIN)/kane demo --out out
@@ -52,6 +52,10 @@ bench-rhs: $(VENV)/.dev-stamp  ## right-hand sides against peers; write benchmar
 
 bench-trees: $(VENV)/.dev-stamp  ## trees against robotics engines, and growth; write benchmarks/trees.json and trees.md
 	$(BIN)/python -m benchmarks.trees
+
+bench-precision: $(VENV)/.dev-stamp  ## work and precision of motions, with Numba and diffrax beside; write benchmarks/precision.json and .md
+	$(PIP) install --group motions
+	$(BIN)/python -m benchmarks.precision
 
 bench-bicycle: $(VENV)/.dev-stamp  ## the Whipple bicycle beside SymPy; write benchmarks/bicycle.json and bicycle.md
 	$(BIN)/python -m benchmarks.bicycle

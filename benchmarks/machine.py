@@ -18,6 +18,10 @@ PACKAGES = (
     "pydy",
     "Cython",
     "exudyn",
+    "scipy",
+    "numba",
+    "jax",
+    "diffrax",
 )
 
 

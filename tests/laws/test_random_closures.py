@@ -162,6 +162,6 @@ def test_loops_by_every_closure(planar: bool, loops: int, tmp_path_factory: pyte
     )  # fmt: skip
     def run(m: Mechanism, seed: int, speeds: str, in_parameters: bool, named: bool) -> None:
         r = Random(m, seed, speeds, in_parameters, named)
-        check(r, tmp_path_factory.mktemp("closures"), emit=seed % 8 == 0, move=seed % 4 == 0)
+        check(r, tmp_path_factory.mktemp("closures"), emit=seed % 32 == 0, move=seed % 16 == 0)
 
     run()
