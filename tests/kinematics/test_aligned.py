@@ -26,6 +26,12 @@ e = kn.coordinates("e0:4")
 a, b = kn.parameter("a", 0.6), kn.parameter("b", 1.1)
 
 
+def by_parameters(x, y):
+    """Direction cosines of R_x(x) R_z(y)."""
+    (c, s), (k, m) = ((kn.cos(v), kn.sin(v)) for v in (x, y))
+    return [[k, -m, 0], [c * m, c * k, -s], [s * m, s * k, c]]
+
+
 def unit(rng, frame, eps=1.0, base=(0.0, 0.0, 0.0)):
     x, y, z = normalized(np.array(base) + eps * rng.normal(size=3))
     return x * frame.x + y * frame.y + z * frame.z
@@ -39,6 +45,8 @@ KINDS = {
     "nearly": lambda rng, f, k: f.rotate(f"F{k}", q[k % 5], unit(rng, f, 1e-9, (0, 0, -1))),
     "tilted": lambda rng, f, k: f.rotate_matrix(f"F{k}", rotation(normalized(rng.normal(size=3)), 2.0)),
     "turned": lambda rng, f, k: f.rotate(f"F{k}", 0.4, f.x),
+    "tilted by a parameter": lambda rng, f, k: f.rotate(f"F{k}", a + 0.2 * k, (f.x + 2 * f.y - 2 * f.z) / 3),
+    "tilted by parameters": lambda rng, f, k: f.rotate_matrix(f"F{k}", by_parameters(a, b - 0.3 * k)),
     "by a parameter": lambda rng, f, k: f.rotate(f"F{k}", a, f.z),
     "along parameters": lambda rng, f, k: f.rotate(f"F{k}", q[k % 5], f.y * kn.cos(b) + f.z * kn.sin(b)),
     "any": lambda rng, f, k: f.rotate_euler_parameters(f"F{k}", e),
@@ -200,3 +208,71 @@ def test_rows_of_axes_that_are_parallel_are_one_rotation_by_the_sum_of_the_angle
     general = chain(lambda f: (f.x + 2 * f.y - 2 * f.z) / 3)
     bases = {b.rotation.motion.total.parts[0][0] for b in general.derived.bodies}
     assert len({basis.orientation.base for basis in bases}) == 1
+
+
+def seated(seats):
+    """Pins about z of seats; these, offsets and mass centres are parameters with such defaults."""
+    N = kn.Frame("N")
+    point, frame, joints, bodies = kn.Point("O", fixed_in=N), N, [], []
+    for k, seat in enumerate(seats, 1):
+        rows = [[kn.parameter(f"R{k}_{i}{j}", float(x)) for j, x in enumerate(row)] for i, row in enumerate(seat)]
+        seat = frame.rotate_matrix(f"A{k}", rows)
+        joints.append(kn.pin(f"j{k}", point, seat, axis=seat.z))
+        point, frame = joints[-1].point, joints[-1].frame
+        c = kn.parameters(f"cx{k} cy{k} cz{k}", 0.1)
+        center = point.at(f"C{k}", c[0] * frame.x + c[1] * frame.y + c[2] * frame.z)
+        inertia = kn.inertia(frame, 0.1, 0.2, 0.25, *kn.parameters(f"Ixy{k} Iyz{k} Izx{k}", 0.01))
+        bodies.append(kn.RigidBody(f"b{k}", frame=frame, mass_center=center, mass=1.0, inertia=inertia))
+        point = point.at(f"P{k}", kn.parameter(f"px{k}", 0.3) * frame.x + kn.parameter(f"pz{k}", 0.2) * frame.z)
+    return kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-9.81 * N.y)])
+
+
+def seats(rng, count, eps):
+    """Rotations by eps about general axes, but for some half turns about x."""
+    half = np.diag([1.0, -1.0, -1.0])
+    return [
+        rotation(normalized(rng.normal(size=3)), eps) @ (half if rng.random() < 0.3 else np.eye(3))
+        for _ in range(count)
+    ]
+
+
+@pytest.mark.parametrize("eps", [0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
+def test_seats_by_parameters_may_come_to_be_parallel(eps, rng):
+    """Equations whose axes are apart at the defaults of the parameters, at others, are those derived at these."""
+    apart, near = seats(rng, 5, 1.2), seats(rng, 5, eps)
+    own, usual = kn.derive(seated(apart)), kn.derive(seated(near))
+    values = {p: p.default for p in usual.parameters}
+    at = {"q": rng.uniform(-2, 2, 5), "u": rng.uniform(-2, 2, 5)}
+    wanted = np.array(usual.evaluate(list(usual.accelerations), **at), dtype=float)
+    named = {p: next(x for s, x in values.items() if s.name == p.name) for p in own.parameters}
+    found = np.array(own.evaluate(list(own.accelerations), parameters=named, **at), dtype=float)
+    condition = np.linalg.cond(np.array(usual.evaluate(usual.mass_matrix, **at), dtype=float))
+    assert error(found, wanted) <= tolerance(1e-13, condition)
+
+
+def test_what_is_parallel_at_the_defaults_has_derivatives_by_parameters(rng):
+    """γ of parallel axes has none: there direction cosines stand as they are given."""
+    eom = kn.derive(seated(seats(rng, 3, 0.0)))
+    p = next(p for p in eom.parameters if p.name == "R2_02")
+    slopes = kn.evaluate(
+        [kn.diff(x, p) for x in eom.accelerations],
+        dict(zip((*eom.coordinates, *eom.speeds), rng.normal(size=6), strict=True))
+        | {p: p.default for p in eom.parameters},
+    )
+    assert np.isfinite(np.array(slopes, dtype=float)).all()
+
+
+@pytest.mark.parametrize("parents", [range(-1, 6), (-1, -1, 1, 0, 2, 2, 4, 1)])
+@pytest.mark.parametrize("floating", [False, True])
+def test_seats_by_parameters_take_the_operations_of_seats_by_numbers(parents, floating):
+    """But for angles that are added to those of the joints."""
+    numbers, general = (kn.derive(random_tree(parents, 3, floating=floating, general=g)) for g in (False, True))
+    assert general.operations.state <= numbers.operations.state + 4 * len(parents)
+    n, rng = len(numbers.coordinates), np.random.default_rng(2)
+    place, rate = rng.uniform(-1, 1, n), rng.uniform(-1, 1, len(numbers.speeds))
+    if floating:
+        place[:4] /= np.linalg.norm(place[:4])
+    one, other = (
+        np.array(eom.evaluate(list(eom.accelerations), q=place, u=rate), dtype=float) for eom in (numbers, general)
+    )
+    np.testing.assert_allclose(other, one, rtol=1e-11, atol=1e-12 * np.abs(one).max())

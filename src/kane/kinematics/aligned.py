@@ -8,8 +8,8 @@ A rotation by θ about a unit vector n fixed in a frame takes nine direction cos
 where Dᵀ is constant beyond the joint: offsets, inertias and the next joint's n absorb it. γ of the next joint is added to θ, so that
 only R_x(α) stands between two joints: six operations for a vector, as for R_z(θ) (Denavit & Hartenberg 1955).
 
-The measure numbers of n must be numbers. An axis with parameters keeps its direction cosines: γ has no derivatives at values of the
-parameters at which n lies along z.
+Where parameters give the seat of an axis, γ and α are computed of them, unless the axes are parallel at their defaults: there γ has no
+derivatives. The measure numbers of n itself must be numbers; an axis with parameters keeps its direction cosines.
 """
 
 import math
@@ -20,12 +20,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.expr.build import add, cos, div, mul, sin
+from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.diff import time_derivative
 from kane.expr.node import ZERO, Expr, constant, pi
+from kane.kinematics.given_cosines import Alpha, Angle, are_numbers, exact, times, turn_about
 from kane.kinematics.placement import Node, Placed, Seat, placed_frames, shifts
 from kane.numeric.arrays import Array
-from kane.numeric.rotations import ROUNDING, about, rounded, zxz
+from kane.numeric.rotations import ROUNDING, rounded, zxz
 from kane.space.frame import Frame
 from kane.space.rotation import (
     NOTHING,
@@ -38,6 +39,7 @@ from kane.space.rotation import (
     product,
     turned_symmetric,
 )
+from kane.space.spatial import mirrored, similar
 from kane.space.vector import Vector
 
 
@@ -67,7 +69,7 @@ class Aligned:
     def triple(self, frame: Basis, v: Triple) -> tuple[Basis, Triple]:
         """Measure numbers along a declared frame as those along its basis."""
         place = self.places.get(frame)
-        return (frame, v) if place is None else (place.basis, product(_exact(place.cosines), v))
+        return (frame, v) if place is None else (place.basis, product(exact(place.cosines), v))
 
     def vector(self, v: Vector) -> Vector:
         """The vector along aligned bases."""
@@ -78,6 +80,8 @@ class Aligned:
         place = self.places.get(frame)
         if place is None:
             return frame, rows
+        if not are_numbers(place.cosines):
+            return place.basis, mirrored(similar(exact(place.cosines), rows))
         a, b, c = (_angle(x) for x in zxz(place.cosines))
         for axis, angle in ((2, c), (0, b), (2, a)):
             rows = turned_symmetric(rows, axis, cos(angle), sin(angle))
@@ -101,7 +105,7 @@ def aligned_bases(frames: Iterable[Frame]) -> Aligned:
 class _Bases:
     """The bases of nodes and seats as they are made, with the copies of declared frames that they share."""
 
-    shifts: Mapping[Node, float]
+    shifts: Mapping[Node, Angle]
     copies: dict[Basis, Basis] = field(default_factory=dict)
     owners: dict[Basis, Basis] = field(default_factory=dict)
     nodes: dict[Node, Basis] = field(default_factory=dict)
@@ -138,22 +142,27 @@ class _Bases:
         """The basis about whose z frames turn."""
         if seat not in self.seats:
             basis = self.node(seat.on)
-            for axis, angle in ((2, seat.gamma - self.shifts.get(seat.on, 0.0)), (0, seat.alpha)):
-                if abs(angle) > ROUNDING:
-                    basis = self.child(seat.on, about_axis(basis, axis, _angle(angle)))
+            gamma = _less(seat.gamma, self.shifts.get(seat.on, 0.0))
+            if isinstance(gamma, Expr) or abs(gamma) > ROUNDING:
+                basis = self.child(seat.on, about_axis(basis, 2, _angle(gamma)))
+            if isinstance(seat.alpha, Alpha):
+                basis = self.child(seat.on, seat.alpha.about_x(basis))
+            elif abs(seat.alpha) > ROUNDING:
+                basis = self.child(seat.on, about_axis(basis, 0, _angle(seat.alpha)))
             self.seats[seat] = basis
         return self.seats[seat]
 
     def cosines(self, node: Node, cosines: Array) -> Array:
         """Direction cosines (3, 3) in the basis of a node, from those in the node before it is shifted."""
-        return rounded(about(2, -self.shifts.get(node, 0.0)) @ cosines)
+        found = times(turn_about(2, _less(0.0, self.shifts.get(node, 0.0))), cosines)
+        return rounded(found) if are_numbers(found) else found
 
     def fixed(self, node: Node, cosines: Array) -> Basis:
         """The basis with these direction cosines in that of a node."""
         base = self.node(node)
-        if np.array_equal(cosines, np.eye(3)):
+        if are_numbers(cosines) and np.array_equal(cosines, np.eye(3)):
             return base
-        return self.child(node, Orientation(base, NOTHING, cosines=_exact(cosines)))
+        return self.child(node, Orientation(base, NOTHING, cosines=exact(cosines)))
 
     def child(self, owner: Node, orientation: Orientation) -> Basis:
         """A basis that the frame of `owner` is fixed in."""
@@ -162,13 +171,18 @@ class _Bases:
         return basis
 
 
-def _angle(value: float) -> Expr:
+def _less(a: Angle, b: Angle) -> Angle:
+    """a − b, a number where it is known to be one."""
+    if isinstance(a, float) and isinstance(b, float):
+        return a - b
+    left = sub(_angle(a), _angle(b))
+    return 0.0 if left is ZERO else left
+
+
+def _angle(value: Angle) -> Expr:
     """An angle as an expression; quarter turns, up to rounding, as those of π."""
+    if isinstance(value, Expr):
+        return value
     quarters = round(value / (math.pi / 2))
     near = abs(value - quarters * math.pi / 2) <= ROUNDING
     return div(mul(constant(quarters), pi), constant(2)) if near else constant(value)
-
-
-def _exact(cosines: Array) -> Cosines:
-    a, b, c = ((constant(x), constant(y), constant(z)) for x, y, z in cosines.tolist())
-    return a, b, c

@@ -32,8 +32,8 @@ def generalized_speeds(system: System) -> Speeds:
     speeds = tuple(system.speeds)
     rows, z = _definitions(system, rates, euler_rates)
     _check_cover(system, speeds, rows, rates)
-    dense = [[row.get(b, ZERO) for b in rates] for row in rows]
     trivial = all(map(is_rate, rows))
+    dense = [] if trivial else [[row.get(b, ZERO) for b in rates] for row in rows]
     if not trivial:
         _check_rank(system, speeds, rows, dense, rates)
     w, pivots, along = _inverted(system, speeds, rows, z, dense, rates)
@@ -64,8 +64,10 @@ def _inverted(
 ) -> tuple[dict[Expr, dict[Expr, Expr]], tuple[Expr, ...], dict[Expr, Expr]]:
     """W_b by basic rate and speed, what it is divided by, and the rates of Euler parameters that follow from speeds outright.
 
-    Of rows that are direction cosines the inverse is known; what is left of Y sees units in their places.
+    Of rows that are direction cosines the inverse is known; what is left of Y sees units in their places. Bare rates need none.
     """
+    if not dense:
+        return {b: {u: ONE} for u, row in zip(speeds, rows, strict=True) for b in row}, (), {}
     apart = chained(rows, rates, system.euler_parameters)
     for i, row in enumerate(apart.rows):
         if apart.shares[i]:

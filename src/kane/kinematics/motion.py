@@ -200,9 +200,8 @@ class Kinematics:
 
     def point(self, point: Point) -> Motion:
         """Translation of a point."""
-        for p in reversed(point.ancestry()):
-            if p not in self._points:
-                self._points[p] = self._translation(p)
+        for p in reversed(point.ancestry(self._points)):
+            self._points[p] = self._translation(p)
         return self._points[point]
 
     def _translation(self, point: Point) -> Motion:

@@ -11,12 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.expr.build import add, neg
-from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
-from kane.expr.node import ZERO, Expr, constant_value
+from kane.expr.evaluate import is_constant_in_time
+from kane.expr.node import ZERO, Expr
+from kane.kinematics.given_cosines import Alpha, Angle, are_numbers, exact, given, is_apart, leaning, numbers, times
+from kane.kinematics.given_cosines import turned as turned_by
 from kane.numeric.arrays import Array
 from kane.numeric.rotations import about, turned, zx
 from kane.space.frame import Frame
 from kane.space.rotation import Basis, Orientation
+from kane.space.spatial import triple
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,8 +42,8 @@ class Seat(NamedTuple):
     """What turns about one axis sits on: R_z(γ) R_x(α) in the node, before that is shifted."""
 
     on: Node
-    gamma: float
-    alpha: float
+    gamma: Angle
+    alpha: float | Alpha
 
 
 class Placed(NamedTuple):
@@ -70,9 +73,11 @@ def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
     assert o is not None
     tilt, axis = _tilt(o), _axis(o)
     if tilt is not None:
-        return Placed(base, cosines @ tilt)
+        return Placed(base, times(cosines, tilt))
     if axis is None or o.angle is None:
         return Placed(Node(f, base, cosines), np.eye(3))
+    if not are_numbers(cosines):
+        return _by_parameters(f, base, cosines, axis, o.angle)
     direction = cosines @ axis
     gamma, alpha = zx(direction)
     if alpha in (0, math.pi):  # the same axis once more, or against it
@@ -87,7 +92,23 @@ def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
     return Placed(node, (about(2, gamma) @ about(0, alpha)).T @ cosines)
 
 
-def shifts(nodes: Iterable[Node]) -> dict[Node, float]:
+def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Expr) -> Placed:
+    """The place of a frame that turns about an axis which parameters direct; where it may be parallel to z, that of a node of its own.
+
+    γ has no derivatives by parameters there, and x no direction.
+    """
+    gamma, alpha = zx(axis)
+    own = (about(2, gamma) @ about(0, alpha)).T  # the axis along z
+    before = times(cosines, own.T)
+    direction = triple(row[2] for row in exact(before))
+    if not is_apart(direction):
+        return Placed(Node(f, base, cosines), np.eye(3))
+    lean = leaning(direction)
+    (c, _, _), (s, _, _), _ = exact(times(lean.cosines.T, before))  # about z
+    return Placed(Node(f, base, seat=Seat(base, lean.gamma, lean.alpha), angle=angle), times(turned_by(2, c, s), own))
+
+
+def shifts(nodes: Iterable[Node]) -> dict[Node, Angle]:
     """What is added to a node's angle: γ of the seat on it beyond which most frames lie."""
     beyond: dict[Node | Seat, int] = {}
     for node in reversed(list(nodes)):
@@ -112,13 +133,12 @@ def _is_general(f: Frame) -> bool:
 
 
 def _tilt(o: Orientation) -> Array | None:
-    """The direction cosines (3, 3) where they are numbers."""
+    """The direction cosines (3, 3) where they are numbers, or given by parameters one by one."""
     if o.axis is not None:
-        turn = _numbers([o.c, o.s])
+        turn = numbers([o.c, o.s])
         return None if turn is None else turned(o.axis, *turn)
     assert o.cosines is not None
-    cosines = _numbers(x for row in o.cosines for x in row)
-    return None if cosines is None else np.reshape(np.array(cosines), (3, 3))
+    return given(o.cosines) if is_constant_in_time(x for row in o.cosines for x in row) else None
 
 
 def _axis(o: Orientation) -> Array | None:
@@ -128,16 +148,5 @@ def _axis(o: Orientation) -> Array | None:
     if o.axis is not None:
         axis: Array = np.eye(3)[o.axis]
         return axis
-    n = None if o.direction is None else _numbers(o.direction)
+    n = None if o.direction is None else numbers(o.direction)
     return None if n is None else np.array(n) / math.hypot(*n)
-
-
-def _numbers(exprs: Iterable[Expr]) -> list[float] | None:
-    """The values of expressions; None where one has symbols."""
-    values = []
-    for e in exprs:
-        value = constant_value(e)
-        if value is None and free_symbols([e]):
-            return None
-        values.append(float(evaluate(e, {}) if value is None else value))
-    return values

@@ -104,9 +104,7 @@ class _Links:
 
     def place(self, point: Point) -> _Place:
         """Where a point is: along the offsets from the root, each in a link with its basis."""
-        for p in reversed(point.ancestry()):
-            if p in self.places:
-                continue
+        for p in reversed(point.ancestry(self.places)):
             if p.parent is None:
                 self.places[p] = _Place(0, Vector())
                 continue

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from typing import Any, NoReturn
 
 from kane.errors import SpaceError, cut
@@ -98,11 +98,13 @@ class Point(Immutable):
         """The fixed point that this one is reached from."""
         return self.ancestry()[-1]
 
-    def ancestry(self) -> list[Point]:
-        """The point, its parent, … up to the root."""
-        line = [self]
-        while line[-1].parent is not None:
-            line.append(line[-1].parent)
+    def ancestry(self, known: Container[Point] = ()) -> list[Point]:
+        """The point, its parent, … up to the root, or short of the first that is `known`."""
+        line: list[Point] = []
+        p: Point | None = self
+        while p is not None and p not in known:
+            line.append(p)
+            p = p.parent
         return line
 
     def position(self, origin: Point) -> Vector:

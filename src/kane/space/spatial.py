@@ -80,11 +80,15 @@ class Turn(NamedTuple):
     def _by_cosines(self, rows: Cosines) -> Cosines:
         c = self.orientation.cosines
         assert c is not None
-        c = transposed(c) if self.inverse else c
-        a, b, d = (product(c, row) for row in rows)
-        columns = transposed((a, b, d))
-        a, b, d = (product(c, column) for column in columns)
-        return transposed((a, b, d))
+        return similar(transposed(c) if self.inverse else c, rows)
+
+
+def similar(c: Cosines, rows: Cosines) -> Cosines:
+    """C A Cᵀ."""
+    a, b, d = (product(c, row) for row in rows)
+    columns = transposed((a, b, d))
+    a, b, d = (product(c, column) for column in columns)
+    return transposed((a, b, d))
 
 
 class Turns(NamedTuple):
