@@ -41,6 +41,12 @@ def test_deformed_axis() -> None:
     for line, row in zip(axes.lines, (0, 5), strict=True):
         tip = sol[beam.point_at(1).position(beam.root).dot(beam.frame.y)][row]
         assert np.asarray(line.get_ydata())[-1] == pytest.approx(tip)
+    many = kn.beam_figure(beam, sol, 11)
+    axes, bar = many.axes  # a scale of colours: eleven names would hide the curves
+    assert axes.get_legend() is None
+    assert (bar.get_ylabel(), bar.get_ylim()) == ("t [s]", (0.0, 1.0))
+    colours = {tuple(line.get_color()) for line in axes.lines}
+    assert len(colours) == 11
     _, other = spinning(modes=1)
     alone = kn.simulate(kn.derive(other), (0, 0.1), q=[0.0], u=[0.0], samples=3)
     with pytest.raises(kn.SimulationError, match="a motion of a system with the beam beam"):

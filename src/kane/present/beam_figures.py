@@ -7,6 +7,8 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from kane.errors import ModelError, SimulationError, cut
@@ -15,6 +17,8 @@ from kane.motion.solution import Solution
 from kane.numeric.arrays import Array
 
 _STATIONS = 33
+_NAMED = 9
+"""So many times are named one by one; more have a scale of colours."""
 _NAMES = {"v": "v", "w": "w", "s": "stretch", "t": "twist"}
 
 
@@ -72,7 +76,8 @@ def beam_figure(
     bending = beam.deformation.bending
     figure = Figure(figsize=(6.4, 2.6 * len(bending) + 0.6), layout="constrained")
     grid: Any = figure.subplots(max(1, len(bending)), 1, sharex=True, squeeze=False)
-    colours = mpl.colormaps["viridis"](np.linspace(0, 0.9, len(rows)))
+    scale = _scale(solution.t[rows])
+    colours = scale.to_rgba(solution.t[rows])
     for k, (f, axes) in enumerate(zip(bending, grid[:, 0], strict=True)):
         for row, colour in zip(rows, colours, strict=True):
             axes.plot(
@@ -85,8 +90,18 @@ def beam_figure(
         axes.set_ylabel(f"{_NAMES[f.stem]} [m]")
         _style(axes)
     grid[-1, 0].set_xlabel("along the axis [m]")
-    grid[0, 0].legend(frameon=False, fontsize=7, ncols=3)
+    if len(rows) <= _NAMED:
+        grid[0, 0].legend(frameon=False, fontsize=7, ncols=3)
+    else:
+        figure.colorbar(scale, ax=list(grid[:, 0]), label="t [s]", aspect=40)
     return _saved(figure, path)
+
+
+def _scale(times: Array) -> ScalarMappable:
+    """Colours of times, the last ones not too pale."""
+    shades = ListedColormap(mpl.colormaps["viridis"](np.linspace(0, 0.9, 256)))
+    first, last = (float(times.min()), float(times.max())) if len(times) else (0.0, 1.0)
+    return ScalarMappable(Normalize(first, last), shades)
 
 
 def deformed(beam: Beam, solution: Solution, stations: Array) -> Array:
