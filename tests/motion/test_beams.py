@@ -67,3 +67,15 @@ def test_large_deflections(form: str, deflection: float, fits: bool) -> None:
         warnings.simplefilter("always")
         kn.simulate(eom, (0, 0.01), q=[deflection], u=[0.0], samples=3)
     assert [str(w.message).endswith('Take form="nonlinear".') for w in caught] == ([] if fits else [True])
+
+
+@pytest.mark.parametrize(
+    ("parameter", "what"),
+    [("L_beam", "length"), ("rhoA_beam", "mass_per_length"), ("EI_beam", "EI"), ("EA_beam", "EA"), ("GJ_beam", "GJ")],
+)
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_values_that_are_not_above_zero(parameter: str, what: str, value: float) -> None:
+    """What the declaration refuses is refused of the values of a motion, too."""
+    _, system = spinning(modes=1, EA=10.0, stretch=1, GJ=1.0, torsion=1, polar=0.1)
+    with pytest.raises(kn.SimulationError, match=f"Expected {what} of beam above zero, got {parameter} = {value:g} at"):
+        kn.simulate(kn.derive(system), (0, 0.1), q=[0.0] * 3, u=[0.0] * 3, samples=3, parameters={parameter: value})

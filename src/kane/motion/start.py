@@ -14,6 +14,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.ops import OPS, SQRT
 from kane.expr.size import size
+from kane.model.beams.beam import Beam
 from kane.model.bodies import parts_of
 from kane.model.plausible import largest_moment, least_moment
 from kane.motion.steppers.table import INTEGRATORS
@@ -25,7 +26,8 @@ _SLIPLESS = 1e-9
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """No mass below zero with the parameters' values."""
+    """No mass below zero with the parameters' values, and nothing of a beam that is not above zero."""
+    _check_beams(eom, constants)
     for part in parts_of(eom.system.bodies):
         if not part.momenta and all(s in constants for s in free_symbols([part.mass])):
             value = float(evaluate(part.mass, constants))
@@ -40,6 +42,17 @@ def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
                 f"Expected central principal moments of inertia ≥ 0 for {part.name}, got {least:g} at the values of the parameters. "
                 "Correct them."
             )
+
+
+def _check_beams(eom: Equations, constants: Mapping[Expr, float]) -> None:
+    for beam in eom.system.bodies:
+        for what, measure in beam.measures() if isinstance(beam, Beam) else ():
+            value = float(evaluate(measure, constants))
+            if not value > 0:
+                raise SimulationError(
+                    f"Expected {what} of {beam.name} above zero, got {cut(measure)} = {value:g} at the values of the parameters. "
+                    "Correct them."
+                )
 
 
 def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:

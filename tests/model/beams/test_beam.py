@@ -79,6 +79,8 @@ WRONG = [
     ({"modes": [lambda x: 1 + x]}, "mode 1 has the value 1 at the root"),
     ({"modes": [lambda x: x**2, lambda x: x**3, lambda x: x**2 - 2 * x**3]}, "got 3 of rank 2: modes 1, 2, 3 depend on each other"),
     ({"modes": [lambda x: x**2, lambda x: 0 * x]}, "mode 2, which is zero"),
+    ({"EI": (5.0, 6.0), "modes": (0, 0)}, r"at least one function as modes= of arm, got \(0, 0\)"),
+    ({"stiffening": "no"}, "stiffening= of arm to be True or False, got 'no'"),
     ({"support": "welded"}, "support= of arm to be one of clamped, pinned, free"),
     ({"form": "exact"}, "form= of arm to be one of linearized, nonlinear"),
     ({"stretch": 2}, "Expected EA of arm for its stretch=, got none"),
@@ -101,4 +103,5 @@ def test_cures_work() -> None:
     beam(modes=kn.mode_shapes("legendre", 2))
     beam(modes=kn.mode_shapes("pinned", 2), support="pinned")
     beam(modes=[lambda x: x**2, lambda x: x**3])
+    assert len(beam(modes=lambda x: x**2).coordinates) == 1
     beam(EA=1.0, stretch=kn.mode_shapes("rod", 2))

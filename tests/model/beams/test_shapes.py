@@ -84,11 +84,23 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"kind": "rod"}, "a number of modes of at least 1, got None"),
     ({"kind": 3}, "mode shapes as a name and a count"),
     ({"kind": [lambda x: np.abs(x - 0.3)]}, "smooth functions as mode shapes, got function 1"),
+    (
+        {"kind": [lambda x: "a"]},
+        "function 1 of the mode shapes to take an array of ξ and give a number for each, got ValueError",
+    ),
+    ({"kind": [lambda x: x, lambda x: x if x < 1 else 2]}, "function 2 of the mode shapes to take an array of ξ"),
+    (
+        {"kind": [lambda: 3]},
+        "function 1 of the mode shapes to take an array of ξ and give a number for each, got TypeError",
+    ),
     ({"kind": [lambda x: x[:2]]}, "a finite number for each"),
     ({"table": (np.linspace(0, 1, 5), np.zeros((4, 2)))}, "array of 5 places × modes, got the shape"),
     ({"table": (np.linspace(0, 1, 5), np.zeros(5))}, "array of 5 places × modes"),
     ({"table": (np.linspace(0, 1, 5), np.zeros((5, 2)), np.zeros((5, 1)))}, "slopes of the tabulated modes"),
     ({"table": (np.linspace(0, 2, 5), np.zeros((5, 2)))}, "rise from 0 to 1"),
+    ({"table": ("a", "b")}, "arrays of real numbers, got"),
+    ({"table": (np.linspace(0, 1, 5), [[1, 2], [3]])}, "arrays of real numbers, got"),
+    ({"table": (np.linspace(0, 1, 5) + 0j, np.zeros((5, 1)))}, "arrays of real numbers, got"),
     ({"table": 3}, r"table=\(ξ, values\)"),
 ]
 

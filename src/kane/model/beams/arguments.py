@@ -68,6 +68,8 @@ def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector
                 "m",
             )
         )
+    if not found:
+        raise _without(name, "modes", modes)
     return found
 
 
@@ -102,17 +104,21 @@ def _shapes(name: str, what: str, modes: Any, usual: str) -> ModeShapes:
     if isinstance(modes, ModeShapes):
         return modes
     if _is_none(modes) or (isinstance(modes, Sequence) and len(modes) == 0):
-        raise ModelError(
-            f"Expected at least one function as {what}= of {name}, got {cut(repr(modes))}. A beam without any is a rigid body: "
-            "kn.RigidBody."
-        )
-    if isinstance(modes, Sequence) and not isinstance(modes, str):
+        raise _without(name, what, modes)
+    if callable(modes) or (isinstance(modes, Sequence) and not isinstance(modes, str)):
         return mode_shapes(modes)
     if isinstance(modes, str):
         raise ModelError(
             f"Expected {what}= of {name} as a number of {usual} functions or as kn.mode_shapes({modes!r}, …), got {modes!r}."
         )
     return mode_shapes(usual, modes)
+
+
+def _without(name: str, what: str, modes: Any) -> ModelError:
+    return ModelError(
+        f"Expected at least one function as {what}= of {name}, got {cut(repr(modes))}. A beam without any is a rigid body: "
+        "kn.RigidBody."
+    )
 
 
 def _field(

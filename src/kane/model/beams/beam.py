@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from kane.errors import ModelError, cut
 from kane.expr.build import div, mul
 from kane.expr.evaluate import free_symbols
@@ -99,6 +101,7 @@ class Beam(Immutable):
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "name", "root")}
         _check(name, root, frame, form)
+        _check_choice(name, stiffening)
         L = measure(name, "length", length)
         e1, e2, e3 = directions(name, frame, axis, along)
         fields = (
@@ -139,6 +142,12 @@ class Beam(Immutable):
     def parts(self) -> tuple[Part, ...]:
         """What has mass: stations, or points that share momentum."""
         return self._parts
+
+    def measures(self) -> tuple[tuple[str, Expr], ...]:
+        """What must be above zero, with its name as an argument."""
+        stiff = {"v": "EI", "w": "EI", "s": "EA", "t": "GJ"}
+        fields = ((stiff[f.stem], f.stiffness.value) for f in self.deformation.fields)
+        return (("length", self.length), ("mass_per_length", self.mass_per_length.value), *fields)
 
     def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
         """Whether some of the definitions hold a rate of a coordinate of the beam."""
@@ -228,6 +237,11 @@ def _check(name: Any, root: Any, frame: Any, form: Any) -> None:
     root.frame._check(frame)
     if form not in _FORMS:
         raise ModelError(f"Expected form= of {name} to be one of {', '.join(_FORMS)}, got {cut(repr(form))}.")
+
+
+def _check_choice(name: str, stiffening: Any) -> None:
+    if not isinstance(stiffening, bool | np.bool_):
+        raise ModelError(f"Expected stiffening= of {name} to be True or False, got {cut(repr(stiffening))}.")
 
 
 def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:

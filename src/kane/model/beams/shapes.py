@@ -85,7 +85,13 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
     """A function as the shortest Chebyshev series that has it to rounding, so that it can be differentiated."""
 
     def numbers(x: Array) -> Array:
-        values = np.asarray(f(x), dtype=float)
+        try:
+            values = np.asarray(f(x), dtype=float)
+        except Exception as error:
+            raise ModelError(
+                f"Expected function {k} of the mode shapes to take an array of ξ and give a number for each, got "
+                f"{type(error).__name__} from it: {error}. Write it with NumPy: lambda x: 1 - np.cos(np.pi*x)."
+            ) from error
         if values.shape not in (x.shape, ()) or not np.isfinite(values).all():
             raise ModelError(
                 f"Expected function {k} of the mode shapes to give a finite number for each ξ from 0 to 1, got the shape "
@@ -118,9 +124,12 @@ def _tabulated(table: Any) -> ModeShapes:
     """Cubic splines through a table: with slopes Hermite's, as the elements of a beam have them."""
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-    parts = [np.asarray(x, dtype=float) for x in table] if isinstance(table, Sequence) and len(table) in (2, 3) else []
+    parts = _numbers(table) if isinstance(table, Sequence) and len(table) in (2, 3) else []
     if not parts:
-        raise ModelError(f"Expected table=(ξ, values) or (ξ, values, slopes), got {cut(repr(table))}.")
+        raise ModelError(
+            f"Expected table=(ξ, values) or (ξ, values, slopes), arrays of real numbers, got {cut(repr(table))}. Places "
+            "are m numbers, values and slopes m × modes."
+        )
     x, values = parts[0], parts[1]
     if x.ndim != 1 or len(x) < 3 or x[0] != 0 or x[-1] != 1 or not (np.diff(x) > 0).all():
         raise ModelError(
@@ -141,6 +150,15 @@ def _tabulated(table: Any) -> ModeShapes:
         return found
 
     return ModeShapes("table", values.shape[1], evaluate, tuple(map(float, x)))
+
+
+def _numbers(table: Sequence[Any]) -> list[Array]:
+    """The parts as arrays, none if some hold no real numbers."""
+    try:
+        parts = [np.asarray(x) for x in table]
+        return [] if any(map(np.iscomplexobj, parts)) else [x.astype(float) for x in parts]
+    except (TypeError, ValueError):
+        return []
 
 
 def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
