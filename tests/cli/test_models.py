@@ -89,7 +89,10 @@ def test_syntax_error_names_file_and_line(tmp_path):
         ("def system():\n    return 'pendulum'\n", "to return a kn.System, got str ('pendulum')"),
         ("def system(n):\n    pass\n", "to need no arguments, got one with missing a required argument: 'n'"),
         ("import sys\nsys.exit(4)\n", "to declare a model and come to its end, got a call of sys.exit()"),
-        (SPRING + "START = {'q0': {}}\n", "START in model.py to have keys among q, u, parameters, inputs, got 'q0'"),
+        (
+            SPRING + "START = {'q0': {}}\n",
+            "START in model.py to have keys among q, u, parameters, inputs, states, got 'q0'",
+        ),
         (SPRING + "START = {'q': {'X': 1}}\n", "a coordinate (x, y) in START['q'], got 'X'"),
         (SPRING + "SPAN = 5\n", "SPAN in model.py to be two times (t0, t1) in s, got 5"),
     ],

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import double_pendulum, four_bar, pendulum_on_cart
+from kane.gallery import double_pendulum, four_bar, muscle_arm, pendulum_on_cart
 from kane.motion.simulator_c import METHODS, emit_simulator
 from tests.program.programs import compiler
 
@@ -90,3 +90,13 @@ def test_what_a_motion_looks_after_is_refused():
     text = emit_simulator(EOM.compile(name="cart"), "rk4")
     assert "@" not in text
     assert "int main(" in text
+
+
+@pytest.mark.slow
+def test_further_states_begin_at_their_defaults(tmp_path):
+    eom = kn.derive(muscle_arm.system())
+    program = built(tmp_path, eom, "dop853", "-O1")
+    head, table = numbers(ran(program, "1", "11", "q=-0.8", "u=0", "e=0.2").stdout)
+    sol = kn.simulate(eom, (0, 1), q=[-0.8], u=[0], inputs={"e": 0.2}, samples=11, method="dop853")
+    assert head == ["t", "q", "u", "a"]
+    assert np.abs(table[:, 1:] - sol.states).max() < 2e-8

@@ -53,7 +53,7 @@ def bench(name: Name, as_json: AsJson = False) -> None:
 
 def _arguments(eom: kn.Equations, begin: Start, t: float) -> tuple[Any, Any]:
     """The state and the inputs at START; some number for what it does not say."""
-    values = {**begin.q, **begin.u}
+    values = {**begin.q, **begin.u, **begin.states}
     x = np.array([float(values.get(s.name, 0.1 * k)) for k, s in enumerate(eom.state, 1)])
     forces = [begin.inputs.get(s.name, 0.0) for s in eom.inputs]
     return x, np.array([float(f(t) if callable(f) else f) for f in forces]) if forces else None

@@ -67,7 +67,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
 
 def _check_start(model: Model, eom: kn.Equations, begin: Start) -> dict[kn.Expr, Any]:
     """The values must be admissible, and the equations finite where the motion starts; all numbers there, if START says them."""
-    groups = (("start value", {**begin.q, **begin.u}), ("value", {**begin.parameters, **begin.inputs}))
+    groups = (("start value", {**begin.q, **begin.u, **begin.states}), ("value", {**begin.parameters, **begin.inputs}))
     for what, told in groups:
         for name, value in told.items():
             if not callable(value):
@@ -77,7 +77,7 @@ def _check_start(model: Model, eom: kn.Equations, begin: Start) -> dict[kn.Expr,
     t = model.span[0]
     constants = parameter_values(eom.system, begin.parameters)
     check_masses(eom, constants)
-    state = start_state(eom, begin.q, begin.u)
+    state = start_state(eom, begin.q, begin.u, begin.states)
     check_prescribed(eom, constants, model.span)
     inputs = {s: f(t) for s, f in input_functions(eom, begin.inputs, model.span).items()}
     numbers: dict[kn.Expr, Any] = {kn.time: t, **constants, **inputs}
@@ -85,6 +85,7 @@ def _check_start(model: Model, eom: kn.Equations, begin: Start) -> dict[kn.Expr,
     check_regular(eom, numbers, t)
     with np.errstate(all="ignore"):
         given = {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}
+        given["states"] = begin.states
         values = _rates(eom, numbers, given)
     bad = [n for n, v in zip(rate_names(eom.derived), values, strict=False) if not np.all(np.isfinite(v))]
     if bad:

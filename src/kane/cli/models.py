@@ -20,7 +20,7 @@ from kane.cli.faults import Misuse, own_code, short
 from kane.errors import ModelError, alike, cut
 from kane.gallery import GALLERY, load
 
-KINDS = ("q", "u", "parameters", "inputs")
+KINDS = ("q", "u", "parameters", "inputs", "states")
 """The keys of START."""
 
 

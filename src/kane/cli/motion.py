@@ -12,8 +12,8 @@ from kane.cli.models import KINDS, Model
 from kane.errors import ModelError, ValueMissingError, alike
 from kane.progress import working
 
-_OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input"), strict=True))
-_WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input"), strict=True))
+_OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input", "--state"), strict=True))
+_WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input", "further state"), strict=True))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,6 +24,7 @@ class Start:
     u: Mapping[str, Any]
     parameters: Mapping[str, Any]
     inputs: Mapping[str, Any]
+    states: Mapping[str, Any]
     missing: tuple[str, ...]
 
 
@@ -42,6 +43,7 @@ def _start(model: Model, eom: kn.Equations, options: Mapping[str, Sequence[str] 
         "u": list(eom.speeds),
         "parameters": list(eom.parameters),
         "inputs": [s for s in eom.inputs if isinstance(s, kn.Input)],
+        "states": list(eom.states),
     }
     values: dict[str, dict[str, Any]] = {}
     missing: list[str] = []
@@ -59,7 +61,7 @@ def _start(model: Model, eom: kn.Equations, options: Mapping[str, Sequence[str] 
         missing += [
             f"{option} {s.name}=…"
             for s in symbols
-            if s.name not in values[kind] and not (kind == "parameters" and s.default is not None)
+            if s.name not in values[kind] and not (kind in ("parameters", "states") and s.default is not None)
         ]
     begin = Start(**values, missing=tuple(missing))
     return _assembled(eom, begin, model.span[0]) if eom.system.constraints else begin
@@ -94,7 +96,7 @@ def _assembled(eom: kn.Equations, begin: Start, t: float) -> Start:
         return begin
     rest = [option for option in begin.missing if not option.startswith((_OPTIONS["q"], _OPTIONS["u"]))]
     q, u = ({s.name: x for s, x in part.items()} for part in (assembled.q, assembled.u))
-    return Start(q, u, begin.parameters, begin.inputs, tuple(rest))
+    return Start(q, u, begin.parameters, begin.inputs, begin.states, tuple(rest))
 
 
 def _expected(kind: str, names: Sequence[str]) -> str:
@@ -112,4 +114,5 @@ def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> 
     if not span[1] > span[0]:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
     with working("Simulating"), own_code(model.path, "START"):
-        return kn.simulate(eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs)
+        given = {"parameters": begin.parameters, "inputs": begin.inputs, "states": begin.states}
+        return kn.simulate(eom, span, q=begin.q, u=begin.u, **given)

@@ -26,4 +26,7 @@ U = Annotated[list[str] | None, typer.Option("--u", metavar="NAME=VALUE", help="
 Parameters = Annotated[
     list[str] | None, typer.Option("--parameter", metavar="NAME=VALUE", help="Value in place of the default.")
 ]
+States = Annotated[
+    list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Start value of a further state.")
+]
 Inputs = Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant value of an input.")]

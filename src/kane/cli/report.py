@@ -9,7 +9,7 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import model_of
 from kane.cli.motion import motion, start
-from kane.cli.options import End, Force, Inputs, Name, Out, Parameters, Q, U
+from kane.cli.options import End, Force, Inputs, Name, Out, Parameters, Q, States, U
 from kane.present.checks import energy_check
 from kane.progress import working
 
@@ -22,6 +22,7 @@ def report(
     u: U = None,
     parameter: Parameters = None,
     input: Inputs = None,
+    state: States = None,
     force: Force = False,
 ) -> None:
     """Write the derivation of MODEL, and a motion where START is known, as one HTML page that works offline."""
@@ -30,8 +31,8 @@ def report(
     model = model_of(name)
     place = screen.target(out or Path(f"{model.name}.html"), model.path, force)
     eom = derived(model)
-    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
-    asked = t1 is not None or any((q, u, parameter, input))
+    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
+    asked = t1 is not None or any((q, u, parameter, input, state))
     sol = None if begin.missing and not asked else motion(model, eom, begin, t1)
     if sol is None:
         typer.echo(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)

@@ -14,7 +14,7 @@ from kane.cli.derive import derived
 from kane.cli.faults import Misuse
 from kane.cli.models import model_of
 from kane.cli.motion import motion, start
-from kane.cli.options import AsJson, End, Force, Inputs, Name, Parameters, Q, U
+from kane.cli.options import AsJson, End, Force, Inputs, Name, Parameters, Q, States, U
 from kane.dynamics.events import KinematicsEnd
 from kane.present.checks import energy_check
 
@@ -28,6 +28,7 @@ def simulate(
     u: U = None,
     parameter: Parameters = None,
     input: Inputs = None,
+    state: States = None,
     table: Annotated[
         Path | None, typer.Option("--csv", help="File for time, coordinates, speeds, reactions and energy.")
     ] = None,
@@ -41,7 +42,7 @@ def simulate(
     """Simulate MODEL from START; leave with 1 if the motion breaks off or its energy does not hold."""
     model = model_of(name)
     eom = derived(model)
-    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input})
+    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
     place = screen.target(table, model.path, force) if table else None
     drawing = screen.target(_drawable(figure), model.path, force) if figure else None
     sol = motion(model, eom, begin, t1)

@@ -11,7 +11,7 @@ from kane.errors import ModelError
 _NAMES = """
     particle_on_spring pendulum double_pendulum pendulums pendulum_on_cart spherical_pendulum spinning_top free_body
     gimbal_gyroscope whipple_bicycle furuta_pendulum slider_crank four_bar n_four_bar flyball_governor bricard
-    andrews_squeezer rolling_disk pure_rolling_disk knife_edge chaplygin_sleigh sphere_on_turntable snakeboard
+    andrews_squeezer muscle_arm rolling_disk pure_rolling_disk knife_edge chaplygin_sleigh sphere_on_turntable snakeboard
     car_with_trailer rattleback rotating_beam flexible_pendulum flexible_slider_crank flexible_four_bar flexible_spacecraft
     flap_lag_blade flexible_arm
 """

@@ -186,9 +186,9 @@ class NativeCourse:
         if not self.method.free or steps < _MANY:
             return False
         self.seen = s[[*_PACE]]
-        if limited < _LIMITED * steps or smooth < _SMOOTH * steps:
-            return False
         t = float(s[At.TIME])
+        if limited < _LIMITED * steps or smooth < _SMOOTH * steps or t >= self.span[1]:
+            return False
         name = implicit(self.stepper, self.stepper.now.drives)
         own = name in INTEGRATORS
         told = f"steps of {self.method.name} were short for stability alone; {'' if own else SCIPY}{name} leads on"

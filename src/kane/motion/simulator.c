@@ -59,7 +59,7 @@ int main(int count, char **given)
     const int64_t samples = (int64_t)number;
     const @NAME@_quantity settings[] = {{"rtol", "", "", 0}, {"atol", "", "", 0}, {"max_step", "", "", 0}, {0, 0, 0, 0}};
     double set[3] = {1e-9, 1e-9, @FIXED@ ? NAN : HUGE_VAL};
-    for (int k = 0; k < N; k++) y[k] = NAN;
+    for (int k = 0; k < N; k++) y[k] = @NAME@_state[k].value;
     for (int k = 0; k < @CAPS@_PARAMETERS; k++) p[k] = @NAME@_parameters[k].value;
     for (int k = 0; k < @CAPS@_INPUTS; k++) r[k] = NAN;
     for (int k = 3; k < count; k++) {

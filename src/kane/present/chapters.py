@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.dynamics.readings.contributions import Contributions
-from kane.dynamics.readings.steps import Kind, Quantity, Result, Step, moving_places, shown_speeds
+from kane.dynamics.readings.steps import STATES, Kind, Quantity, Result, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol, rate
 from kane.present.declared import DECLARED
@@ -159,7 +159,8 @@ _PROSE = {
 def _prose(eom: Equations, step: Step) -> str:
     plain = _PROSE.get(step.number, step.text)
     text = _EMBEDDED.get(step.number, plain) if eom.embedding else plain
-    return text if eom.reactions else text.replace(_REACTIONS, "")
+    text = text if eom.reactions else text.replace(_REACTIONS, "")
+    return text + STATES if eom.states and step.number == 7 else text
 
 
 _EMBEDDED = {

@@ -65,6 +65,9 @@ DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
     "bodies": lambda system: map(_part, parts_of(system.bodies)),
     "coordinates": lambda system: _symbols("coordinate", system.coordinates),
     "speeds": _speeds,
+    "states": lambda system: (
+        {**row, "rate": e} for row, e in zip(_symbols("state", system.states), system.states.values(), strict=True)
+    ),
     "loads": _loads,
     "joints": lambda system: (
         {"joint": j.name, "kind": j.kind, "from": j.parent, "to": j.frame, "coordinates": j.coordinates}

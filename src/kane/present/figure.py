@@ -99,7 +99,7 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
 
 def _everything(solution: Solution) -> list[Panel]:
     eom = solution.equations
-    kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "reactions": eom.reactions}
+    kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "states": eom.states, "reactions": eom.reactions}
     kinetic, potential, total = solution[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
     energies = [Trace("K", "J", kinetic), Trace("V", "J", potential), Trace("E = K + V", "J", total)]
     energies.append(Trace("E − ∫P dt", "J", total - solution.work, "--"))

@@ -40,6 +40,7 @@ def plots(solution: Solution) -> list[Plot]:
         paths(solution),
         _traces("coordinates", "Generalized coordinates", eom.coordinates, solution.q.T, solution),
         _traces("speeds", "Generalized speeds", eom.speeds, solution.u.T, solution),
+        _traces("states", "Further states", eom.states, solution.a.T, solution),
         _traces("reactions", "Reactions brought into evidence", eom.reactions, solution[list(eom.reactions)], solution),
         balance(solution),
     ]

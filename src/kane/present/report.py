@@ -105,6 +105,7 @@ def _summary(eom: Equations) -> list[tuple[int, str]]:
         (eom.coordinates, "coordinate", "coordinates"),
         (eom.speeds, "generalized speed", "generalized speeds"),
         (eom.independent_speeds if eom.embedding else (), "degree of freedom", "degrees of freedom"),
+        (eom.states, "further state", "further states"),
         (eom.reactions, "reaction", "reactions"),
     ]
     sizes = [(len(some), one if len(some) == 1 else many) for some, one, many in counts if some]

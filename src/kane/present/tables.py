@@ -60,6 +60,7 @@ def declared_tables(eom: Equations, values: Mapping[Any, float] | None = None) -
         page_table("Reactions brought into evidence", rows["reactions"], "reaction", "at", "along", "auxiliary speed"),
         page_table("Parameters", rows["parameters"], "parameter", "default", *simulated, "unit", "meaning"),
         page_table("Inputs", rows["inputs"], "input", "unit", "meaning"),
+        page_table("Further states", rows["states"], "state", "rate", "default", "unit", "meaning"),
         page_table("Frames", rows["frames"], "frame", "from", "orientation", unfolded=False),
         page_table("Points", rows["points"], "point", "from", "position", unfolded=False),
     ]

@@ -16,7 +16,7 @@ def kane(solved: Solved) -> Formulation:
     return Formulation(
         "Kane",
         "Kane & Levinson 1985, sec. 6.1",
-        (*d.system.coordinates, *d.speeds),
+        d.state,
         tuple(map(rate, solved.independent_speeds)),
         gone,
         lambda: tuple(map(add, solved.Fr_nh[:own], solved.Fr_star_nh[:own])),

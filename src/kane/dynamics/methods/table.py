@@ -31,5 +31,11 @@ def formulation(solved: Solved, method: str) -> Formulation:
         raise ModelError(f"Expected a method, one of {', '.join(map(repr, METHODS))}, got {cut(repr(method))}.")
     if method == "kane":
         return kane.kane(solved)
+    if solved.derived.states:
+        raise ModelError(
+            f"Expected a system of coordinates and speeds alone for {cut(method)!r}, got the further states "
+            f"{', '.join(map(str, solved.derived.states))}, which stand beside the equations of motion. Give their values as inputs, "
+            "kn.input, to compare methods."
+        )
     partition = None if solved.embedding is None else solved.embedding.partition
     return OTHERS[method](InRates(solved.derived, partition))

@@ -105,6 +105,7 @@ _TITLES = (
     "Equations of motion",
 )
 REACTIONS = "; the auxiliary equations give the reactions"
+STATES = " The further states have rates of their own."
 """What is said of step 7 where there are any."""
 _TEXTS = (
     "The configuration is described by these.",
@@ -146,9 +147,10 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
         _equations(solved),
     )
     rows = enumerate(zip(_TITLES, _TEXTS, results, strict=True), start=1)
-    said = REACTIONS if derived.reactions else ""
+    said, more = REACTIONS if derived.reactions else "", {7: STATES if derived.states else ""}
     return tuple(
-        Step(n, title, other.get(n, text).replace(REACTIONS, said), values) for n, (title, text, values) in rows
+        Step(n, title, other.get(n, text).replace(REACTIONS, said) + more.get(n, ""), values)
+        for n, (title, text, values) in rows
     )
 
 
@@ -243,7 +245,7 @@ def _equations(solved: Solved) -> tuple[Result, ...]:
             results += [*_entries(s, speeds, row), (Quantity(Kind.FORCING, s), f)]
     multipliers = ((r, constraint_of(r)) for r in derived.reactions)
     results += [(Quantity(Kind.SYMBOL, r), solved.multipliers[c]) for r, c in multipliers if c is not None]
-    return tuple(results)
+    return (*results, *_each(Kind.RATE, derived.states, derived.state_rates))
 
 
 def _entries(r: Symbol, speeds: Sequence[Symbol], row: Sequence[Expr], kind: Kind = Kind.MASS) -> list[Result]:

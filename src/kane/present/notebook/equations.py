@@ -37,6 +37,7 @@ def _summary(eom: Equations) -> str:
     groups = (
         (eom.coordinates, "coordinate"),
         (eom.speeds, "speed"),
+        (eom.states, "further state"),
         (eom.reactions, "reaction"),
         (eom.inputs, "input"),
         (eom.parameters, "parameter"),

@@ -27,6 +27,7 @@ _COLUMNS: dict[str, Sequence[str]] = {
     "bodies": ("body", "mass", "mass centre", "frame", "central inertia"),
     "coordinates": ("coordinate", "unit", "meaning"),
     "speeds": ("speed", "definition", "unit", "meaning"),
+    "states": ("state", "rate", "default", "unit", "meaning"),
     "loads": ("load", "acts"),
     "constraints": ("constraint", "kind", "vanishes", "held by"),
     "reactions": ("reaction", "at", "along", "unit", "meaning"),
@@ -41,7 +42,7 @@ _WAYS = {-1: "falls below", 1: "rises above"}
 
 
 def system_html(system: System) -> str:
-    """Bodies, coordinates, speeds, loads, constraints, reactions, inputs and events; parameters folded away."""
+    """Bodies, coordinates, speeds, further states, loads, constraints, reactions, inputs and events; parameters folded away."""
     names = listed([b.name for b in system.bodies])
     *groups, last = (either(partial(_group, group=group), system) for group in _COLUMNS)
     lead = paragraph(f"<b>System</b>: {names}; inertial frame {math(place_latex(system.inertial.name))}")
