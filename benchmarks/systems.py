@@ -12,6 +12,7 @@ from kane.gallery import (
     chaplygin_sleigh,
     flexible_arm,
     four_bar,
+    muscle_arm,
     pendulums,
     pure_rolling_disk,
     rattleback,
@@ -88,4 +89,5 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "car with trailer": car_with_trailer.system,
     "rotating beam, 5 modes": lambda: rotating_beam.system(modes=5),
     "flexible arm, two links": flexible_arm.system,
+    "forearm with a muscle": muscle_arm.system,
 }

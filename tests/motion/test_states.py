@@ -145,3 +145,19 @@ def test_any_speeds_give_the_same_motion():
     one = kn.simulate(own, (0, 0.5), q=[-1], u=[0.4], inputs={"e": 0.5}, samples=11)
     two = kn.simulate(other, (0, 0.5), q=[-1], rates=[0.4], inputs={"e": 0.5}, samples=11)
     assert np.abs(np.subtract(one[[made.q, made.a]], two[[made.q, made.a]])).max() < 1e-8
+
+
+def test_stiffness_that_shows_in_the_last_step_changes_nothing():
+    """A motor with an integral of the error: its current settles a thousand times faster than its speed."""
+    j, c = kn.coordinate("j"), kn.speed("c")
+    current, z = kn.state("current"), kn.state("z")
+    frame = made.N.rotate("W", j, made.N.z)
+    rotor = kn.RigidBody("rotor", frame=frame, mass_center=made.O, mass=1, inertia=kn.inertia(frame, 0, 0, 0.02))
+    voltage = (50 - c) / 2 + 0.4 * z
+    states = {current: (voltage - 2 * current - 0.1 * c) / 0.05, z: 50 - c}
+    motor = kn.Torque(frame, 0.1 * current * frame.z)
+    eom = kn.derive(kn.System(made.N, bodies=[rotor], speeds={c: j.dt}, loads=[motor], states=states))
+    for end in (40, 60):
+        sol = kn.simulate(eom, (0, end), q=[0], u=[0], samples=3)
+        assert sol.status == "finished"
+        assert sol[c][-1] == pytest.approx(50, rel=1e-6)

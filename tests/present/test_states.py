@@ -33,7 +33,7 @@ def test_reports_and_notebooks_name_them(tmp_path):
     assert "states" in [plot.name for plot in plots(sol)]
     assert "activation" in EOM.system._repr_html_()
     assert "1 further state" in EOM._repr_html_()
-    assert [a.get_title() for a in kn.plot(sol).axes].count("states") == 1
+    assert len(kn.plot(sol).axes) == len(["coordinates", "speeds", "states", "energy"])
 
 
 def test_commands_take_them():
@@ -52,6 +52,6 @@ def test_commands_take_them():
 
 @pytest.mark.parametrize("method", ["lagrange", "newton-euler"])
 def test_other_methods_have_none(method):
-    with pytest.raises(kn.ModelError, match="coordinates and speeds alone .* got the further states a"):
+    with pytest.raises(kn.ModelError, match=r"coordinates and speeds alone .* got the further states a"):
         EOM.by(method)
     assert EOM.by("kane").state == EOM.state

@@ -114,5 +114,6 @@ def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> 
     if not span[1] > span[0]:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
     with working("Simulating"), own_code(model.path, "START"):
-        given = {"parameters": begin.parameters, "inputs": begin.inputs, "states": begin.states}
-        return kn.simulate(eom, span, q=begin.q, u=begin.u, **given)
+        return kn.simulate(
+            eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs, states=begin.states
+        )

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inputs that follow from the state: functions f(t, x) of Python, and sampled controllers, whose values are held for a period.
 
-x is the state (q, u), in the order of `eom.coordinates` and `eom.speeds`. One function may give several inputs.
+x is the state (q, u, a), in the order of `eom.state`: coordinates, speeds, further states. One function may give several inputs.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,7 +39,7 @@ def sampled(function: Callable[..., Any], period: float, *, state: Any = None) -
 
     Parameters
     ----------
-    function : f(t, x) with x = (q, u); with a state f(t, x, z), which returns the value and the next state
+    function : f(t, x) with x = (q, u, a); with a state f(t, x, z), which returns the value and the next state
     period : (s)
     state : the controller's own state at the start of every motion: an integral, a filter, whatever it may be
 
@@ -149,7 +149,7 @@ def value(drive: Any, t: float, x: Array) -> float:
 
 
 def along(drive: Any, t: Array, states: Array) -> Array:
-    """An input at times (n) and states (n × (q, u))."""
+    """An input at times (n) and states (n × (q, u, a))."""
     return np.array([value(drive, time, x) for time, x in zip(t.tolist(), states, strict=True)], dtype=float)
 
 
@@ -168,7 +168,7 @@ def asked(function: Callable[..., Any], arguments: tuple[Any, ...], names: tuple
         raise SimulationError(
             f"Expected numbers from the function of the state for {', '.join(names)}, got {type(error).__name__} from it at "
             f"t = {float(arguments[0]):.6g}, x = {cut(np.array2string(arguments[1], precision=4))}: {error}. It is called as "
-            "f(t, x) with x = (q, u), a sampled controller with a state as f(t, x, z)."
+            "f(t, x) with x = (q, u, a), a sampled controller with a state as f(t, x, z)."
         ) from error
 
 
