@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import load
+from kane.expr.substitute import substitute
+from kane.gallery import load, pendulum_on_cart
 from kane.motion import implicit
+from kane.motion.formulas import Formula
 from kane.motion.implicit import exact
 from kane.motion.methods import SOLVERS
 from kane.motion.routines import routines
@@ -40,6 +42,21 @@ def test_they_are_those_of_the_rates_and_of_the_power(name, long, monkeypatch, r
     assert found.shape == (now.width + 1, now.width + 1)
     assert not found[:, -1].any()
     assert found[:, :-1] == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+
+
+def test_inputs_that_follow_from_the_state_count(rng):
+    """Against the derivatives of the rates with the law written in."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    (force,), symbols = eom.inputs, eom.state
+    law = 3 * symbols[0] * symbols[3] - kn.sin(symbols[1]) + kn.time
+    now = routines(eom, np.array([p.default for p in eom.parameters]), [Formula(law, {}, symbols)], None)
+    y = rng.uniform(0.3, 1.1, size=now.width)
+    plain = [
+        substitute(e, {force: law}) for e in implicit.without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
+    ]
+    _, expected = values_and_slopes(plain, now.values(0.2, y), symbols)
+    found = eom.numeric(None).routine(implicit.closed, law)(0.2, y, now.p, now.inputs(0.2, y))
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA"])

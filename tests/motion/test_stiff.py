@@ -8,6 +8,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import pendulums
+from kane.motion import implicit
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -55,13 +56,23 @@ def test_stiffness_is_noticed_at_every_tolerance(more, method, tolerance):
     assert (sol.method, sol.status) == (f"{first}, radau9", "finished")
 
 
-def test_what_no_kernel_steps_is_left_to_scipy():
-    """An input that follows from the state."""
+@pytest.mark.parametrize("gain", [0.1, 1e5])
+def test_feedback_is_differentiated(gain, monkeypatch):
+    """A law that holds the first mass by what all move: with its derivatives it takes no more steps than without it.
+
+    Of large systems, whose derivatives are products, SciPy's Radau leads on.
+    """
     f = kn.input("F")
-    eom, given = chain(f), {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 2}
-    sol = kn.simulate(eom, (0, 0.5), **given, inputs={f: -0.1 * x[0]}, rtol=1e-6, atol=1e-10)
-    assert sol.method == "dop853, Radau"
-    assert "SciPy's Radau leads on" in sol.events[0][0].message
+    eom, given = derived(f), {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 3, "rtol": 1e-8, "atol": 1e-14}
+    law = -gain * (x[0] + eom.speeds[3])
+    own, other = (kn.simulate(eom, (0, 0.5), **given, inputs={f: law}, method=m) for m in ("auto", "Radau"))
+    assert own.method == "vern9, radau9"
+    assert own.steps < 1100
+    assert own.q == pytest.approx(other.q, abs=1e-6 * np.abs(other.q).max())
+    monkeypatch.setattr(implicit, "_LONG", 0)
+    left = kn.simulate(eom, (0, 0.5), **given, inputs={f: law})
+    assert left.method == "vern9, Radau"
+    assert "SciPy's Radau leads on" in left.events[0][0].message
 
 
 def test_a_method_that_is_asked_for_stays():

@@ -14,7 +14,7 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError, cut
-from kane.expr.node import Expr
+from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Input, input_of, time
 from kane.expr.tables import Table
 from kane.motion.breakpoints import MANY
@@ -269,3 +269,15 @@ def a_constant(value: float) -> Function:
 def constant(f: Function) -> float | None:
     """The value of an input that was given as a number; None of a function of time."""
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
+
+
+def expressions(drives: Sequence[Any]) -> tuple[Expr, ...] | None:
+    """The inputs, where all are numbers or expressions."""
+    if not all(constant(f) is not None or isinstance(f, Formula) for f in drives):
+        return None
+    return tuple(f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f in drives)
+
+
+def follows(drives: Sequence[Any]) -> bool:
+    """Whether an input is an expression of the state."""
+    return any(isinstance(f, Formula) and f.of_state for f in drives)

@@ -3,10 +3,9 @@
 
 import numpy as np
 
-from kane.expr.node import as_expr
 from kane.motion.collocated import Given, by_kind, watching
-from kane.motion.drives import constant
-from kane.motion.formulas import Formula, driving
+from kane.motion.drives import constant, expressions
+from kane.motion.formulas import driving
 from kane.motion.implicit import derivatives
 from kane.motion.routines import Routines
 from kane.motion.steppers.outline import At
@@ -72,10 +71,8 @@ class Arguments:
     def _formulas(self) -> CompiledRoutine | None:
         """The inputs as a routine, where all are expressions."""
         now = self.now
-        if not all(constant(f) is not None or isinstance(f, Formula) for f in now.drives):
-            return None
-        values = [f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f in now.drives]
-        return now.eom.numeric(now.settings).routine(driving, *values).flat
+        values = expressions(now.drives)
+        return None if values is None else now.eom.numeric(now.settings).routine(driving, *values).flat
 
     def _hook(self, r: Array) -> Hook:
         """What asks Python for the inputs and writes them to r."""

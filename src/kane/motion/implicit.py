@@ -5,7 +5,7 @@ Written out entry by entry where that is short; of large systems as products wit
 long as a few right-hand sides.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -17,7 +17,9 @@ from kane.equations.on_demand import along
 from kane.equations.routines import ports
 from kane.expr.diff import tangent, weighted
 from kane.expr.node import ONE, Expr
+from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given
+from kane.motion.drives import expressions, follows
 from kane.motion.routines import Routines
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle, Shaped
@@ -36,10 +38,29 @@ def _first(x: Array) -> Array:
 
 def entries(eom: Equations) -> Bundle[Array]:
     """∂(q̇, u̇, P)/∂(q, u)."""
-    x, power = eom.state, without_unknowns(eom.solved, [eom.power])
-    roots = [*slopes(eom.solved, x).entries, *weighted(power, [ONE], x)]
-    shape = (len(x) + 1, len(x))
-    return Bundle("slopes", ports(eom.derived), _first, {"x": Shaped(shape, _regular(eom, roots))})
+    return _written(eom, "slopes", _slopes(eom, eom.state))
+
+
+def closed(eom: Equations, *values: Expr) -> Bundle[Array]:
+    """The same where inputs are these expressions of the state: with what they change."""
+    x, r = eom.state, eom.inputs
+    own, by_input = _slopes(eom, x), _slopes(eom, r)
+    gained = [[tangent(value, {s: ONE}, at_rest=True) for s in x] for value in values]
+    for i in range(len(x) + 1):
+        for j in range(len(x)):
+            for k in range(len(r)):
+                own[i * len(x) + j] += by_input[i * len(r) + k] * gained[k][j]
+    return _written(eom, "closed", own)
+
+
+def _slopes(eom: Equations, symbols: Sequence[Symbol]) -> list[Expr]:
+    power = without_unknowns(eom.solved, [eom.power])
+    return [*slopes(eom.solved, symbols).entries, *weighted(power, [ONE], symbols)]
+
+
+def _written(eom: Equations, name: str, roots: list[Expr]) -> Bundle[Array]:
+    n = len(eom.state)
+    return Bundle(name, ports(eom.derived), _first, {"x": Shaped((n + 1, n), _regular(eom, roots))})
 
 
 def products(eom: Equations) -> Bundle[Array]:
@@ -67,7 +88,7 @@ def by_inputs(now: Routines, t: float, x: Array) -> Array:
 
 
 def gains(now: Routines, t: float, x: Array) -> Array:
-    """∂r/∂x of inputs that follow from the state, by differences."""
+    """∂r/∂x of inputs that are functions of the state, by differences."""
     r = now.inputs(t, x)
     steps = np.maximum(np.abs(x), np.abs(x).max(initial=0) or 1.0) * _STEP
     return np.column_stack([(now.inputs(t, x + h * e) - r) / h for h, e in zip(steps, np.eye(len(x)), strict=True)])
@@ -80,8 +101,12 @@ def is_long(now: Routines) -> bool:
 
 def derivatives(now: Routines, t: float, y: Array) -> Given:
     """What a kernel is told of J."""
-    eom, long = now.eom, is_long(now)
-    routine = eom.numeric(now.settings).routine(products if long else entries).flat
+    numeric, values, long = now.eom.numeric(now.settings), expressions(now.drives), is_long(now)
+    if follows(now.drives):
+        assert values is not None
+        routine = numeric.routine(closed, *values).flat
+    else:
+        routine = numeric.routine(products if long else entries).flat
     at = t, y[: now.width], now.p, now.inputs(t, y)
     own, none = entry(routine), entry(now.rates)
     given: Given = {"long": int(long), "jac": none if long else own, "along": own if long else none}
@@ -100,11 +125,15 @@ def exact(now: Routines) -> Callable[[float, Array], Array]:
     def by_products(t: float, x: Array) -> Array:
         return numeric.routine(products)(t, x, now.p, now.inputs(t, x), unit).T
 
-    following = any(getattr(f, "of_state", False) for f in now.drives)
+    def by_law(t: float, x: Array) -> Array:
+        return numeric.routine(closed, *law)(t, x, now.p, now.inputs(t, x))
+
+    law = () if long or not follows(now.drives) else expressions(now.drives) or ()
+    following = not law and any(getattr(f, "of_state", False) for f in now.drives)
 
     def j(t: float, y: Array) -> Array:
         whole = np.zeros((n + 1, n + 1))
-        found = (by_products if long else by_entries)(t, y[:n])
+        found = (by_law if law else by_products if long else by_entries)(t, y[:n])
         if following:
             found = found + by_inputs(now, t, y[:n]) @ gains(now, t, y[:n])
         whole[:, :n] = np.where(np.isfinite(found), found, 0.0)

@@ -10,10 +10,11 @@ from typing import Any
 
 from kane.errors import SimulationError
 from kane.expr.node import postorder
-from kane.motion.drives import constant
+from kane.motion.drives import constant, follows
 from kane.motion.feedback import HeldInput, LawInput
 from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
+from kane.motion.implicit import is_long
 from kane.motion.regimes import jumps, quantities, rates_on, unfit
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import IMPLICIT as SLOW
@@ -47,7 +48,9 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
     (lambda stepper, drives, by: any(isinstance(f, LawInput) for f in drives), "inputs are functions of the state"),
     (lambda stepper, drives, by: any(isinstance(f, HeldInput) for f in drives), "controllers are sampled"),
     (
-        lambda stepper, drives, by: _follows(drives) and (by.width > 1 or by.implicit or stepper.manifold is not None),
+        lambda stepper, drives, by: (
+            follows(drives) and (by.width > 1 or stepper.manifold is not None or _blind(stepper, by))
+        ),
         "inputs are expressions of the state",
     ),
     (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
@@ -59,8 +62,9 @@ def _asked(drives: Sequence[Any]) -> bool:
     return any(constant(f) is None and not isinstance(f, Formula) for f in drives)
 
 
-def _follows(drives: Sequence[Any]) -> bool:
-    return any(isinstance(f, Formula) and f.of_state for f in drives)
+def _blind(stepper: Stepper, by: Integrator) -> bool:
+    """Whether derivatives are taken as products, which do not see what inputs change."""
+    return by.implicit and is_long(stepper.now)
 
 
 def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, max_step: float) -> str:
@@ -103,7 +107,7 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
         own = {rates.program.op(i) for i in rates.routine.body}
     if not own.isdisjoint(CORNERS) or _asked(drives) or any(isinstance(f, Formula) and not f.smooth for f in drives):
         return _BENT
-    if own.isdisjoint(LIBRARY) and not _follows(drives) and target(settings.cpu, settings.features).lanes >= _LANES:
+    if own.isdisjoint(LIBRARY) and not follows(drives) and target(settings.cpu, settings.features).lanes >= _LANES:
         return _WIDE
     return _NARROW if rtol <= _TIGHT else _BENT
 
