@@ -14,6 +14,8 @@ from kane.numeric.arrays import Array
 
 _SHARE = 1e-8
 """Share of the terms up to which damping and gyroscopic terms are those of rounding."""
+_ROUNDING = 16 * np.finfo(float).eps
+"""Share of the largest λ, a coordinate, that rounding leaves of a λ that vanishes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -23,7 +25,7 @@ class NormalModes:
     Attributes
     ----------
     names : of the coordinates x, deviations from the equilibrium
-    squares : λ (n), by rising size: ω² in 1/s², negative where a mode grows
+    squares : λ (n), by rising size: ω² in 1/s², negative where a mode grows, 0 where nothing holds it
     shapes : B (n × n), the modal matrix, one column a mode, BᵀM B = 1
     M, K : those of M ẍ + K x = 0
     """
@@ -71,7 +73,7 @@ class NormalModes:
 
     def __repr__(self) -> str:
         shown = ", ".join(
-            f"{w:.4g}" if s > 0 else f"λ = {s:.3g}" for w, s in zip(self.frequencies, self.squares, strict=True)
+            f"{w:.4g}" if s >= 0 else f"λ = {s:.3g}" for w, s in zip(self.frequencies, self.squares, strict=True)
         )
         return f"NormalModes({', '.join(self.names)}; {shown} rad/s)"
 
@@ -115,5 +117,6 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     from scipy.linalg import eigh  # takes its time to import
 
     squares, shapes = eigh((k + k.T) / 2, m)
+    squares[np.abs(squares) <= _ROUNDING * len(m) * np.abs(squares).max(initial=0.0)] = 0.0
     largest = shapes[np.abs(shapes).argmax(axis=0), range(len(m))]
     return NormalModes(second.names, squares, shapes * np.sign(largest), m, k)

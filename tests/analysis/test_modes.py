@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Normal modes where some motion is held by nothing: λ is zero and not what rounding leaves."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh, expm
+
+import kane as kn
+
+
+def chain(masses, stiffness, unit=1.0):
+    """Masses on a line with springs between them, free at both ends."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinates(f"x1:{len(masses) + 1}")
+    points = [O.at(f"P{i}", (s + i * unit) * N.x) for i, s in enumerate(x)]
+    springs = [kn.linear_spring(a, b, stiffness, unit) for a, b in itertools.pairwise(points)]
+    bodies = [kn.Particle(f"p{i}", p, m) for i, (p, m) in enumerate(zip(points, masses, strict=True))]
+    return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=springs))
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e9])
+@pytest.mark.parametrize("masses", [(1.0, 2.0, 1.0), (0.3, 7.0, 1.1, 2.3, 0.9)])
+def test_what_nothing_holds_has_no_frequency(masses, scale, rng):
+    n = len(masses)
+    modes = kn.normal_modes(kn.linearize(chain(masses, 3.0 * scale), q=[0.0] * n, u=[0.0] * n))
+    d = np.diff(np.eye(n), axis=0)
+    k, m = 3.0 * scale * d.T @ d, np.diag(masses)
+    assert modes.squares[0] == modes.frequencies[0] == 0.0
+    assert not modes.stable
+    assert "; 0, " in repr(modes)
+    assert modes.squares[1:] == pytest.approx(eigh(k, m)[0][1:], rel=1e-12)
+    x, v, t = rng.normal(size=n), rng.normal(size=n), 1.3 / np.sqrt(scale)
+    block = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(m, k), np.zeros((n, n))]])
+    expected = (expm(block * t) @ np.concatenate([x, v]))[:n]
+    assert modes.motion(t, x=x, rates=v) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+def test_soft_springs_are_held():
+    """A spring of a billionth of another's stiffness is no rounding."""
+    soft = chain((1.0, 1.0), 1.0)
+    linear = kn.linearize(soft, q=[0, 0], u=[0, 0]).second_order()
+    weak = kn.normal_modes(
+        type(linear)(linear.names, linear.inputs, linear.M, linear.C, np.diag([1.0, 1e-9]), linear.F)
+    )
+    assert weak.squares == pytest.approx([1e-9, 1.0], rel=1e-6)
+    assert weak.stable
