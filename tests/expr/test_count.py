@@ -39,6 +39,7 @@ def test_one_expression_and_its_text() -> None:
     count = count_operations(m * k * x.sin() + x.sin() * y)
     assert count.by_operation == (("add", 1), ("mul", 3), ("sin", 1))
     assert str(count) == "5 operations: 4 with the state, 1 of parameters (1 add, 3 mul, 1 sin)"
+    assert str(count_operations([x])) == "0 operations: 0 with the state, 0 of parameters"
 
 
 @given(programs())

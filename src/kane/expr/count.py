@@ -28,7 +28,8 @@ class Operations:
 
     def __str__(self) -> str:
         kinds = ", ".join(f"{n} {k}" for k, n in self.by_operation)
-        return f"{self.total} operations: {self.state} with the state, {self.parameter} of parameters ({kinds})"
+        told = f"{self.total} operations: {self.state} with the state, {self.parameter} of parameters"
+        return f"{told} ({kinds})" if kinds else told
 
 
 _CONSTANT, _PARAMETER, _STATE = range(3)
