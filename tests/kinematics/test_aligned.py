@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from benchmarks.random_trees import random_tree
+from kane.expr.evaluate import free_symbols
 from kane.gallery import GALLERY, load
 from kane.kinematics.aligned import AS_DECLARED, aligned_bases
 from tests.oracles import kane_tree, newton_euler
@@ -276,3 +277,12 @@ def test_seats_by_parameters_take_the_operations_of_seats_by_numbers(parents, fl
         np.array(eom.evaluate(list(eom.accelerations), q=place, u=rate), dtype=float) for eom in (numbers, general)
     )
     np.testing.assert_allclose(other, one, rtol=1e-11, atol=1e-12 * np.abs(one).max())
+
+
+def test_seats_by_parameters_are_a_matter_of_each_joint():
+    """An angle holds the parameters of its own seat and of one that sits on it, however long the chain."""
+    system = random_tree(range(-1, 11), 3, general=True)
+    for place in aligned_bases(system.frames).places.values():
+        turn = place.basis.orientation
+        parameters = [s for s in free_symbols([turn.angle]) if s not in system.coordinates] if turn else []
+        assert len({p.name.split("_")[0] for p in parameters}) <= 2

@@ -133,7 +133,8 @@ class _Bases:
         if node.base is None or o is None:
             return node.declared
         if node.seat is not None:
-            angle = add(node.angle, _angle(self.shifts.get(node, 0.0)))
+            beyond = add(node.phase, _angle(self.shifts[node])) if node in self.shifts else ZERO
+            angle = add(node.angle, beyond)
             return self.child(node, about_axis(self.seat(node.seat), 2, angle))
         base = self.fixed(node.base, self.cosines(node.base, node.lead))
         return node.declared if base is o.base else self.child(node, replace(o, base=base))
@@ -153,8 +154,12 @@ class _Bases:
         return self.seats[seat]
 
     def cosines(self, node: Node, cosines: Array) -> Array:
-        """Direction cosines (3, 3) in the basis of a node, from those in the node before it is shifted."""
-        found = times(turn_about(2, _less(0.0, self.shifts.get(node, 0.0))), cosines)
+        """Direction cosines (3, 3) in the basis of a node, from those in the node before it is shifted.
+
+        A node that is not shifted does without its phase, which stands in them.
+        """
+        turn = _less(0.0, self.shifts[node]) if node in self.shifts else 0.0 if node.phase is ZERO else node.phase
+        found = times(turn_about(2, turn), cosines)
         return rounded(found) if are_numbers(found) else found
 
     def fixed(self, node: Node, cosines: Array) -> Basis:

@@ -104,6 +104,12 @@ def is_apart(direction: Triple) -> bool:
     return math.hypot(x, y) > _APART * math.hypot(x, y, z)
 
 
+def about_z(cosines: Array) -> Expr:
+    """The angle of a rotation about z."""
+    (c, _, _), (s, _, _), _ = exact(cosines)
+    return BUILDERS["atan2"](s, c)
+
+
 class Leaning(NamedTuple):
     """R_z(γ) R_x(α) as a rotation, γ, and α, which stands for its cosine and sine."""
 

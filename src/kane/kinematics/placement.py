@@ -13,8 +13,18 @@ import numpy as np
 from kane.expr.build import add, neg
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import ZERO, Expr
-from kane.kinematics.given_cosines import Alpha, Angle, are_numbers, exact, given, is_apart, leaning, numbers, times
-from kane.kinematics.given_cosines import turned as turned_by
+from kane.kinematics.given_cosines import (
+    Alpha,
+    Angle,
+    about_z,
+    are_numbers,
+    exact,
+    given,
+    is_apart,
+    leaning,
+    numbers,
+    times,
+)
 from kane.numeric.arrays import Array
 from kane.numeric.rotations import about, turned, zx
 from kane.space.frame import Frame
@@ -26,8 +36,8 @@ from kane.space.spatial import triple
 class Node:
     """A basis to be made for a declared frame.
 
-    With a seat it is turned by `angle` about the seat's z, which is the frame's axis times `sense`. Without one it lies in its
-    base, turned by `lead`, as the frame does in its own. Without a base it is the frame itself.
+    With a seat it is turned by `angle` + `phase` about the seat's z, which is the frame's axis times `sense`. Without one it lies
+    in its base, turned by `lead`, as the frame does in its own. Without a base it is the frame itself.
     """
 
     declared: Frame
@@ -36,6 +46,7 @@ class Node:
     seat: Seat | None = None
     angle: Expr = ZERO
     sense: int = 1
+    phase: Expr = ZERO
 
 
 class Seat(NamedTuple):
@@ -84,7 +95,9 @@ def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
         sense = 1 if alpha == 0 else -1
         angle = o.angle if alpha == 0 else neg(o.angle)
         if base.seat is not None:
-            return Placed(Node(f, base, seat=base.seat, angle=add(base.angle, angle), sense=sense), cosines)
+            return Placed(
+                Node(f, base, seat=base.seat, angle=add(base.angle, angle), sense=sense, phase=base.phase), cosines
+            )
         return Placed(Node(f, base, seat=Seat(base, 0.0, 0.0), angle=angle, sense=sense), cosines)
     if abs(gamma) > math.pi / 2:  # half a turn less, and over the other way
         gamma, alpha = gamma - math.copysign(math.pi, gamma), -alpha
@@ -104,8 +117,8 @@ def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Exp
     if not is_apart(direction):
         return Placed(Node(f, base, cosines), np.eye(3))
     lean = leaning(direction)
-    (c, _, _), (s, _, _), _ = exact(times(lean.cosines.T, before))  # about z
-    return Placed(Node(f, base, seat=Seat(base, lean.gamma, lean.alpha), angle=angle), times(turned_by(2, c, s), own))
+    left = about_z(times(lean.cosines.T, before))
+    return Placed(Node(f, base, seat=Seat(base, lean.gamma, lean.alpha), angle=angle, phase=left), own)
 
 
 def shifts(nodes: Iterable[Node]) -> dict[Node, Angle]:

@@ -168,8 +168,9 @@ class _Maker:
     def _below(self, parent: int, link: Link, alike: bool) -> None:
         base = self.basis[parent]
         up, down = path(link.basis, base)
-        arm = summed(link.offset.components(base), self.steps[parent].shift)
-        rates = (time_derivative(arm[0]), time_derivative(arm[1]), time_derivative(arm[2]))
+        offset = link.offset.components(base)
+        rates = (time_derivative(offset[0]), time_derivative(offset[1]), time_derivative(offset[2]))
+        arm = summed(offset, self.steps[parent].shift)  # which is still, and long where parameters turn link after link
         if alike and not is_still(rates):
             parent, arm = self._slid(parent, arm, rates, base)
             rates = NOTHING

@@ -53,9 +53,10 @@ def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) ->
         for part, arm in link.parts:
             if part.momenta:  # those are in `flexible`
                 continue
-            r = summed(arm.components(link.basis), segments.steps[number].shift)
-            if not is_constant_in_time((part.mass, *r)):
+            own = arm.components(link.basis)
+            if not is_constant_in_time((part.mass, *own)):
                 raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")
+            r = summed(own, segments.steps[number].shift)
             inertia = inertias[part.name, part.mass_center]
             bodies[number] = bodies[number].plus(_rigid(part, r, inertia, link.basis))
     return bodies
