@@ -65,6 +65,13 @@ def wrist_arm(lengths: Sequence[float] = (0.3, 0, 0.4, 0, 0.4, 0, 0.1)) -> kn.Sy
     return kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-g * N.z)])
 
 
+def disk_by_three_speeds() -> kn.System:
+    """The purely rolling disk with its independent speeds alone, as textbooks write it."""
+    disk = pure_rolling_disk.system()
+    own = {u: e for u, e in disk.speeds.items() if u.name in ("u1", "u2", "u3")}
+    return disk.replace(speeds=own, dependent_speeds=())
+
+
 COUNTED: dict[str, Callable[[], kn.System]] = {
     "planar pendulum, absolute angles, 2 rods": lambda: pendulums.system(2),
     "planar pendulum, absolute angles, 10 rods": lambda: pendulums.system(10),
@@ -79,6 +86,7 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "Whipple bicycle": whipple_bicycle.system,
     "Whipple bicycle, spins as speeds": lambda: whipple_bicycle.system("spins"),
     "rolling disk, pure rolling": pure_rolling_disk.system,
+    "rolling disk, pure rolling, independent speeds alone": disk_by_three_speeds,
     "four-bar": four_bar.system,
     "Bricard mechanism": bricard.system,
     "Andrews squeezer": andrews_squeezer.system,

@@ -48,7 +48,7 @@ def test_a_motion_needs_no_others_at_the_start():
     sol = kn.simulate(eom, (0, 1), q=[0, 0.2, 0, 0, 0], u={"u1": 0.1, "u2": 1.0, "u3": 5.0})
     assert sol.keeps_energy
     assert sol["w1"] == pytest.approx(0, abs=1e-12)
-    assert kn.count_operations((*eom.right_hand_side, *eom.reaction_values)).total <= 59
+    assert kn.count_operations((*eom.right_hand_side, *eom.reaction_values)).total <= 52
 
 
 def test_other_names_are_left_alone():
