@@ -81,6 +81,7 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "7R arm": lambda: arm("zyzyzyz"),
     "7R arm with wrist, full inertias": wrist_arm,
     "7R arm, general axes": lambda: random_tree(range(-1, 6), 1),
+    "7R arm, every number a parameter": lambda: random_tree(range(-1, 6), 1, general=True),
     "tree of 20 bodies, general axes": lambda: random_tree(BRANCHES, 1),
     "free-flyer of 30 freedoms, general axes": lambda: random_tree(LIMBS, 1, floating=True),
     "Whipple bicycle": whipple_bicycle.system,

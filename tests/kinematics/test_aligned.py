@@ -286,3 +286,27 @@ def test_seats_by_parameters_are_a_matter_of_each_joint():
         turn = place.basis.orientation
         parameters = [s for s in free_symbols([turn.angle]) if s not in system.coordinates] if turn else []
         assert len({p.name.split("_")[0] for p in parameters}) <= 2
+
+
+def test_seats_by_parameters_have_derivatives_by_them():
+    """A pin on a seat R_x(a) R_z(b) on another such: differences of two nearby values."""
+    N = kn.Frame("N")
+    point, frame, joints, bodies = kn.Point("O", fixed_in=N), N, [], []
+    for k in (1, 2):
+        seat = frame.rotate_matrix(f"A{k}", by_parameters(k * a, b))
+        joints.append(kn.pin(f"j{k}", point, seat, axis=(seat.x + 2 * seat.y - 2 * seat.z) / 3))
+        point, frame = joints[-1].point, joints[-1].frame
+        center = point.at(f"C{k}", 0.2 * frame.x + 0.1 * frame.z)
+        inertia = kn.inertia(frame, 0.1, 0.2, 0.25, 0.01)
+        bodies.append(kn.RigidBody(f"b{k}", frame=frame, mass_center=center, mass=1.0, inertia=inertia))
+        point = point.at(f"P{k}", 0.3 * frame.x)
+    eom = kn.derive(kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-9.81 * N.y)]))
+    at = {"q": [0.4, -0.7], "u": [1.1, 0.3]}
+    accelerations = list(eom.accelerations)
+    for p in (a, b):
+        slopes = np.array(eom.evaluate([kn.diff(x, p) for x in accelerations], **at), dtype=float)
+        ahead, behind = (
+            np.array(eom.evaluate(accelerations, parameters={p: p.default + h}, **at), dtype=float)
+            for h in (1e-6, -1e-6)
+        )
+        np.testing.assert_allclose(slopes, (ahead - behind) / 2e-6, rtol=1e-6)
