@@ -135,7 +135,7 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.rack_and_pinion, ("g", PIN, RAIL), {"radius": 1}),
     (kn.reaction, ("R",), {"at": P, "along": N.z}),
     (kn.auxiliary_speed, ("ua",), {"at": P, "along": N.z}),
-    (kn.Event, ("e", Q1), {}),
+    (kn.Event, ("e", Q1), {"threshold": 0.5, "direction": -1, "terminal": False, "message": "m", "then": {U1: -U1}}),
     (
         kn.System,
         (N,),

@@ -11,6 +11,7 @@ from kane.errors import ModelError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, State
+from kane.model.actions import as_action
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
@@ -24,19 +25,38 @@ from kane.space.point import Point
 class Event(Immutable):
     """`quantity` falls below (direction −1), rises above (+1) or crosses (0) `threshold`.
 
-    A terminal event ends the simulation there; the solution returns what there is and names it.
+    A terminal event ends the simulation there; the solution returns what there is and names it. One that does something,
+    `then={v: -e*v}`, does not end it unless told: the motion goes on with other values of coordinates, speeds, states or parameters,
+    all computed from those before, or with other inputs, for which anything stands that `inputs=` takes. `then` may be a function
+    that returns such values, called with t, q, u and parameters as keywords. Under constraints, dependent speeds that are not set
+    follow.
     """
 
     name: str
     quantity: Expr
     threshold: float = 0.0
     direction: int = 0
-    terminal: bool = True
+    terminal: bool | None = None
     message: str = ""
+    then: Any = None
 
     def __post_init__(self) -> None:
         check_event(self.name, self.quantity, self.threshold, self.direction, self.terminal, self.message)
         object.__setattr__(self, "threshold", float(self.threshold))
+        object.__setattr__(self, "then", as_action(f"the event {cut(repr(self.name), 40)}", self.then))
+        object.__setattr__(self, "terminal", self.then is None if self.terminal is None else bool(self.terminal))
+
+    @property
+    def breaks(self) -> bool:
+        """Whether the motion does not go on as it was."""
+        return bool(self.terminal) or self.then is not None
+
+    @property
+    def consequence(self) -> str:
+        """What happens, in words."""
+        done = "; ".join(f"{s} := {x}" for s, x in self.then.items()) if isinstance(self.then, Mapping) else ""
+        done = done or (f"calls {getattr(self.then, '__name__', 'a function')}" if self.then is not None else "")
+        return ", ".join(x for x in (done, "ends the simulation" if self.terminal else "") if x)
 
 
 def check_event(name: Any, quantity: Any, threshold: Any, direction: Any, terminal: Any, message: Any) -> None:
@@ -48,7 +68,7 @@ def check_event(name: Any, quantity: Any, threshold: Any, direction: Any, termin
         ("threshold", _is_number(threshold), threshold, "a finite number, in the unit of the quantity"),
         ("direction", not isinstance(direction, bool) and _is_number(direction) and direction in (-1, 0, 1), direction,
             "-1 (falls), 1 (rises) or 0 (either)"),
-        ("terminal", isinstance(terminal, bool | np.bool_), terminal, "True or False"),
+        ("terminal", terminal is None or isinstance(terminal, bool | np.bool_), terminal, "True or False"),
         ("message", isinstance(message, str), message, "a text"),
     ]  # fmt: skip
     for what, right, came, expected in wrong:

@@ -16,6 +16,7 @@ from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, State, Symbols
 from kane.model import checks
+from kane.model.actions import check_actions, expressions
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, extended, parts_of, rigid
 from kane.model.checks import listed
 from kane.model.completed import completed
@@ -107,7 +108,7 @@ class System(Declarations):
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
         definitions |= vanishing
         matter, further = list(contents(bodies, own, gravities)), state_rates(states)
-        watched = [*matter, *(e.quantity for e in events), *(c.expr for c in constraints), *further, *further.values()]
+        watched = [*matter, *expressions(events), *(c.expr for c in constraints), *further, *further.values()]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
         checks.check_geometry(free_symbols(shape))
         checks.check_no_accelerations(free_symbols(matter))
@@ -123,8 +124,7 @@ class System(Declarations):
             self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), tuple(events),
             ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
         )  # fmt: skip
-        check_states(self, symbols)
-        check_units(self, symbols)
+        _check(self, symbols)
         warn_of_doubts(inertial, tuple(parts_of(bodies)), gravities, constraints)
         check_turning(inertial, extended(rigid(bodies)))
 
@@ -197,6 +197,13 @@ class System(Declarations):
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)
         return f"System({bodies}; {len(self.coordinates)} coordinates, {len(self.speeds)} speeds)"
+
+
+def _check(system: System, symbols: Sequence[Any]) -> None:
+    """States, events and units, of a system that is declared as a whole."""
+    check_states(system, symbols)
+    check_actions(system)
+    check_units(system, symbols)
 
 
 _ARGUMENTS = tuple(name for name in signature(System).parameters if name != "inertial")

@@ -5,7 +5,7 @@ Only where all symbols below carry units. A quantity made of numbers and the tim
 dimension one.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from kane.errors import UnitError, cut
@@ -14,8 +14,9 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
+from kane.model.actions import target
 from kane.model.bodies import parts_of
-from kane.model.declarations import Declarations
+from kane.model.declarations import Declarations, Event
 from kane.model.reactions import cut_of
 from kane.space.point import Point
 from kane.units.parse import parse
@@ -169,6 +170,14 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
         yield f"the rate of the state {a}{f' [{a.unit}]' if unit else ''}", parse(unit) if unit else None, (rate_of,)
     for event in system.events:
         yield f"the quantity of the event {event.name!r}", None, (event.quantity,)
+        yield from _made(system, event)
+
+
+def _made(system: Declarations, event: Event) -> Iterator[Quantity]:
+    for key, value in event.then.items() if isinstance(event.then, Mapping) else ():
+        unit = target(system, event, key).unit
+        made = (value,) if isinstance(value, Expr) else ()
+        yield f"what the event {event.name!r} makes of {key}", parse(unit) if unit else None, made
 
 
 def _check(e: Expr, what: str, wanted: Unit | None, inferred: Known) -> None:

@@ -59,7 +59,9 @@ def accuracy(motion: Any, again: Callable[..., Any] | None) -> Accuracy:
         )
     else:
         finer = again(rtol=motion.rtol * _TENTH, atol=motion.atol * _TENTH)
-    _, here, there = np.intersect1d(motion.t, finer.t, return_indices=True)
+    # where a phase begins there are two values, and the other motion has its own such time
+    _, _, there = np.intersect1d(np.setdiff1d(motion.t, motion.t[motion.begins]), finer.t, return_indices=True)
+    here = np.searchsorted(motion.t, finer.t[there])
     errors = share * np.abs(motion.states[here] - finer.states[there])
     sizes = np.abs(motion.states).max(axis=0)
     ratio = np.divide(errors, sizes, out=np.where(errors > 0, np.inf, 0.0), where=sizes > 0)

@@ -75,6 +75,21 @@ def crossings(
     return sorted(met, key=lambda pair: pair[1])
 
 
+def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[Event, ...]]:
+    """The events up to the first that ends the motion or changes it, and those of that instant, if there is one.
+
+    What lies no farther behind than is known of times in a step of that `length` is of the same instant.
+    """
+    ordered = sorted(met, key=lambda pair: pair[1])
+    first = next((t for event, t in ordered if event.breaks), None)
+    if first is None:
+        return ordered, ()
+    near = 2 * _TIME_TOLERANCE * length + 4 * float(np.spacing(abs(first)))
+    return [pair for pair in ordered if pair[1] <= first + near], tuple(
+        event for event, t in ordered if abs(t - first) <= near
+    )
+
+
 def _leaving(gaps: Callable[[Array], Array], times: Array, last: float, side: float, most: int) -> list[Bracket]:
     """The passages of a quantity that begins at its threshold, where rounding gives it any sign, and leaves to a `side` if not 0.
 
@@ -85,7 +100,7 @@ def _leaving(gaps: Callable[[Array], Array], times: Array, last: float, side: fl
     later = begin + (times[-1] - begin) * shares
     over = np.append(gaps(later[:-1]), last)
     found = passages(gaps, later, over, most)
-    if not side * over[0] < 0:
+    if side == 0 or side * over[0] > 0:
         return found
     early = times[0] + (begin - times[0]) * shares
     within = passages(gaps, early, np.concatenate([[side * _TINY], gaps(early[1:-1]), over[:1]]), most)

@@ -15,13 +15,14 @@ from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import after, interpolant
-from kane.motion.met import Fresh, crossings, thresholds, vanishing
+from kane.motion.met import Fresh, crossings, thresholds, up_to_a_break, vanishing
 from kane.motion.methods import implicit
 from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
+from kane.motion.resting import that_move
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import IMPLICIT, NARROW, STEPPED, Course, End, Method, not_held
+from kane.motion.stepping import IMPLICIT, NARROW, STEPPED, Course, End, Method, ended_by, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
@@ -325,15 +326,17 @@ class NativeCourse:
         met = crossings(events, now.watch, one, times, values, thresholds(events, sizes), fresh)
         met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
         s[At.LOOKED] = 1.0
-        for event, t in sorted(met, key=lambda pair: pair[1]):
-            self.events.append((event, t))
-            if event.terminal:
-                before = self.times[(self.times > self.t[-1]) & (self.times < t)]
-                for at in [*before, t]:
-                    self._sample(float(at), one(float(at)), doubtful=True)
-                s[At.STEPS] += 1
-                return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
-        return None
+        moving = that_move(met, now, times, values, states[-1], self.span[1] - self.span[0])
+        noted, at_once = up_to_a_break(moving, h)
+        self.events += noted
+        end = ended_by(at_once, noted)
+        if end is not None:
+            t = next(t for event, t in noted if event.breaks)
+            before = self.times[(self.times > self.t[-1]) & (self.times < t)]
+            for at in [*before, *([t] if t > self.t[-1] else [])]:
+                self._sample(float(at), one(float(at)), doubtful=True)
+            s[At.STEPS] += 1
+        return end
 
     def _turned(self, turn: Turn, start: float, h: float) -> End | None:
         """A step in which a switch turns is taken again: up to there, shorter, or on the side to which the motion comes back."""

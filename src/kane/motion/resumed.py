@@ -7,7 +7,7 @@ motion. Loads and constraints may be others: a disk that has slid rolls on.
 
 import copy
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,11 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, input_of
-from kane.model.declarations import Event
 from kane.motion.drives import constant
 from kane.motion.feedback import Held, HeldInput, value
 from kane.motion.formulas import Formula
 from kane.motion.joining import check_motion
+from kane.motion.phases import Phase
 from kane.motion.solution import Recorded, Solution
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
@@ -36,10 +36,10 @@ OPTIONS = {"method": "auto", "rtol": 1e-9, "atol": 1e-9, "max_step": None, "brea
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Begin:
-    """Values at the start: `q`, and `u` or `rates`; further `states`; the work done so far; the events at whose thresholds it begins.
+    """Values at the start: `q`, and `u` or `rates`; further `states`; the work done so far.
 
-    `goes_on` says that it is the end of a motion, `whole` that it is one of the same equations at the same values, and so on the
-    constraints.
+    `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave. `goes_on` says that
+    it is the end of a motion, `whole` that it is one of the same equations at the same values, and so on the constraints.
     """
 
     q: Any
@@ -47,7 +47,7 @@ class Begin:
     rates: Any
     states: Any = None
     work: float = 0.0
-    fresh: tuple[Event, ...] = ()
+    fresh: Mapping[str, float] = field(default_factory=dict)
     goes_on: bool = False
     whole: bool = False
 
@@ -81,7 +81,7 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
         )
     if isinstance(span, int | float | np.number) and not isinstance(span, bool):
         span = (float(start.t[-1]), span)
-    fresh = tuple(e for e in (start.event,) if e is not None)
+    fresh = {} if start.event is None else {start.event.name: 0.0}
     unmoved = given["parameters"] is None and given["inputs"] is None
     return Begin(start.q[-1], start.u[-1], None, start.a[-1], float(start.work[-1]), fresh, True, unmoved), span
 
@@ -91,17 +91,17 @@ def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> 
     if start is None:
         return given
     names = {p.name: p for p in eom.parameters}
-    kept = {names[p.name]: v for p, v in _last(start).parameters.items() if p.name in names}
+    kept = {names[str(p)]: v for p, v in last_phase(start).parameters.items() if str(p) in names}
     known = {*names, *names.values()}
     own = {k: v for k, v in given.items() if k not in known} if isinstance(given, Mapping) else {}
     return {**kept, **named_values("parameters", eom.parameters, given), **own}
 
 
-def inherited_inputs(eom: Equations, start: Solution | None, given: Any, parameters: Mapping[Expr, Any]) -> Any:
-    """The inputs that were given, the others those that the motion ended with; controllers go on with what they remember."""
-    if start is None:
+def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters: Mapping[Expr, Any]) -> Any:
+    """The inputs that were given, the others those of the `last` phase; controllers go on with what they remember."""
+    if last is None:
         return given
-    before = {str(s): f for s, f in _last(start).inputs.items()}
+    before = {str(s): f for s, f in last.inputs.items()}
     new = {str(s) for key in given or () for s in (key if isinstance(key, tuple) else (key,))}
     held: dict[int, Held] = {}
     found: dict[Any, Any] = {}
@@ -130,8 +130,10 @@ def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int
     return drive
 
 
-def _last(start: Solution) -> Any:
-    return start.phases[start.phase[-1]]
+def last_phase(start: Solution) -> Phase:
+    """The phase that a motion ends in."""
+    last: Phase = start.phases[int(start.phase[-1])]
+    return last
 
 
 def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], parameters: Mapping[Expr, Any]) -> None:

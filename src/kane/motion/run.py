@@ -9,47 +9,28 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.assemble import assemble
-from kane.analysis.state import check_equations, start_state
-from kane.dynamics.readings.undirected import undirected
+from kane.analysis.state import check_equations
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import KaneWarning, SimulationError
-from kane.expr.node import Expr
 from kane.motion.beams import warn_of_beams
-from kane.motion.breakpoints import in_loads
 from kane.motion.checking import check_drifts, checking_functions
-from kane.motion.drives import Function, Signal, input_functions
-from kane.motion.feedback import HeldInput, controllers
-from kane.motion.formulas import Formula, own_parameters
-from kane.motion.jumps import warn_of_jumps
-from kane.motion.methods import AUTO, check_method, chosen
-from kane.motion.native import NativeCourse
-from kane.motion.resumed import Begin, begin_of, check_fits, inherited_inputs, inherited_parameters, told
-from kane.motion.singular_rates import check_regular
+from kane.motion.drives import input_functions
+from kane.motion.formulas import own_parameters
+from kane.motion.methods import AUTO
+from kane.motion.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
+from kane.motion.running import run
 from kane.motion.smooth import check_prescribed
 from kane.motion.solution import Solution
 from kane.motion.start import (
-    check_breakpoints,
-    check_events,
-    check_first_step,
-    check_longest,
     check_masses,
-    check_rates,
     check_span,
-    check_steps,
-    check_tolerance,
-    massless,
     sample_times,
 )
-from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.stepping import Course, End, Method
-from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
-from kane.progress import far, working
+from kane.progress import working
 
-_MOST_STEPS = 1_000_000
 _SAME_TIME = 1e-12
 """Share of the span's ends by which the time of a start may differ from its beginning."""
 
@@ -123,8 +104,7 @@ def simulate(
     begin, span = begin_of(
         start, {"q": q, "u": u, "rates": rates, "states": states, "parameters": parameters, "inputs": inputs}, span
     )
-    t0, t1 = span = check_span(span)
-    _check_time(t if start is None else float(start.t[-1]), t0, t1)
+    _check_time(t if start is None else float(start.t[-1]), *(span := check_span(span)))
     options = told(
         {
             "method": method,
@@ -140,19 +120,20 @@ def simulate(
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
     check_masses(eom, constants)
-    law = inherited_inputs(eom, start, inputs, own_parameters(values) | constants)
+    law = inherited_inputs(
+        eom, None if start is None else last_phase(start), inputs, own_parameters(values) | constants
+    )
     drives = input_functions(eom, law, span, own_parameters(values) | constants)
     if start is not None:
         check_fits(eom, start, drives, constants)
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     check_prescribed(eom, constants, span)
     with working("Simulating"):
-        solution = _run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
+        solution = run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
     given = {"parameters": values, "inputs": law, "first_step": first_step} | {
         name: options[name] for name in ("breakpoints", "settings", "max_step")
     }
-    solution = _repeatable(solution, start, given)
-    _check_kept(solution, check)
+    _check_kept(solution := _repeatable(solution, start, given), check)
     return replace(solution, _options=options)
 
 
@@ -163,53 +144,6 @@ def _check_time(t: float | None, t0: float, t1: float) -> None:
             f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
             "take start values that hold at its beginning."
         )
-
-
-def _run(
-    eom: Equations,
-    span: tuple[float, float],
-    begin: Begin,
-    given: tuple[Mapping[Expr, float], Mapping[Expr, Function]],
-    options: Mapping[str, Any],
-    bounds: Mapping[str, Any],
-    times: Array,
-) -> Solution:
-    """A motion with values of its parameters and its inputs."""
-    solver, (constants, drives) = _solver(options, bounds), given
-    stepper = Stepper(
-        eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), options["settings"]
-    )
-    start = _begun(stepper, begin, constants, span[0])
-    for event, value in zip(eom.events, stepper.now.watch(span[0], start), strict=True):
-        if not np.isfinite(value):
-            warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=3)
-    solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
-    name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
-    solver = replace(solver, name=name, free=solver.name == AUTO)
-    kind = NativeCourse if name in INTEGRATORS else Course
-    course = kind(stepper, solver, span, start, times, _fresh(eom, begin))
-    return _solution(course, _to_its_end(course), constants, drives)
-
-
-def _solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
-    most = bounds["max_steps"]
-    return Method(
-        check_method(options["method"]),
-        check_tolerance("rtol", options["rtol"]),
-        check_tolerance("atol", options["atol"]),
-        _MOST_STEPS if most is None else check_steps(most),
-        check_longest("max_step", "length", "step", options["max_step"]),
-        check_breakpoints(options["breakpoints"]),
-        check_longest("max_seconds", "time", "time by the clock", bounds["max_seconds"]),
-        first=check_first_step(bounds["first_step"], options["max_step"], options["method"]),
-        bounded=most is not None,
-    )
-
-
-def _fresh(eom: Equations, begin: Begin) -> dict[int, float]:
-    """At which of the events' thresholds a motion begins: it has passed them, and is to meet them when it comes back."""
-    own, names = {e.name for e in eom.system.events}, {e.name for e in begin.fresh}
-    return {k: 0.0 for k, e in enumerate(eom.events) if e.name in names & own}
 
 
 def _repeatable(solution: Solution, start: Solution | None, given: dict[str, Any]) -> Solution:
@@ -235,45 +169,6 @@ def _again(
         )
 
 
-def _begun(stepper: Stepper, begin: Begin, constants: Mapping[Expr, float], t0: float) -> Array:
-    """The start, whole and admissible; sampled controllers have been asked there."""
-    drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
-    given = {"parameters": dict(constants), "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
-    first = (
-        start_state(stepper.first, begin.q, begin.u, begin.states)
-        if begin.whole
-        else _start(stepper.first, begin, given, t0)
-    )
-    for held in controllers(stepper.now.drives):
-        held.due(t0, first)
-    return _admissible(stepper, t0, np.append(first, begin.work))
-
-
-def _at_start(drive: Any, t: float) -> float:
-    """An input where the state is sought: what follows from the state moves nothing, and is left out."""
-    return 0.0 if getattr(drive, "of_state", False) or isinstance(drive, HeldInput) else float(drive(t))
-
-
-def _breakpoints(
-    given: tuple[float, ...],
-    eom: Equations,
-    drives: Mapping[Expr, Function],
-    constants: Mapping[Expr, float],
-    span: tuple[float, float],
-) -> tuple[float, ...]:
-    """Those given, and those that loads and inputs are known to have."""
-    warn_of_jumps(drives.values(), span, given)
-    own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
-    own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
-    return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
-
-
-def _to_its_end(course: Course | NativeCourse) -> End:
-    while (end := course.advance()) is None:
-        far(course.far)
-    return end
-
-
 def _check_kept(solution: Solution, functions: Sequence[Any]) -> None:
     """Warn of an energy, or another function, that changes along the motion though it should not."""
     if solution.status != "stopped" and not solution.keeps_energy:
@@ -289,68 +184,4 @@ def _wrong_energy(solution: Solution) -> str:
         f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of what there is at "
         f"t = {check.at:.4g} s: the motion is not to be trusted from about there on. Tighten rtol= and atol= from {solution.rtol:g} "
         f"and {solution.atol:g}, choose another method=, or look for what switches or becomes singular on the way."
-    )
-
-
-def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array:
-    """(q, u, a), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
-    q, u = begin.q, begin.u
-    if eom.constraints.constraints or begin.rates is not None:
-        try:
-            assembled = assemble(eom, q=q, u=u, rates=begin.rates, **at, t=t0)
-        except SimulationError as error:
-            if not begin.goes_on:
-                raise
-            raise SimulationError(
-                f"Expected start= whose end satisfies the constraints with the values given now, got one that does not. {error} Leave "
-                "those values as they were, or begin anew from an assembled state: kn.assemble(eom, q={…}), then q= and u=."
-            ) from error
-        q, u = assembled.q, assembled.u
-    return start_state(eom, q, u, begin.states)
-
-
-def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
-    """The start moved onto the constraints; the model holds there, and the rates are finite."""
-    check_regular(stepper.eom, stepper.now.values(t0, y), t0)
-    start, numbers = stepper.keep(t0, y)
-    stepper.settle(t0, start, numbers)
-    check_events(stepper.first, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
-    names = stepper.now.rates.labels[:-1]
-    constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
-    rates = stepper.rate(t0, start)
-    if stepper.kinks is not None:
-        stepper.kinks.check_start(t0, start[:-1], (stepper.now.p, stepper.now.inputs(t0, start)), rates[:-1])
-    check_rates(
-        names,
-        rates,
-        t0,
-        lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants),
-        lambda: undirected(stepper.now.eom.solved, stepper.now.values(t0, start)),
-    )
-    return start
-
-
-def _solution(
-    course: Course | NativeCourse, end: End, constants: Mapping[Expr, float], drives: Mapping[Expr, Function]
-) -> Solution:
-    stepper, method = course.stepper, course.method
-    states = np.array([y for y, _ in course.rows])
-    return Solution(
-        stepper.first,
-        np.array(course.t),
-        states[:, :-1],
-        states[:, -1],
-        constants,
-        drives,
-        end.status,
-        end.message,
-        end.event,
-        tuple(sorted([*course.events, *stepper.changes], key=lambda pair: pair[1])),
-        course.steps,
-        course.evaluations,
-        tuple(stepper.segments),
-        tuple(eom for _, eom in course.rows) if stepper.segments else (),
-        rtol=method.rtol,
-        atol=method.atol,
-        method=course.name,
     )

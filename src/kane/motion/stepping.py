@@ -5,6 +5,7 @@ A motion breaks off where a drive cannot hold its constraints any further, or wh
 """
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -20,8 +21,9 @@ from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import on_from, up_to
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
-from kane.motion.met import PARTS, Fresh, crossings, leapt, thresholds, vanishing
+from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, thresholds, up_to_a_break, vanishing
 from kane.motion.projection import Numbers
+from kane.motion.resting import that_move
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
 from kane.numeric.arrays import Array
@@ -86,11 +88,26 @@ class Method:
 
 
 class End(NamedTuple):
-    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it."""
+    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it.
+
+    `at_once` are all events of that instant, with those that change the motion, which goes on then.
+    """
 
     status: str
     message: str
     event: Event | None = None
+    at_once: tuple[Event, ...] = ()
+
+
+def ended_by(at_once: Sequence[Event], noted: Sequence[Met]) -> End | None:
+    """The end that events of one instant make; None where there are none."""
+    if not at_once:
+        return None
+    event = next((e for e in at_once if e.terminal), None)
+    if event is None:
+        return End("event", "", None, tuple(at_once))
+    t = next(t for e, t in noted if e is event)
+    return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event, tuple(at_once))
 
 
 class Course:
@@ -184,10 +201,13 @@ class Course:
         after = stepper.now.watch(solver.t, kept)
         end, at = self._met(dense, after), solver.t
         if end is not None:
-            at = self.events[-1][1]
+            at = next(t for event, t in self.events if event.breaks)
         elif solver.t >= span[1]:
             end = End("finished", f"reached t = {span[1]:g}")
-        for t in [*self.times[(self.times > self.t[-1]) & (self.times < at)], *([at] if end else [])]:
+        for t in [
+            *self.times[(self.times > self.t[-1]) & (self.times < at)],
+            *([at] if end and at > self.t[-1] else []),
+        ]:
             self._sample(float(t), dense(t))
         if end is None:
             self.watched = after
@@ -224,11 +244,10 @@ class Course:
         fresh = self.fresh if times[0] == self.t[0] else None
         met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest), fresh)
         met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
-        for event, t in sorted(met, key=lambda pair: pair[1]):
-            self.events.append((event, t))
-            if event.terminal:
-                return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
-        return None
+        moving = that_move(met, now, times, values, dense(times[-1]), self.span[1] - self.span[0])
+        noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
+        self.events += noted
+        return ended_by(at_once, noted)
 
     def _go_on(self, kept: Array, numbers: Numbers | None) -> None:
         """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""

@@ -81,8 +81,7 @@ DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
     "auxiliary speeds": lambda system: (_cut("auxiliary speed", s) for s in system.auxiliary_speeds),
     "inputs": lambda system: _symbols("input", system.inputs),
     "events": lambda system: (
-        {"event": e.name, "where": e, "": "ends the simulation" if e.terminal else "", "message": e.message}
-        for e in system.events
+        {"event": e.name, "where": e, "": e.consequence, "message": e.message} for e in system.events
     ),
     "parameters": lambda system: _symbols("parameter", system.parameters),
     "frames": lambda system: (

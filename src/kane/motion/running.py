@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A motion phase by phase: integrated up to an event that changes it, and on from there with what has changed."""
+
+import time
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kane.analysis.assemble import assemble
+from kane.analysis.state import start_state
+from kane.dynamics.readings.undirected import undirected
+from kane.equations.equations import Equations
+from kane.errors import KaneWarning, SimulationError
+from kane.expr.node import Expr
+from kane.model.declarations import Event
+from kane.motion.acting import Instant, acted, leapt_over, sides
+from kane.motion.breakpoints import in_loads
+from kane.motion.drives import Function, Signal
+from kane.motion.feedback import HeldInput, controllers
+from kane.motion.formulas import Formula
+from kane.motion.joining import joined
+from kane.motion.jumps import warn_of_jumps
+from kane.motion.methods import AUTO, check_method, chosen
+from kane.motion.native import NativeCourse
+from kane.motion.phases import Phase
+from kane.motion.resumed import Begin
+from kane.motion.singular_rates import check_regular
+from kane.motion.solution import Solution
+from kane.motion.start import (
+    check_breakpoints,
+    check_events,
+    check_first_step,
+    check_longest,
+    check_rates,
+    check_steps,
+    check_tolerance,
+    massless,
+)
+from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.stepping import Course, End, Method
+from kane.motion.steps import Stepper
+from kane.numeric.arrays import Array
+from kane.progress import far
+
+_MOST_STEPS = 1_000_000
+_AT_ONCE, _TIMES = 1e-12, 3
+"""Share of the span, or the time, below which a phase is none, and how many such phases there may be in a row."""
+
+
+def run(
+    eom: Equations,
+    span: tuple[float, float],
+    begin: Begin,
+    given: tuple[Mapping[Expr, float], Mapping[Expr, Function]],
+    options: Mapping[str, Any],
+    bounds: Mapping[str, Any],
+    times: Array,
+) -> Solution:
+    """A motion from values of its parameters and its inputs, `given`, on."""
+    solver, phase, t = _solver(options, bounds), Phase(*given), span[0]
+    pieces: list[Solution] = []
+    short, begun = 0, time.monotonic()
+    while True:
+        rest = replace(solver, max_steps=max(solver.max_steps - sum(p.steps for p in pieces), 1))
+        try:
+            piece, end, now = _phase(
+                eom, (t, span[1]), begin, phase, rest, (times, options["settings"], begun), not pieces
+            )
+        except SimulationError as error:
+            if not pieces:
+                raise
+            return _stopped(pieces, f"the motion does not go on after {_names(phase.by)} at t = {t:.9g}: {error}")
+        pieces.append(piece)
+        if not any(e.then is not None for e in end.at_once):
+            return whole(pieces)
+        before = Instant(eom, now, float(piece.t[-1]), piece.states[-1], phase)
+        short = short + 1 if before.t - t <= _AT_ONCE * max(abs(before.t), span[1] - span[0]) else 0
+        after, met, by, leaving = _changed(before, end.at_once, span[1])
+        if leaving is None or short >= _TIMES:
+            return _stopped(pieces, _without_end(by, before.t, pieces))
+        t, phase = before.t, after.phase
+        q, u, a = after.parts
+        begin = Begin(q, u, None, a, float(piece.work[-1]), leaving, True, True)
+        final = end.event or next((e for e in met if e.terminal), None)
+        pieces[-1] = replace(piece, events=(*piece.events, *((e, t) for e in met)))
+        if final is not None or t >= span[1]:
+            pieces.append(_last(pieces[-1], after, final, span[1]))
+            return whole(pieces)
+
+
+def whole(pieces: Sequence[Solution]) -> Solution:
+    """The motion that the phases make."""
+    made: Solution = joined(pieces) if len(pieces) > 1 else pieces[0]
+    return made
+
+
+def _changed(
+    before: Instant, at_once: Sequence[Event], end: float
+) -> tuple[Instant, list[Event], list[Event], dict[str, float] | None]:
+    """The instant after the actions, the events that it leaps across, those that acted, and where the quantities go."""
+    own = {e.name: e for e in before.first.system.events}
+    done = [own[e.name] for e in at_once if e.name in own]
+    acting, by, met, after = [e for e in done if e.then is not None], list[Event](), list[Event](), before
+    met_here = list(done)
+    while acting:
+        prior, after = after, acted(after, acting, end)
+        by += acting
+        others = [e for e in own.values() if e not in done]
+        quantities = [e.quantity for e in others]
+        leapt = (
+            leapt_over(others, np.array(prior.values(quantities)), np.array(after.values(quantities))) if others else []
+        )
+        met += leapt
+        done += leapt
+        acting = [e for e in leapt if e.then is not None]
+    after = replace(after, phase=replace(after.phase, by=tuple(by)))
+    return after, met, by, sides(before, after, met_here)
+
+
+def _names(events: Sequence[Event]) -> str:
+    return " and ".join(f"the event {e.name!r}" for e in events)
+
+
+def _without_end(by: Sequence[Event], t: float, pieces: Sequence[Solution]) -> str:
+    """What is said of events that act ever faster."""
+    names = {e.name for e in by}
+    count = sum(e.name in names for p in pieces for e, _ in p.events)
+    return (
+        f"{_names(by)} acts without end at t = {t:.9g}, {count} times so far, as for a ball that bounces lower and lower: it comes to "
+        "rest there. End the motion before that by a terminal event on what becomes small, as kn.Event('rests', energy, threshold=…, "
+        "direction=-1), and go on from there with a model of rest; or let a force take the place of the event"
+    )
+
+
+def _stopped(pieces: Sequence[Solution], message: str) -> Solution:
+    return replace(whole(pieces), status="stopped", message=message, event=None)
+
+
+def _last(piece: Solution, after: Instant, final: Event | None, end: float) -> Solution:
+    """The instant after the last actions as a motion of its own."""
+    told = f"reached t = {end:g}" if final is None else piece.message
+    if final is not None and not told:
+        told = f"{final.name} at t = {after.t:.6g}: {final.message or 'terminal event'}"
+    return replace(
+        piece,
+        t=piece.t[-1:],
+        states=after.x[None, :],
+        work=piece.work[-1:],
+        samples=piece.samples[-1:],
+        phases=(after.phase,),
+        phase=piece.phase[-1:] * 0,
+        status="finished" if final is None else "event",
+        message=told,
+        event=final,
+        events=(),
+        steps=0,
+        evaluations=0,
+        segments=(),
+    )
+
+
+def _phase(
+    eom: Equations,
+    span: tuple[float, float],
+    begin: Begin,
+    phase: Phase,
+    solver: Method,
+    more: tuple[Array, Any, float],
+    first: bool,
+) -> tuple[Solution, End, Equations]:
+    """A phase of a motion, why it ended, the equations that hold there; `more`: times of samples, settings, when the clock began."""
+    times, settings, begun = more
+    constants, drives = phase.parameters, phase.inputs
+    stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
+    start = _begun(stepper, begin, constants, span[0])
+    if not first:
+        solver = replace(solver, first=None)
+    else:
+        warn_of_jumps(drives.values(), span, solver.breakpoints)
+        for event, value in zip(eom.events, stepper.now.watch(span[0], start), strict=True):
+            if not np.isfinite(value):
+                warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=4)
+    solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
+    name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
+    solver = replace(solver, name=name, free=solver.name == AUTO)
+    kind = NativeCourse if name in INTEGRATORS else Course
+    fresh = {k: begin.fresh[e.name] for k, e in enumerate(eom.events) if e.name in begin.fresh and _is_own(eom, e)}
+    course = kind(stepper, solver, span, start, times, fresh)
+    course.pace.begun = begun
+    end = _to_its_end(course)
+    return _solution(course, end, phase), end, course.rows[-1][1]
+
+
+def _is_own(eom: Equations, event: Event) -> bool:
+    """Whether it is an event of the system; what every model watches may not be passed."""
+    return any(e.name == event.name for e in eom.system.events)
+
+
+def _solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
+    most = bounds["max_steps"]
+    return Method(
+        check_method(options["method"]),
+        check_tolerance("rtol", options["rtol"]),
+        check_tolerance("atol", options["atol"]),
+        _MOST_STEPS if most is None else check_steps(most),
+        check_longest("max_step", "length", "step", options["max_step"]),
+        check_breakpoints(options["breakpoints"]),
+        check_longest("max_seconds", "time", "time by the clock", bounds["max_seconds"]),
+        first=check_first_step(bounds["first_step"], options["max_step"], options["method"]),
+        bounded=most is not None,
+    )
+
+
+def _begun(stepper: Stepper, begin: Begin, constants: Mapping[Expr, float], t0: float) -> Array:
+    """The start, whole and admissible; sampled controllers have been asked there."""
+    drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
+    given = {"parameters": dict(constants), "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
+    first = (
+        start_state(stepper.first, begin.q, begin.u, begin.states)
+        if begin.whole
+        else _start(stepper.first, begin, given, t0)
+    )
+    for held in controllers(stepper.now.drives):
+        held.due(t0, first)
+    return _admissible(stepper, t0, np.append(first, begin.work))
+
+
+def _at_start(drive: Any, t: float) -> float:
+    """An input where the state is sought: what follows from the state moves nothing, and is left out."""
+    return 0.0 if getattr(drive, "of_state", False) or isinstance(drive, HeldInput) else float(drive(t))
+
+
+def _breakpoints(
+    given: tuple[float, ...],
+    eom: Equations,
+    drives: Mapping[Expr, Function],
+    constants: Mapping[Expr, float],
+    span: tuple[float, float],
+) -> tuple[float, ...]:
+    """Those given, and those that loads and inputs are known to have."""
+    own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
+    own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
+    return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
+
+
+def _to_its_end(course: Course | NativeCourse) -> End:
+    while (end := course.advance()) is None:
+        far(course.far)
+    return end
+
+
+def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array:
+    """(q, u, a), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
+    q, u = begin.q, begin.u
+    if eom.constraints.constraints or begin.rates is not None:
+        try:
+            assembled = assemble(eom, q=q, u=u, rates=begin.rates, **at, t=t0)
+        except SimulationError as error:
+            if not begin.goes_on:
+                raise
+            raise SimulationError(
+                f"Expected start= whose end satisfies the constraints with the values given now, got one that does not. {error} Leave "
+                "those values as they were, or begin anew from an assembled state: kn.assemble(eom, q={…}), then q= and u=."
+            ) from error
+        q, u = assembled.q, assembled.u
+    return start_state(eom, q, u, begin.states)
+
+
+def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
+    """The start moved onto the constraints; the model holds there, and the rates are finite."""
+    check_regular(stepper.eom, stepper.now.values(t0, y), t0)
+    start, numbers = stepper.keep(t0, y)
+    stepper.settle(t0, start, numbers)
+    check_events(stepper.first, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
+    names = stepper.now.rates.labels[:-1]
+    constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
+    rates = stepper.rate(t0, start)
+    if stepper.kinks is not None:
+        stepper.kinks.check_start(t0, start[:-1], (stepper.now.p, stepper.now.inputs(t0, start)), rates[:-1])
+    check_rates(
+        names,
+        rates,
+        t0,
+        lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants),
+        lambda: undirected(stepper.now.eom.solved, stepper.now.values(t0, start)),
+    )
+    return start
+
+
+def _solution(course: Course | NativeCourse, end: End, phase: Phase) -> Solution:
+    stepper, method = course.stepper, course.method
+    states = np.array([y for y, _ in course.rows])
+    return Solution(
+        stepper.first,
+        np.array(course.t),
+        states[:, :-1],
+        states[:, -1],
+        phase.parameters,
+        phase.inputs,
+        end.status,
+        end.message,
+        end.event,
+        tuple(sorted([*course.events, *stepper.changes], key=lambda pair: pair[1])),
+        course.steps,
+        course.evaluations,
+        tuple(stepper.segments),
+        tuple(eom for _, eom in course.rows) if stepper.segments else (),
+        rtol=method.rtol,
+        atol=method.atol,
+        method=course.name,
+        phases=(phase,),
+        phase=np.zeros(len(course.t), dtype=np.int64),
+    )

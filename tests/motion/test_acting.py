@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Events that change a motion: impacts, resets, parameters and inputs of the next phase."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import four_bar
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+y = kn.coordinate("y", "m")
+v = kn.speed("v", "m/s")
+m, g, e = kn.parameter("m", 2.0, "kg"), kn.parameter("g", 9.81, "m/s^2"), kn.parameter("e", 0.8)
+F = kn.input("F", "N")
+P = O.at("P", y * N.y)
+METHODS = ("gauss16", "dop853", "tsit5", "DOP853")
+
+
+def ball(*events, loads=(), floor=0):
+    made = [kn.gravity(-g * N.y), *loads]
+    return kn.derive(
+        kn.System(N, bodies=[kn.Particle("ball", P, m)], speeds={v: y.dt}, loads=made, events=list(events))
+    )
+
+
+BOUNCE = kn.Event("bounce", y, direction=-1, then={v: -e * v})
+EOM = ball(BOUNCE)
+
+
+def bounces(h, restitution, count, floor=0.0):
+    """Times and speeds after each bounce of a ball that is dropped."""
+    fall = np.sqrt(2 * (h - floor) / 9.81)
+    speed = restitution ** np.arange(1, count + 1) * 9.81 * fall
+    flights = 2 * speed[:-1] / 9.81
+    return fall + np.concatenate([[0], np.cumsum(flights)]), speed
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_ball_bounces(method):
+    sol = kn.simulate(EOM, (0, 3), q=[1], u=[0], method=method, samples=301)
+    times, speeds = bounces(1, 0.8, 6)
+    times, speeds = times[times < 3], speeds[times < 3]
+    assert [x.name for x, _ in sol.events] == ["bounce"] * len(times)
+    np.testing.assert_allclose([t for _, t in sol.events], times, atol=1e-9)
+    assert sol.status == "finished"
+    assert sol.t[-1] == 3
+    assert [j.t for j in sol.jumps] == pytest.approx(times, abs=1e-9)
+    for jump, speed in zip(sol.jumps, speeds, strict=True):
+        assert jump.changes[v] == pytest.approx((-speed / 0.8, speed), rel=1e-9)
+        assert jump.energy == pytest.approx(2 / 2 * speed**2 * (1 - 1 / 0.64), rel=1e-9)
+        assert jump.events[0].name == "bounce"
+    assert sol.energy_check.relative < 1e-9
+    assert np.abs(sol.energy_drift).max() < 1e-8
+    first = int(np.flatnonzero(sol.phase == 1)[0])
+    assert sol.t[first] == sol.t[first - 1]
+    assert sol["v"][first] == pytest.approx(-0.8 * sol["v"][first - 1], rel=1e-14)
+    # on both sides of a jump it is interpolated to what it is there
+    near = np.interp(times[0] + np.array([-1e-6, 1e-6]), sol.t, sol["v"])
+    assert near == pytest.approx([-speeds[0] / 0.8, speeds[0]], rel=1e-5)
+    assert sol["y"].min() > -1e-12
+    work = sum(sol.load_works[load] for load in EOM.loads)
+    assert work[-1] == pytest.approx(-2 * 9.81 * (sol["y"][-1] - 1), rel=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("floor", [0.0, 5.0])
+def test_bounces_without_end_are_named(method, floor):
+    eom = ball(kn.Event("bounce", y, threshold=floor, direction=-1, then={v: -0.5 * v}))
+    sol = kn.simulate(eom, (0, 3), q=[floor + 1], u=[0], method=method)
+    assert sol.status == "stopped"
+    assert "the event 'bounce' acts without end at t = 1.3545" in sol.message
+    assert sol.t[-1] == pytest.approx(3 * np.sqrt(2 / 9.81), abs=1e-6)
+    assert sol["y"].min() > floor - 1e-6
+    # the cure that the message names
+    rests = kn.Event("rests", v**2 / 2 + g * y, threshold=9.81 * floor + 1e-3, direction=-1)
+    sol = kn.simulate(ball(*eom.system.events, rests), (0, 3), q=[floor + 1], u=[0], method=method)
+    assert (sol.status, sol.event.name) == ("event", "rests")
+    assert sol.t[-1] == pytest.approx(1.3, abs=0.1)
+
+
+def test_a_ball_that_does_not_rebound_rests():
+    sol = kn.simulate(ball(kn.Event("hits", y, direction=-1, then={v: 0})), (0, 3), q=[1], u=[0])
+    assert sol.status == "stopped"
+    assert "acts without end" in sol.message
+    assert sol["y"].min() > -1e-9
+
+
+def test_values_are_those_before_whatever_the_order():
+    x, w = kn.coordinate("x", "m"), kn.speed("w", "m/s")
+    Q = O.at("Q", x * N.x)
+    swap = kn.Event("swap", y, threshold=1, then={w: v, v: w, y: 2 * y})
+    eom = kn.derive(
+        kn.System(N, bodies=[kn.Particle("a", P, 1), kn.Particle("b", Q, 1)], speeds={v: y.dt, w: x.dt}, events=[swap])
+    )
+    sol = kn.simulate(eom, (0, 2), q={y: 0, x: 0}, u={v: 1, w: 3})
+    assert [sol[s][-1] for s in (v, w, y, x)] == pytest.approx([3, 1, 5, 4])
+
+
+def test_parameters_and_inputs_of_the_next_phase():
+    thrust = kn.Event("burnt out", y, threshold=10, direction=1, then={F: 0, m: m / 2})
+    ceiling = kn.Event("high", y, threshold=20, direction=1, then={"F": -3 * kn.time * N.y.dot(N.y)})
+    eom = ball(thrust, ceiling, loads=[kn.Force(P, F * N.y)])
+    sol = kn.simulate(eom, (0, 2.5), q=[0], u=[0], inputs={F: 100.0}, rtol=1e-11, atol=1e-11)
+    a = 50 - 9.81
+    t1 = np.sqrt(20 / a)
+    assert sol.events[0][1] == pytest.approx(t1, rel=1e-11)
+    assert sol[F][0] == 100
+    assert sol[m][-1] == 1
+    v1 = a * t1
+    t2 = t1 + (v1 - np.sqrt(v1**2 - 2 * 9.81 * 10)) / 9.81
+    assert sol.events[1][1] == pytest.approx(t2, rel=1e-10)
+    assert sol[F][-1] == pytest.approx(-7.5)
+    v2 = v1 - 9.81 * (t2 - t1)
+    assert sol["v"][-1] == pytest.approx(v2 - 9.81 * (2.5 - t2) - 1.5 * (2.5**2 - t2**2), rel=1e-9)
+    assert sol.keeps_energy
+    assert sol.jumps[0].changes == {m: (2.0, 1.0)}
+    assert sol.jumps[0].energy == pytest.approx(-(v1**2 / 2 + 9.81 * 10), rel=1e-9)
+
+
+def test_a_function_that_asks_the_impact_equations():
+    """A ball on a slope of 45°, smooth: it leaves with the reversed normal speed; the equations of impact are those of `kn.impact`."""
+    x, w = kn.coordinate("x", "m"), kn.speed("w", "m/s")
+    C = N.rotate("C", 0, N.z)
+    Q = O.at("Q", x * N.x + y * N.y)
+    normal = (N.x + N.y) * (1 / kn.sqrt(2))
+    seen = []
+
+    def blow(**at):
+        seen.append(at)
+        return kn.impact(eom, hit, normal, restitution=0.5, **at).u
+
+    hit = Q.fixed_in(C, "hit", 0 * N.x)
+    hits = kn.Event("hits", x + y, direction=-1, then=blow)
+    body = kn.RigidBody("b", frame=C, mass_center=Q, mass=m, inertia=kn.inertia(C, 1, 1, 1))
+    eom = kn.derive(kn.System(N, bodies=[body], speeds={w: x.dt, v: y.dt}, loads=[kn.gravity(-g * N.y)], events=[hits]))
+    sol = kn.simulate(eom, (0, 0.6), q={x: 0, y: 1}, u=[0, 0], parameters={m: 3.0})
+    k = int(np.flatnonzero(sol.phase == 1)[0])
+    before, after = sol.u[k - 1], sol.u[k]
+    s = -np.sqrt(2 * 9.81)
+    np.testing.assert_allclose(before, [0, s], rtol=1e-9)
+    np.testing.assert_allclose(after, [-0.75 * s, s - 0.75 * s], rtol=1e-9)
+    assert seen[0]["parameters"][m] == 3.0
+    assert sol.keeps_energy
+
+
+def test_several_at_one_instant():
+    x, w = kn.coordinate("x", "m"), kn.speed("w", "m/s")
+    Q = O.at("Q", x * N.x)
+
+    def system(*events):
+        bodies = [kn.Particle("a", P, 1), kn.Particle("b", Q, 1)]
+        return kn.derive(kn.System(N, bodies=bodies, speeds={v: y.dt, w: x.dt}, events=list(events)))
+
+    one = kn.Event("one", y, threshold=1, then={v: -v})
+    two = kn.Event("two", x, threshold=2, then={w: 0.5 * w})
+    mark = kn.Event("mark", x + 2 * y, threshold=4, terminal=False)
+    for method in METHODS:
+        sol = kn.simulate(system(one, two, mark), (0, 2), q={y: 0, x: 0}, u={v: 1, w: 2}, method=method)
+        assert sorted(e.name for e, _ in sol.events) == ["mark", "one", "two"]
+        assert [t for _, t in sol.events] == pytest.approx([1, 1, 1], abs=1e-12)
+        assert [sol[s][-1] for s in (y, x)] == pytest.approx([0, 3])
+    same = kn.Event("same", x, threshold=2, then={v: -v})
+    sol = kn.simulate(system(one, same), (0, 2), q={y: 0, x: 0}, u={v: 1, w: 2})
+    assert sol["v"][-1] == -1
+    other = kn.Event("other", x, threshold=2, then={"v": 3 * v})
+    with pytest.raises(
+        kn.SimulationError,
+        match=r"Expected one value for v at t = 1, got -1.* 'one' and 3.* from 'other' at the same time",
+    ):
+        kn.simulate(system(one, other), (0, 2), q={y: 0, x: 0}, u={v: 1, w: 2})
+
+
+def test_what_stays_at_its_threshold_but_for_rounding_is_no_event():
+    """x + y is 3 from the swap on; x₁ − x₂ of two balls that move alike is zero all along."""
+    x, w = kn.coordinate("x", "m"), kn.speed("w", "m/s")
+    Q = O.at("Q", x * N.x)
+    bodies = [kn.Particle("a", P, 1), kn.Particle("b", Q, 1)]
+    swap = kn.Event("swap", y, threshold=1, then={v: -v})
+    still = kn.Event("still", x + y, threshold=3, terminal=False)
+    springs = [kn.linear_spring(place, O, kn.parameter("k", 0.3, "N/m")) for place in (P, Q)]
+    told = []
+    for method in METHODS:
+        eom = kn.derive(kn.System(N, bodies=bodies, speeds={v: y.dt, w: x.dt}, events=[swap, still]))
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            sol = kn.simulate(eom, (0, 3), q={y: 0, x: 1}, u={v: 0.7, w: 0.7}, method=method)
+        assert len(sol.events) <= 2
+        told += [str(f.message) for f in found]
+        zero = kn.Event("zero", x - y)
+        eom = kn.derive(kn.System(N, bodies=bodies, speeds={v: y.dt, w: x.dt}, events=[zero], loads=springs))
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            sol = kn.simulate(eom, (0, 20), q={y: 0.3, x: 0.3 * (1 + 3e-16)}, u={v: 0.2, w: 0.2}, method=method)
+        assert sol.status == "finished"
+        told += [str(f.message) for f in found]
+    assert any("'still' that crosses 3, got one that stays there but for rounding" in text for text in told)
+
+
+def test_an_action_may_end_the_motion_and_set_off_others():
+    last = kn.Event("last", y, direction=-1, then={v: -v}, terminal=True)
+    sol = kn.simulate(ball(last), (0, 3), q=[1], u=[0])
+    assert (sol.status, sol.event.name) == ("event", "last")
+    assert sol["v"][-1] == pytest.approx(np.sqrt(2 * 9.81))
+    on = kn.simulate(ball(last), 3, start=sol)
+    assert on.t[-1] == pytest.approx(3 * sol.t[-1])
+    # v leaps across zero with the bounce: what that sets off is of the same instant
+    doubled = kn.Event("upwards", v, direction=1, then={g: 2 * g})
+    sol = kn.simulate(ball(BOUNCE, doubled), (0, 0.6), q=[1], u=[0])
+    assert [x.name for x, _ in sol.events] == ["bounce", "upwards"]
+    assert sol[g][-1] == pytest.approx(2 * 9.81)
+    assert [x.name for x in sol.jumps[0].events] == ["bounce", "upwards"]
+
+
+def test_a_mechanism_is_struck():
+    """The crank's speed is halved; what depends on it follows, and the constraints hold."""
+    system = four_bar.system()
+    u1, u2 = system.speeds.keys() if len(system.speeds) == 2 else list(system.speeds)[:2]
+    q1 = system.coordinates[0]
+    struck = kn.Event("struck", q1, threshold=2.0, direction=1, then={u1: u1 / 2})
+    eom = kn.derive(system.replace(events=[struck]))
+    sol = kn.simulate(eom, (0, 1.0), **four_bar.START)
+    jump = sol.jumps[0]
+    before, after = jump.changes[u1]
+    assert after == pytest.approx(before / 2)
+    assert u2 in jump.changes
+    assert jump.changes[u2][1] == pytest.approx(jump.changes[u2][0] / 2, rel=1e-8)  # one freedom, at rest otherwise
+    assert max(np.abs(r).max() for r in sol.constraint_residuals.values()) < 1e-9
+    assert sol.keeps_energy
+    eom = kn.derive(system.replace(events=[kn.Event("wrong", q1, threshold=2.0, direction=1, then={u1: 7, u2: 7})]))
+    with pytest.raises(
+        kn.SimulationError, match=r"Expected actions that keep the constraints.* 'wrong' .* follow from .*: set"
+    ):
+        kn.simulate(eom, (0, 1.0), **four_bar.START)
+    length = next(p for p in system.parameters if p.unit == "m")
+    eom = kn.derive(
+        system.replace(events=[kn.Event("torn", q1, threshold=2.0, direction=1, then={length: 1.2 * length})])
+    )
+    with pytest.raises(
+        kn.SimulationError, match=r"Expected actions that keep the constraints.* 'torn' .* what the constraints leave"
+    ):
+        kn.simulate(eom, (0, 1.0), **four_bar.START)
+
+
+def test_it_lasts(tmp_path):
+    sol = kn.simulate(EOM, (0, 2), q=[1], u=[0], parameters={e: 0.7})
+    sol.save(tmp_path / "run.npz")
+    for again in (kn.load_solution(tmp_path / "run.npz", EOM), pickle.loads(pickle.dumps(sol))):
+        assert np.array_equal(again.states, sol.states)
+        assert again.energy_check == sol.energy_check
+        assert [[x.name for x in j.events] for j in again.jumps] == [["bounce"]] * len(sol.jumps)
+        on, plain = (kn.simulate(EOM, 2.5, start=s) for s in (again, sol))
+        assert np.array_equal(on.states, plain.states)
+    found = sol.accuracy()
+    assert found.relative < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("then", "message"),
+    [
+        ({}, r"then= of the event 'a' to say what changes"),
+        (3, r"to say what changes, got 3"),
+        ({y.dt: 1}, r"got the rate y'\. Set the speed"),
+        ({kn.time: 1}, r"to set coordinates, speeds, states, parameters or inputs, got"),
+        ({v: "fast"}, r"Expected an expression or a number for v"),
+        ({v: None}, r"Expected an expression or a number for v"),
+    ],
+)
+def test_wrong_actions(then, message):
+    with pytest.raises(kn.ModelError, match=message):
+        kn.Event("a", y, then=then)
+
+
+def test_wrong_actions_of_a_system():
+    for event, message in (
+        (kn.Event("a", y, then={"w": 1}), r"to set one of y, v, .* got 'w'"),
+        (kn.Event("a", y, then={v: 1, "v": 2}), r"Expected one value for each symbol .* by symbol and by name"),
+        (kn.Event("a", y - y), r"'a' to change along a motion, got 0, which is constant"),
+        (kn.Event("a", m * g), r"to change along a motion, got .*which is constant"),
+        (kn.Event("a", y, then={v: y}), r"what the event 'a' makes of v"),
+    ):
+        with pytest.raises(kn.ModelError, match=message):
+            ball(event)
+    for function, message in (
+        (lambda **at: {v: np.nan}, r"Expected a finite value from the event 'a' for v, got nan"),
+        (
+            lambda **at: 1 / 0,
+            r"got ZeroDivisionError from it at t = 0\.45.* called with the keywords t, q, u, parameters",
+        ),
+        (lambda **at: [1], r"Expected a dict \{symbol: value\} .* got \[1\]"),
+        (lambda **at: {"nobody": 1}, r"to set one of y, v"),
+        (lambda **at: {m: -1}, r"Expected a mass ≥ 0"),
+    ):
+        with pytest.raises(kn.KaneError, match=message):
+            kn.simulate(ball(kn.Event("a", y, direction=-1, then=function)), (0, 1), q=[1], u=[0])
+
+
+def test_a_prescribed_motion_does_not_jump():
+    r = kn.input("r", "m")
+    rail = O.at("R", r * N.x)
+    Q = rail.at("Q", y * N.y)
+
+    def moved(then):
+        event = kn.Event("late", kn.time, threshold=0.5, then=then)
+        return kn.derive(kn.System(N, bodies=[kn.Particle("p", Q, m)], speeds={v: y.dt}, events=[event]))
+
+    t = kn.time
+    sol = kn.simulate(moved({r: 0.25 + (t - 0.5) + 2 * (t - 0.5) ** 2}), (0, 1), q=[0], u=[0], inputs={r: t**2})
+    assert sol[r][-1] == pytest.approx(0.25 + 0.5 + 0.5)
+    assert sol.keeps_energy
+    with pytest.raises(kn.SimulationError, match=r"Expected the prescribed motion r.* without a jump at t = 0\.5"):
+        kn.simulate(moved({r: 3.0}), (0, 1), q=[0], u=[0], inputs={r: t**2})
