@@ -13,7 +13,7 @@ _NAMES = """
     gimbal_gyroscope whipple_bicycle furuta_pendulum slider_crank four_bar n_four_bar flyball_governor bricard
     andrews_squeezer muscle_arm rolling_disk pure_rolling_disk knife_edge chaplygin_sleigh sphere_on_turntable snakeboard
     car_with_trailer rattleback rotating_beam flexible_pendulum flexible_slider_crank flexible_four_bar flexible_spacecraft
-    flap_lag_blade flexible_arm
+    flexible_satellite flap_lag_blade flexible_arm
 """
 GALLERY: dict[str, str] = {name: f"kane.gallery.{name}" for name in _NAMES.split()}
 """Module path of each system by name, from simple to rich."""

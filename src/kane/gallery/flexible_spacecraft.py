@@ -26,7 +26,7 @@ def system(*, modes: int = 2, form: str = "linearized") -> kn.System:
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     m = kn.parameter("m", 40.0, "kg", "mass of the hub with its wheel")
-    J = kn.parameter("J", 6.0, "kg*m^2", "moment of inertia of the hub with the wheel at rest")
+    J = kn.parameter("J", 6.0, "kg*m^2", "moment of inertia of the hub without the wheel")
     Jw = kn.parameter("Jw", 0.05, "kg*m^2", "moment of inertia of the wheel about its axis")
     R = kn.parameter("R", 0.5, "m", "from the hub's centre to the roots of the booms")
     mt = kn.parameter("m_t", 0.5, "kg", "mass at each tip")
