@@ -34,6 +34,10 @@ def _root(x: Any) -> Any:
     return value, x[1] / (2 * value) if x[1].any() else x[1]
 
 
+def _angle(y: Any, x: Any) -> Any:
+    return np.arctan2(y[0], x[0]), (x[0] * y[1] - y[0] * x[1]) / (x[0] ** 2 + y[0] ** 2)
+
+
 RULES: dict[str, Any] = {
     "add": lambda x, y: (x[0] + y[0], x[1] + y[1]),
     "sub": lambda x, y: (x[0] - y[0], x[1] - y[1]),
@@ -47,6 +51,7 @@ RULES: dict[str, Any] = {
     "tan": _function(np.tan, lambda x: 1 / np.cos(x) ** 2),
     "asin": _function(np.arcsin, lambda x: 1 / np.sqrt(1 - x**2)),
     "atan": _function(np.arctan, lambda x: 1 / (1 + x**2)),
+    "atan2": _angle,
     "tanh": _function(np.tanh, lambda x: 1 / np.cosh(x) ** 2),
     "exp": _function(np.exp, np.exp),
     "log": _function(np.log, lambda x: 1 / x),

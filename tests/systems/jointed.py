@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import kane as kn
+from kane.numeric.rotations import zxz
 
 KINDS = (
     "pin", "slider", "cylindrical", "screw", "planar", "universal", "ball", "free", "weld", "driven", "turning ball", "turning free",
@@ -48,8 +49,19 @@ def _joint(rng: np.random.Generator, kind: str, name: str, at: kn.Point, seat: k
     return axial[kind](name, at, seat, axis=_axis(rng, seat))
 
 
-def _seat(rng: np.random.Generator, name: str, at: kn.Point, frame: kn.Frame) -> tuple[kn.Point, kn.Frame]:
-    """Where a joint begins: offset by numbers or parameters, tilted or not."""
+def _by_parameters(cosines: Any, name: str) -> list[list[Any]]:
+    """Direction cosines by parameters that are angles: of R_z(a) R_x(b) R_z(c)."""
+    a, b, c = (kn.parameter(f"s{k}{name}", x) for k, x in zip("abc", zxz(cosines), strict=True))
+    (ca, sa), (cb, sb), (cc, sc) = ((kn.cos(x), kn.sin(x)) for x in (a, b, c))
+    return [
+        [ca * cc - sa * cb * sc, -ca * sc - sa * cb * cc, sa * sb],
+        [sa * cc + ca * cb * sc, -sa * sc + ca * cb * cc, -ca * sb],
+        [sb * sc, sb * cc, cb],
+    ]
+
+
+def _seat(rng: np.random.Generator, name: str, at: kn.Point, frame: kn.Frame, given: bool) -> tuple[kn.Point, kn.Frame]:
+    """Where a joint begins: offset by numbers or parameters, tilted or not; a general tilt is `given` by parameters or by numbers."""
     if rng.random() < 0.5:
         at = at.at(f"P{name}", vector(frame, rng.normal(size=3)))
     else:
@@ -57,7 +69,8 @@ def _seat(rng: np.random.Generator, name: str, at: kn.Point, frame: kn.Frame) ->
         at = at.at(f"P{name}", length * (frame.x, frame.y, frame.z)[rng.integers(3)])
     if rng.random() < 0.5:
         q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-        frame = frame.rotate_matrix(f"S{name}", q * np.linalg.det(q))
+        rows = _by_parameters(q * np.linalg.det(q), name) if given else q * np.linalg.det(q)
+        frame = frame.rotate_matrix(f"S{name}", rows)
     elif rng.random() < 0.3:
         tilt = kn.parameter(f"a{name}", 0.4)
         frame = frame.rotate(f"S{name}", tilt, (frame.x, frame.y, frame.z)[rng.integers(3)])
@@ -81,7 +94,7 @@ def system(
     seed: int, bodies: int, kinds: Sequence[str] = KINDS, parents: Sequence[int] | None = None, meeting: float = 0.0
 ) -> kn.System:
     """A tree of `bodies`, drawn with the seed; its speeds are those of its joints. Of a share `meeting` the seat has no offset."""
-    rng, other = np.random.default_rng(seed), np.random.default_rng((seed, 1))
+    rng, other, third = (np.random.default_rng(k) for k in (seed, (seed, 1), (seed, 2)))
     N = kn.Frame("N")
     w, length, drag = kn.parameter("w", 1.3), kn.parameter("d", 0.3), kn.parameter("c", 0.3)
     places = [(kn.Point("O", fixed_in=N), N)]
@@ -91,7 +104,7 @@ def system(
     for i in range(1, bodies + 1):
         name = str(i)
         before, seat = places[rng.integers(len(places)) if parents is None else parents[i - 1]]
-        at, seat = _seat(rng, name, before, seat)
+        at, seat = _seat(rng, name, before, seat, third.random() < 0.4)
         at = before if other.random() < meeting else at
         kind = str(rng.choice(kinds))
         if kind == "driven":
