@@ -13,6 +13,7 @@ from tests.systems import four_bar
 from tests.systems.parallelogram import Parallelogram
 
 NATIVE = ("gauss16", "dop853")
+EACH = [*NATIVE, pytest.param("radau9", marks=pytest.mark.slow)]
 MODELS = {
     "car_with_trailer": 1,
     "chaplygin_sleigh": 1,
@@ -55,7 +56,7 @@ def test_the_gallerys_constrained_motions_run_in_machine_code(name):
     assert not own.energy_check.exceeds(1e-9)
 
 
-@pytest.mark.parametrize("method", NATIVE)
+@pytest.mark.parametrize("method", EACH)
 @pytest.mark.parametrize("samples", [2, 700])
 def test_a_long_motion_stays_on_its_constraints(method, samples):
     """Thirty turns of a crank at a loose tolerance, few and many samples a step; other dependent speeds are taken on the way."""
@@ -68,7 +69,7 @@ def test_a_long_motion_stays_on_its_constraints(method, samples):
     assert sol.segments
 
 
-@pytest.mark.parametrize("method", NATIVE)
+@pytest.mark.parametrize("method", EACH)
 def test_closures_that_are_driven_are_closed_at_all_times(method):
     """A crank led by an expression, and by functions of time that Python is asked for: the same motion."""
     q2, q3 = kn.coordinates("q2 q3")
@@ -115,7 +116,7 @@ def test_events_are_met_at_states_on_the_constraints():
 class TestSingularPositions(Parallelogram):
     """Where constraints lose rank SciPy's steps lead past the place, and machine code goes on."""
 
-    @pytest.mark.parametrize("method", NATIVE)
+    @pytest.mark.parametrize("method", EACH)
     def test_machine_code_goes_on_beyond(self, method, monkeypatch):
         eom = self.derive()
         flat = {self.q[0]: -0.3, self.q[1]: 0.0, self.q[2]: np.pi - 0.3}

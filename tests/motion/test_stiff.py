@@ -75,6 +75,19 @@ def test_feedback_is_differentiated(gain, monkeypatch):
     assert "SciPy's Radau leads on" in left.events[0][0].message
 
 
+@pytest.mark.parametrize("method", ["auto", "radau9"])
+def test_a_switch_turns_where_equations_are_stiff(method):
+    """u' = −λ (u − v) with v = 1 up to x = 1 and 2 beyond: x = 1 + 2 s − (1 − exp(−λ s)) / λ, s after that."""
+    rate, p = 1e5, O.at("P", x[0] * N.x)
+    load = kn.Force(p, -rate * (x[0].dt - kn.where(kn.less(x[0], 1), 1.0, 2.0)) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[load], speeds="rates"))
+    sol = kn.simulate(eom, (0, 2), q=[0], u=[1], method=method, samples=[0.5, 1 + 1e-6, 1 + 1e-5, 1.1, 1.7])
+    assert sol.method.endswith("radau9")
+    after = np.maximum(sol.t - 1, 0)
+    assert sol.q[:, 0] == pytest.approx(np.minimum(sol.t, 1) + 2 * after + np.expm1(-rate * after) / rate, abs=1e-8)
+    assert sol.u[:, 0] == pytest.approx(np.where(sol.t > 1, 2 - np.exp(-rate * after), 1), abs=1e-6)
+
+
 def test_a_method_that_is_asked_for_stays():
     given = {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 2, "parameters": {c: 1e4}}
     sol = kn.simulate(chain(), (0, 0.02), **given, method="gauss16")

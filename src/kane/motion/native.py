@@ -22,7 +22,7 @@ from kane.motion.resting import that_move
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import IMPLICIT, NARROW, STEPPED, Course, End, Method, ended_by, not_held
+from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
@@ -272,9 +272,8 @@ class NativeCourse:
         holding.measure()
         return changed
 
-    def _hand_over(self, t: float, name: str = "") -> None:
+    def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
-        name = name or (IMPLICIT if INTEGRATORS[self.method.name].implicit else STEPPED)
         method = replace(self.method, name=name, max_steps=self.method.max_steps - self.steps, first=None)
         fresh = self.fresh if t == self.span[0] else {}
         self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], fresh)

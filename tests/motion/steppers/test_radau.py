@@ -13,7 +13,6 @@ from kane.motion.steppers.radau_stages import radau_stages
 from kane.motion.steppers.table import compiled
 from kane.program.native.machine import Settings
 from tests.motion.steppers.runs import arguments, spring
-from tests.systems import four_bar
 
 STAGES = [3, 5, 7]
 
@@ -113,16 +112,6 @@ def test_a_motion_that_is_not_stiff_is_as_exact_as_it_is_asked_to_be():
     for tolerance in (1e-5, 1e-8, 1e-11):
         sol = kn.simulate(eom, (0, 5), **start, method="radau9", rtol=tolerance, atol=tolerance)
         assert np.abs(sol.q - exact.q).max() < 100 * tolerance
-
-
-@pytest.mark.slow
-def test_constraints_are_held():
-    """A four-bar linkage."""
-    state = {**four_bar.state(), "samples": 301}
-    exact, sol = (kn.simulate(four_bar.EOM, (0, 3), **state, method=m) for m in ("gauss16", "radau9"))
-    assert np.abs(sol.q - exact.q).max() < 1e-7
-    closure = [c.expr for c in four_bar.EOM.system.holonomic]
-    assert max(np.abs(sol[f]).max() for f in closure) < 1e-13
 
 
 def test_events_are_met():
