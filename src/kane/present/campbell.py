@@ -41,11 +41,11 @@ def campbell_diagram(
     axes: Any = figure.add_subplot()
     rows = branch.frequencies[:, :count]
     axes.plot(branch.values, rows, color=_LINE, linewidth=1.4)
-    top = float(np.max(rows, initial=0.0))
+    top = 1.05 * float(np.max(rows, initial=0.0)) or 1.0
     for k in orders:
         axes.plot(branch.values, k * branch.values, color=_GUIDE, linewidth=0.8, linestyle=(0, (4, 2)))
-        axes.annotate(f"{k:g} Ω", (branch.values[-1], k * branch.values[-1]), fontsize=8, color="0.4")
-    axes.set_ylim(0, 1.05 * top if top else 1)
+        _name(axes, k, float(branch.values[-1]), top)
+    axes.set_ylim(0, top)
     unit = unit_text(branch.symbol.unit)
     axes.set_xlabel(label_of(branch.symbol.name) + (f" [{unit}]" if unit else ""))
     axes.set_ylabel("ω [rad/s]")
@@ -56,3 +56,13 @@ def campbell_diagram(
     if path is not None:
         figure.savefig(path)
     return figure
+
+
+def _name(axes: Any, k: float, last: float, top: float) -> None:
+    """The name of the line k Ω where it ends, or leaves the picture."""
+    steep = k * last > top
+    place = (top / k, top) if steep else (last, k * last)
+    aside = {"xytext": (0, 2), "ha": "center"} if steep else {"xytext": (3, 0), "va": "center"}
+    axes.annotate(
+        f"{k:g} Ω", place, textcoords="offset points", fontsize=8, color="0.4", annotation_clip=False, **aside
+    )
