@@ -97,6 +97,7 @@ COUNTED: dict[str, Callable[[], kn.System]] = {
     "snakeboard": snakeboard.system,
     "car with trailer": car_with_trailer.system,
     "rotating beam, 5 modes": lambda: rotating_beam.system(modes=5),
+    "rotating beam, spin-up, 5 modes": lambda: rotating_beam.system(spin_up=True, modes=5),
     "flexible arm, two links": flexible_arm.system,
     "forearm with a muscle": muscle_arm.system,
 }

@@ -59,7 +59,7 @@ def test_campbell_diagram() -> None:
     zero = {"q": dict.fromkeys(system.coordinates, kn.guess(0.0)), "u": dict.fromkeys(system.speeds, 0.0)}
     branch = kn.continuation(kn.derive(system), "Omega", [0.0, 3.0, 6.0], **zero)
     np.testing.assert_allclose(branch.frequencies[-1, :2], rotating_beam.flapwise(6.0)[:2], rtol=1e-5)
-    (steep,) = kn.campbell_diagram(branch, orders=(1, 20), count=2).axes
+    steep: Any = kn.campbell_diagram(branch, orders=(1, 20), count=2).axes[0]
     top = steep.get_ylim()[1]
     assert [t.xy for t in steep.texts] == [(6.0, 6.0), (top / 20, top)]  # where each ends, or leaves the picture
     assert all(t.get_annotation_clip() is False for t in steep.texts)

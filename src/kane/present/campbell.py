@@ -62,7 +62,7 @@ def _name(axes: Any, k: float, last: float, top: float) -> None:
     """The name of the line k Ω where it ends, or leaves the picture."""
     steep = k * last > top
     place = (top / k, top) if steep else (last, k * last)
-    aside = {"xytext": (0, 2), "ha": "center"} if steep else {"xytext": (3, 0), "va": "center"}
+    aside: dict[str, Any] = {"xytext": (0, 2), "ha": "center"} if steep else {"xytext": (3, 0), "va": "center"}
     axes.annotate(
         f"{k:g} Ω", place, textcoords="offset points", fontsize=8, color="0.4", annotation_clip=False, **aside
     )
