@@ -162,14 +162,15 @@ def transposed(rows: Cosines) -> Cosines:
     return (a, b, c)
 
 
-def turned_symmetric(rows: Cosines, axis: int, c: Expr, s: Expr) -> Cosines:
+def turned_symmetric(rows: Cosines, axis: int, c: Expr, s: Expr, *, several: bool = False) -> Cosines:
     """R A Rᵀ of a symmetric A (3 × 3), R the rotation about a basis axis with cosine c and sine s, in 16 operations.
 
-    With y = s (a₁₁ − a₂₂) + 2 c a₁₂ across the axis: a₁₁ − s y, a₂₂ + s y, c y − a₁₂.
+    With y = s (a₁₁ − a₂₂) + 2 c a₁₂ across the axis: a₁₁ − s y, a₂₂ + s y, c y − a₁₂. Where `several` are turned so they share 2 c.
     """
     i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
     a, b, d = rows[j][j], rows[j][k], rows[k][k]
-    y = add(mul(s, sub(a, d)), mul(c, mul(TWO, b)))
+    both = mul(mul(TWO, c), b) if several else mul(c, mul(TWO, b))
+    y = add(mul(s, sub(a, d)), both)
     out = [list(row) for row in rows]
     out[j][j], out[k][k] = sub(a, mul(s, y)), add(d, mul(s, y))
     out[j][k] = out[k][j] = sub(mul(c, y), b)

@@ -63,11 +63,11 @@ class Turn(NamedTuple):
         """Measure numbers after the turn as those before it."""
         return enter(self.basis, v) if self.inverse else leave(self.basis, v)
 
-    def up_symmetric(self, rows: Cosines) -> Cosines:
-        """Those of a symmetric dyadic."""
+    def up_symmetric(self, rows: Cosines, *, several: bool = False) -> Cosines:
+        """Those of a symmetric dyadic, one of `several` or not."""
         o = self.orientation
         if o.axis is not None:
-            return turned_symmetric(rows, o.axis, o.c, neg(o.s) if self.inverse else o.s)
+            return turned_symmetric(rows, o.axis, o.c, neg(o.s) if self.inverse else o.s, several=several)
         return mirrored(self._by_cosines(rows))
 
     def up_general(self, rows: Cosines) -> Cosines:
@@ -119,10 +119,10 @@ class Turns(NamedTuple):
             v = turn.up(v)
         return v
 
-    def up_symmetric(self, rows: Cosines) -> Cosines:
-        """Those of a symmetric dyadic."""
+    def up_symmetric(self, rows: Cosines, *, several: bool = False) -> Cosines:
+        """Those of a symmetric dyadic, one of `several` or not."""
         for turn in reversed(self.steps):
-            rows = turn.up_symmetric(rows)
+            rows = turn.up_symmetric(rows, several=several)
         return rows
 
     def up_general(self, rows: Cosines) -> Cosines:
@@ -295,9 +295,9 @@ class Inertia(NamedTuple):
     def before(self, turn: Turn | Turns) -> "Inertia":
         """Along the basis before a turn."""
         return Inertia(
-            turn.up_symmetric(self.j),
+            turn.up_symmetric(self.j, several=True),
             turn.up_general(self.h),
-            turn.up_symmetric(self.m),
+            turn.up_symmetric(self.m, several=True),
             turn.up(self.n),
             turn.up(self.f),
             turned(self.columns, turn.up),

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from benchmarks.random_trees import random_tree
+from benchmarks.random_trees import LIMBS, random_tree
 from benchmarks.systems import COUNTED, wrist_arm
 from kane.dynamics.derived import Derived, derived
 from kane.dynamics.routes.classical import classical
@@ -317,6 +317,14 @@ def test_links_without_length_or_mass_are_as_good_as_others():
 def test_planar_chains_are_as_short_as_by_hand(rods, relative, most):
     """Each rod is two masses at its ends and a moment of inertia: M of the pins has two entries to add for it."""
     assert kn.derive(pendulums.system(rods, relative=relative)).operations.state <= most
+
+
+@pytest.mark.parametrize("general", [False, True])
+@pytest.mark.parametrize(("parents", "floating", "most"), [(LIMBS, True, 9700), (range(-1, 6), False, 2060)])
+def test_general_axes_by_numbers_and_by_parameters(parents, floating, most, general):
+    """Four limbs on a base that floats, J and M of each turned with one 2 cos q; an arm."""
+    eom = kn.derive(random_tree(parents, 1, floating=floating, general=general))
+    assert eom.operations.state <= most
 
 
 @pytest.mark.parametrize("route", WAYS)
