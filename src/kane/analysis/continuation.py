@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kane.analysis.beams import warn_of_beams
 from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearize import Linearizer, linearizer
@@ -114,7 +115,9 @@ def continuation(
         unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
         curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
         path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
-        return _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
+        branch = _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
+    warn_of_beams(eom, branch.points, 2)
+    return branch
 
 
 def _values(values: Sequence[float]) -> Array:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kane.analysis.beams import warn_of_beams
 from kane.analysis.differentiable import Side, differentiable
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.linear import Linear
@@ -141,6 +142,8 @@ def linearize(
         taken, such as {"x": 1}
     settings : how to compile
 
+    A beam that spins faster there than what it is declared with has it is warned of, as in motions.
+
     Raises
     ------
     SimulationError
@@ -151,10 +154,12 @@ def linearize(
         if the constraints lose rank there
     """
     evaluate = linearizer(eom, outputs=outputs, settings=settings)
-    return evaluate(
+    linear = evaluate(
         q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states, independent=independent, leave_out=leave_out,
         steady=steady, tolerance=tolerance, side=side,
     )  # fmt: skip
+    warn_of_beams(eom, [linear.point], 2)
+    return linear
 
 
 @np.errstate(invalid="ignore")

@@ -66,6 +66,16 @@ def _eigenvalues(k: Array, m: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh(inverse @ (k / np.multiply.outer(size, size)) @ inverse.T), dtype=float)
 
 
+def across(beam: Beam) -> Expr | None:
+    """The square of the angular speed of a beam's frame across its axis; None of one that does not turn."""
+    root = beam.frame.root()
+    if root is beam.frame:
+        return None
+    w = beam.frame.angular_velocity(root)
+    square: Expr = w.dot(w) - w.dot(beam.deformation.axis) ** 2
+    return square
+
+
 def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tuple[str, type[KaneWarning]]]:
     """What is to be said of a beam that spins at `spin` (rad/s) across its axis, with the parameters' values."""
     if not beam.clamped or not beam.deformation.bending or not np.isfinite(spin) or spin == 0:

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Steady rotation of beams: what is said of those that spin too fast for what they are declared with."""
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import kane as kn
+from tests.systems.beams import spinning
+
+
+def said(do: Callable[[kn.Equations, dict[str, Any]], object], **more: Any) -> list[warnings.WarningMessage]:
+    """The warnings of a question to the equations at the straight beam."""
+    _, system = spinning(**more)
+    zero: dict[str, Any] = {"q": dict.fromkeys(system.coordinates, 0.0), "u": dict.fromkeys(system.speeds, 0.0)}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        do(kn.derive(system), zero)
+    return caught
+
+
+def linearized(spin: float, **more: Any) -> list[type[Warning]]:
+    found = said(lambda eom, zero: kn.linearize(eom, **zero, parameters={"Omega": spin}), flap=True, **more)
+    assert all(w.filename == __file__ for w in found)
+    return [w.category for w in found]
+
+
+@pytest.mark.parametrize(("spin", "warned"), [(3.4, False), (3.6, True)])
+def test_linearized_without_stiffening(spin: float, warned: bool) -> None:
+    assert linearized(spin, stiffening=False, modes=1) == ([kn.StiffeningWarning] if warned else [])
+    assert linearized(spin, modes=2) == []
+
+
+@pytest.mark.parametrize(("modes", "spin", "enough"), [(1, 4, True), (1, 12, False), (3, 12, True)])
+def test_too_few_modes(modes: int, spin: float, enough: bool) -> None:
+    assert linearized(spin, modes=modes) == ([] if enough else [kn.ModesWarning])
+
+
+def test_a_branch_is_warned_of_once_at_its_fastest_point() -> None:
+    def follow(eom: kn.Equations, zero: dict[str, Any]) -> object:
+        free = {q: kn.guess(0.0) for q in zero["q"]}
+        return kn.continuation(eom, "Omega", [0.0, 6.0, 12.0], q=free, u=zero["u"])
+
+    (only,) = said(follow, flap=True, modes=1)
+    assert only.category is kn.ModesWarning
+    assert "up to 12 rad/s" in str(only.message)
+    assert only.filename == __file__
+    assert [w.category for w in said(follow, flap=True, modes=1, stiffening=False)] == [kn.StiffeningWarning]
+    assert said(follow, flap=True, modes=4) == []
