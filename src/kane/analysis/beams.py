@@ -8,6 +8,7 @@ import numpy as np
 
 from kane.analysis.point import OperatingPoint
 from kane.equations.equations import Equations
+from kane.expr.node import Expr
 from kane.model.beams.beam import Beam
 from kane.model.beams.doubts import across, doubts
 
@@ -20,5 +21,6 @@ def warn_of_beams(eom: Equations, points: Sequence[OperatingPoint], stacklevel: 
             continue
         spins = [float(np.sqrt(max(float(eom.evaluate(square, **p.arguments)), 0.0))) for p in points]
         fastest = int(np.argmax(spins))
-        for said, category in doubts(beam, spins[fastest], points[fastest].parameters):
+        values = dict[Expr, float](points[fastest].parameters.items())
+        for said, category in doubts(beam, spins[fastest], values):
             warnings.warn(said, category, stacklevel=stacklevel + 1)

@@ -17,7 +17,7 @@ from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import QuasiRate, Rate, Symbol
 from kane.kinematics.aligned import Aligned, aligned_bases
-from kane.model.bodies import Part, parts_of
+from kane.model.bodies import Part, deforming, parts_of
 from kane.model.joints.joint import Joint, Twist
 from kane.model.system import System
 from kane.space.frame import Frame
@@ -133,6 +133,19 @@ class _Links:
                 return None
         return own if own.link == link else _Place(link, Vector())
 
+    def section(self, frame: Frame, place: _Place) -> _Place:
+        """Where a section of a flexible body turns: in the link of the frame that it bends from, if that begins at this place."""
+        f = frame.parent
+        while f is not None:
+            basis = self.aligned.rates(f)[0]
+            number = self.numbers.get((basis, place.link, place.arm.parts))
+            if number is not None:
+                return _Place(number, Vector())
+            if basis is self.begun[place.link][0]:
+                break
+            f = f.parent
+        return place
+
     def turning(self, frame: Frame) -> None:
         """The link that a frame turns with, which may begin at the origin of the one that it turns in."""
         f: Frame | None = frame
@@ -166,12 +179,15 @@ def tree_of(
     """
     links = _Links(system.inertial, aligned, split)
     carried: dict[int, list[Carried]] = {}
+    bending = {id(part) for part in parts_of(deforming(system.bodies))}
     for part in parts_of(system.bodies):
         moving = links.within(part) if part.momenta else None
         if moving is not None:
             carried.setdefault(moving.link, []).append(Carried(part, moving.arm))
             continue
         place = links.place(part.mass_center)
+        if part.frame is not None and id(part) in bending:
+            place = links.section(part.frame, place)
         basis = links.begun[place.link][0] if part.frame is None else aligned.rates(part.frame)[0]
         place = links.attached(basis, place)
         carried.setdefault(place.link, []).append(Carried(part, place.arm))

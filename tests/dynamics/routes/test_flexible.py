@@ -19,6 +19,32 @@ from kane.gallery import (
 )
 from tests.systems import flexible
 
+
+def pinned_rod(form: str) -> kn.System:
+    """What is fixed in the section at the root of a rod turns by its slope there, about the place where the rod's frame does."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    hinge = kn.pin("hinge", O, N, axis=N.z)
+    A = hinge.frame
+    rod = kn.Beam(
+        "rod",
+        hinge.point,
+        frame=A,
+        axis=A.x,
+        length=1.0,
+        mass_per_length=0.5,
+        EI=2.0,
+        modes=2,
+        support="pinned",
+        form=form,
+    )
+    E = rod.frame_at(0)
+    bob = kn.RigidBody(
+        "bob", frame=E, mass_center=rod.point_at(0).at("C", -0.2 * E.x), mass=0.3, inertia=kn.inertia(E, 0.1, 0.1, 0.1)
+    )
+    return kn.System(N, bodies=[rod, bob], joints=[hinge], loads=[kn.gravity(-9.81 * N.y)])
+
+
 SYSTEMS: dict[str, Callable[[], kn.System]] = {
     "two-link arm": flexible_arm.system,
     "two-link arm, nonlinear": lambda: flexible_arm.system(form="nonlinear", modes=1),
@@ -59,6 +85,16 @@ def routes_apart(system: kn.System) -> float:
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_both_recursions_agree_with_the_classical_route(name: str) -> None:
     assert routes_apart(SYSTEMS[name]()) < 1e-10
+
+
+@pytest.mark.parametrize("form", ["linearized", "nonlinear"])
+def test_angles_that_a_joint_and_a_section_share(form: str) -> None:
+    """What no recursion expresses is left to the classical route."""
+    system = pinned_rod(form)
+    eom = kn.derive(system)
+    assert apart(kn.derive(system, route="classical"), eom) < 1e-10
+    with pytest.raises(kn.ModelError, match="or coordinates that several joints share"):
+        kn.derive(system, route="recursive")
 
 
 @pytest.mark.slow

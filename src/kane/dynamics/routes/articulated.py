@@ -92,9 +92,11 @@ def inward(on: Travel, bodies: Sequence[Rigid], loads: Wrenches, bent: Bent = RI
     for i in reversed(range(0 if steps[0].modes else 1, len(steps))):
         step, (arm, slide) = steps[i], placed[i]
         felt: Inertia | None
-        if step.modes:
-            felt, modes[i] = _bent(step, bodies[i], loads.get(i), rates[i], hung[i], bent.felt(i, step.modes, rates[i]))
+        if step.modes or i in bent.bodies:
+            own = bent.felt(i, step.modes, rates[i])
+            felt, modes[i] = _bent(step, bodies[i], loads.get(i), rates[i], hung[i], own)
             felt = felt.before(step.turn) if step.turn is not None and base[i] else felt
+            felt = felt if beside[i] is None else _joined(beside[i], felt)
         else:
             felt = _own(step, bodies[i], loads.get(i), base[i], rates[i], hung[i], beside[i])
         if i == 0:
@@ -132,7 +134,7 @@ def _joined(a: Inertia | None, b: Inertia) -> Inertia:
 def _bent(
     step: Segment, body: Rigid, load: tuple[Triple, Triple] | None, w: Rates, hung: Inertia | None, own: Inertia
 ) -> tuple[Inertia, Sequence[Mode]]:
-    """What is felt along B of a segment with modes, of which nothing hangs beside it, without these."""
+    """What is felt along B of a segment with flexible parts, without its modes; beside one that has some nothing hangs."""
     whole = _own(step, body, load, False, w, _joined(hung, own), None)
     return without_modes(own if whole is None else whole, step.modes)
 

@@ -167,7 +167,7 @@ def _bending(on: Travel, bent: Bent) -> dict[int, Inertia]:
     """What segments feel of their flexible parts alone, along the basis they work in."""
     found = {}
     for i, (step, w) in enumerate(zip(on.steps, on.rates, strict=True)):
-        if step.modes:
+        if step.modes or i in bent.bodies:
             own = bent.felt(i, step.modes, w)
             found[i] = own.before(step.turn) if step.turn is not None and on.base[i] else own
     return found
