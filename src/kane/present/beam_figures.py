@@ -19,7 +19,7 @@ from kane.numeric.arrays import Array
 _STATIONS = 33
 _NAMED = 9
 """So many times are named one by one; more have a scale of colours."""
-_NAMES = {"v": "v", "w": "w", "s": "stretch", "t": "twist"}
+_NAMES = {"v": "v", "w": "w", "s": "stretch", "t": "twist", "g": "v by shear", "h": "w by shear"}
 
 
 def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:

@@ -6,7 +6,7 @@ from typing import Any
 
 from kane.errors import ModelError, cut
 from kane.expr.symbols import Coordinate
-from kane.model.beams.deformation import Field
+from kane.model.beams.deformation import SHEAR, Field
 from kane.model.beams.integrals import check_independent, fine
 from kane.model.beams.section import Tapered, section
 from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet
@@ -16,6 +16,9 @@ from kane.space.vector import Vector
 
 SUPPORTS: dict[str, tuple[int, ...]] = {"clamped": (0, 1), "pinned": (0,), "free": ()}
 """What must vanish at the root in the beam's frame: the value (0) and the slope (1) of deflections."""
+_DEFORMATIONS = {
+    "v": "deflection", "w": "deflection", "s": "stretch", "t": "twist", "g": "deflection by shear", "h": "deflection by shear",
+}  # fmt: skip
 _USUAL = {"clamped": "clamped-free", "pinned": "pinned", "free": "free-free"}
 
 
@@ -92,6 +95,51 @@ def axial(name: str, stem: str, what: str, value: Any, modes: Any, e1: Vector) -
     return [_field(name, stem, e1, None, shapes, section(name, what, value), "m" if stem == "s" else "rad")]
 
 
+def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Field]) -> list[Field]:
+    """The deflections by shear beside those by bending, none without a stiffness k_s G A; their functions are zero at the root."""
+    if shear is None:
+        if not _is_none(modes):
+            raise ModelError(f"Expected k_s G A of {name} as its shear=, got functions alone. Give both or neither.")
+        return []
+    stiff = shear if _is_pair(shear) else (shear,) * len(bent)
+    given = modes if _is_pair(modes) else (modes,) * len(bent)
+    if len(stiff) != len(bent) or len(given) != len(bent):
+        raise ModelError(
+            f"Expected one shear= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
+        )
+    usual, found = "pinned" if support == "pinned" else "rod", []
+    for f, k, m in zip(bent, stiff, given, strict=True):
+        shapes = _shapes(name, "shear_modes", f.shapes.count if _is_none(m) else m, usual)
+        wrong = unmet(shapes, (0,))
+        if wrong:
+            raise ModelError(
+                f"Expected functions of the shear of {name} that are zero at the root, got {shapes.label} of which {wrong[0]} there. "
+                'Take kn.mode_shapes("rod", 2), or ("rod polynomials", 2).'
+            )
+        check_independent(name, shapes, fine([shapes]))
+        which = f.stem if len(set(map(id, stiff))) > 1 else ""
+        found.append(_field(name, SHEAR[f.stem], f.along, None, shapes, section(name, "shear", k, which), "m"))
+    return found
+
+
+def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tuple[Tapered, ...]:
+    """Moments of inertia per length of sections about the axes of bending."""
+    if rotary is None:
+        if sheared:
+            raise ModelError(
+                f"Expected rotary=moment of inertia of a section per length of {name}, which shears, got none: sections then turn by "
+                "themselves. It is mass_per_length times I/A."
+            )
+        return ()
+    given = rotary if _is_pair(rotary) else (rotary,) * len(bent)
+    if len(given) != len(bent):
+        raise ModelError(
+            f"Expected one rotary= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
+        )
+    several = len(set(map(id, given))) > 1
+    return tuple(section(name, "rotary", x, f.stem if several else "") for f, x in zip(bent, given, strict=True))
+
+
 def _is_pair(x: Any) -> bool:
     return isinstance(x, tuple | list) and not isinstance(x, Tapered) and len(x) == 2 and not callable(x[0])
 
@@ -125,7 +173,7 @@ def _field(
     name: str, stem: str, along: Vector, turn: Vector | None, shapes: ModeShapes, value: Tapered, unit: str
 ) -> Field:
     tag = "_".join(name.split())
-    what = {"v": "deflection", "w": "deflection", "s": "stretch", "t": "twist"}[stem]
+    what = _DEFORMATIONS[stem]
     coordinates = tuple(
         Coordinate.declare(f"{stem}{k}_{tag}", None, unit, f"{what} of {name}, function {k}")
         for k in range(1, shapes.count + 1)

@@ -13,9 +13,9 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Speed, rate
-from kane.model.beams.arguments import axial, bending, directions
+from kane.model.beams.arguments import axial, bending, directions, shearing, turning
 from kane.model.beams.damping import damping_of
-from kane.model.beams.deformation import Fields
+from kane.model.beams.deformation import Fields, section_frame
 from kane.model.beams.elastic import Gauges, elasticity
 from kane.model.beams.integrals import gauss
 from kane.model.beams.masses import Matter, particles, sharing, slices
@@ -36,8 +36,8 @@ class Beam(Immutable):
 
     The axis is e₁ of `frame` from `root` on; a point of it is at (L ξ + s + u₂) e₁ + v e₂ + w e₃, with the stretch s along the
     deformed axis, the deflections v and w and the foreshortening u₂ = −∫ (v'² + w'²) dx/2 (Yoo, Ryan & Scott 1995), so that
-    what stiffens a beam that spins stands in the partial velocities. It bends as Euler and Bernoulli have it; sections are stiff
-    in shear and have no inertia of rotation but about the axis, if `polar` is given.
+    what stiffens a beam that spins stands in the partial velocities. It bends as Euler and Bernoulli have it, with `rotary` as
+    Rayleigh has it, with `shear` as Timoshenko has it; sections turn about the axis if `polar` is given.
 
     Parameters
     ----------
@@ -49,6 +49,9 @@ class Beam(Immutable):
     modes : number of functions of each deflection, or `kn.mode_shapes`, or two of these
     along : e₂, the direction of v; e₃ = e₁ × e₂
     EA, stretch : stiffness and functions of s; without them the axis keeps its length
+    shear, shear_modes : stiffness k_s G A and functions of the deflection by shear, one for each direction of bending; coordinates are
+        g1_name, … beside v and h1_name, … beside w. Sections turn by the slope of bending alone
+    rotary : moment of inertia of sections about the axis of bending per length, ρ I; two for two directions
     GJ, torsion, polar : stiffness and functions of the twist, and the moment of inertia about the axis per length
     support : "clamped", "pinned" or "free": what the frame follows at the root
     form : "linearized", kinetic energy to second order in the deformation, as in the literature; or "nonlinear", that of the hybrid
@@ -94,6 +97,9 @@ class Beam(Immutable):
         GJ: Any = None,
         torsion: Any = None,
         polar: Any = None,
+        shear: Any = None,
+        shear_modes: Any = None,
+        rotary: Any = None,
         support: str = "clamped",
         form: str = "linearized",
         stiffening: bool = True,
@@ -104,13 +110,12 @@ class Beam(Immutable):
         _check_choice(name, stiffening)
         L = measure(name, "length", length)
         e1, e2, e3 = directions(name, frame, axis, along)
-        fields = (
-            *axial(name, "s", "EA", EA, stretch, e1),
-            *bending(name, support, EI, modes, e2, e3),
-            *axial(name, "t", "GJ", GJ, torsion, e1),
-        )
+        bent = bending(name, support, EI, modes, e2, e3)
+        sheared = shearing(name, support, shear, shear_modes, bent)
+        fields = (*axial(name, "s", "EA", EA, stretch, e1), *sheared, *bent, *axial(name, "t", "GJ", GJ, torsion, e1))
         whole = Fields(L, e1, fields, bool(stiffening))
-        matter = Matter(section(name, "mass_per_length", mass_per_length), _polar(name, polar, fields))
+        rotaries = turning(name, rotary, bool(sheared), bent)
+        matter = Matter(section(name, "mass_per_length", mass_per_length), _polar(name, polar, fields), rotaries)
         make = sharing if form == "linearized" else particles
         parts = (*make(name, root, whole, matter), *slices(name, root, frame, whole, matter))
         coordinates = tuple(q for f in fields for q in f.coordinates)
@@ -145,7 +150,7 @@ class Beam(Immutable):
 
     def measures(self) -> tuple[tuple[str, Expr], ...]:
         """What must be above zero, with its name as an argument."""
-        stiff = {"v": "EI", "w": "EI", "s": "EA", "t": "GJ"}
+        stiff = {"v": "EI", "w": "EI", "s": "EA", "t": "GJ", "g": "shear", "h": "shear"}
         fields = ((stiff[f.stem], f.stiffness.value) for f in self.deformation.fields)
         return (("length", self.length), ("mass_per_length", self.mass_per_length.value), *fields)
 
@@ -201,15 +206,7 @@ class Beam(Immutable):
     def _made(self, xi: float) -> tuple[Point, Frame]:
         whole, name = self.deformation, f"{self.name} at {xi:.6g}"
         point = self.root.at(name, whole.place(xi))
-        turned = self.frame
-        for f in whole.bending:
-            axis = _within(f.turn.components(self.frame), turned)  # type: ignore[union-attr]
-            turned = turned.rotate(f"{name} {f.stem}" if f is not whole.fields[-1] else name, whole.slope(f, xi), axis)
-        for f in whole.fields:
-            if f.stem == "t":
-                axis = _within(f.along.components(self.frame), turned)
-                turned = turned.rotate(name, whole.slope(f, xi), axis)
-        return point, turned
+        return point, section_frame(name, self.frame, whole, xi)
 
     def __repr__(self) -> str:
         n = ", ".join(f"{len(f.coordinates)} of {f.stem}" for f in self.deformation.fields)
@@ -219,11 +216,6 @@ class Beam(Immutable):
 def _restored(name: str, root: Point, arguments: Mapping[str, Any]) -> Beam:
     """A beam that was pickled."""
     return Beam(name, root, **arguments)
-
-
-def _within(components: Any, frame: Frame) -> Any:
-    """The vector with these measure numbers along a frame."""
-    return frame.x * components[0] + frame.y * components[1] + frame.z * components[2]
 
 
 def _check(name: Any, root: Any, frame: Any, form: Any) -> None:

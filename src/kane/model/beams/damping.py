@@ -14,7 +14,7 @@ from kane.errors import ModelError, alike, cut
 from kane.expr.build import mul, sqrt
 from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.symbols import Parameter
-from kane.model.beams.deformation import Field, Fields
+from kane.model.beams.deformation import SHEAR, Field, Fields
 from kane.model.beams.elastic import Gauges, damper, stiffness, stiffness_value
 from kane.model.beams.integrals import fine
 from kane.model.beams.masses import Matter
@@ -41,6 +41,11 @@ def damping_of(
             raise ModelError(
                 f"Expected damping= of {name} by some of {', '.join(UNITS)}, got {kind!r}.{alike(str(kind), UNITS)}"
             )
+    if any(f.stem in SHEAR.values() for f in whole.fields) and set(damping) != {"stiffness"}:
+        raise ModelError(
+            f'Expected damping= of {name}, which shears, as {{"stiffness": β}}, got {", ".join(map(repr, damping))}: its modes are '
+            "those of bending and shear together."
+        )
     values = {kind: _parameter(name, kind, x) for kind, x in damping.items()}
     return (damper(name, gauges, [(f, _terms(f, whole, matter, values)) for f in whole.fields]),)
 

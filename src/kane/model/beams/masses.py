@@ -17,9 +17,10 @@ import numpy as np
 
 from kane.expr.build import mul
 from kane.expr.node import ZERO, Expr, constant
-from kane.model.beams.deformation import Fields
+from kane.model.beams.deformation import Fields, section_frame
 from kane.model.beams.integrals import fine, moments_beyond, rounded, stations
 from kane.model.beams.section import Tapered
+from kane.model.beams.shapes import slopes
 from kane.model.bodies import Part
 from kane.numeric.arrays import Array
 from kane.space.frame import Frame
@@ -31,16 +32,17 @@ _SMALL = 1e-13
 
 
 class Matter(NamedTuple):
-    """Mass per length, and moment of inertia about the axis per length, if the sections' turning counts."""
+    """Mass per length, and moments of inertia per length, where the sections' turning counts: about the axis, and of each bending."""
 
     mass: Tapered
     polar: Tapered | None
+    rotary: tuple[Tapered, ...] = ()
 
 
 def particles(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]:
     """Particles at the stations of the nonlinear form."""
     shapes = [f.shapes for f in whole.shifting]
-    bending = [f.shapes for f in whole.bending] if whole.stiffening else []
+    bending = [f.shapes for f in whole.sagging] if whole.stiffening else []
     rule = stations(shapes, bending, matter.mass.share)
     shares = rule.weights * matter.mass.share(rule.places)
     total = mul(matter.mass.value, whole.length)
@@ -93,7 +95,7 @@ def _gram(whole: Fields, matter: Matter) -> Array:
 def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], list[Array]]:
     """∫ r H dξ and ∫ r ξ H dξ of each deflection."""
     found: tuple[list[Array], list[Array]] = [], []
-    for f in whole.bending:
+    for f in whole.sagging:
         rule = fine([f.shapes])
         slopes = f.shapes.evaluate(rule.places, 1)
         for each, m in zip(found, moments_beyond(matter.mass.share, rule.places), strict=True):
@@ -111,15 +113,24 @@ def _by_points(gram: Array) -> Array:
 
 
 def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) -> list[Part]:
-    """Sections that turn about the axis with the twist, at stations."""
-    twist = [f for f in whole.fields if f.stem == "t"]
-    if matter.polar is None:
+    """Sections that turn, at stations: about the axis with the twist, and as the beam bends where that counts."""
+    twist = [f.shapes for f in whole.fields if f.stem == "t"]
+    bending = whole.bending if matter.rotary else ()
+    about = [(whole.axis, matter.polar)] if matter.polar is not None else []
+    about += [(f.turn, inertia) for f, inertia in zip(bending, matter.rotary, strict=True) if f.turn is not None]
+    shapes = [*twist, *(slopes(f.shapes) for f in bending)]
+    rules = [stations(shapes, [], inertia.share) for _, inertia in about]
+    rule = max(rules, key=lambda r: len(r.places), default=None)
+    if rule is None:
         return []
-    rule = stations([f.shapes for f in twist], [], matter.polar.share)
+    seen = whole if matter.rotary else whole._replace(fields=tuple(f for f in whole.fields if f.stem == "t"))
     parts = []
-    for k, (x, w) in enumerate(zip(rule.places, rule.weights * matter.polar.share(rule.places), strict=True), 1):
-        section = frame.rotate(f"{name} section {k}", whole.slope(twist[0], x), whole.axis) if twist else frame
-        e = Vector(((section, whole.axis.components(frame)),))
-        inertia = mul(constant(float(w)), mul(matter.polar.value, whole.length))
-        parts.append(Part(section.name, ZERO, root, section, Dyadic(((e * inertia, e),))))
+    for k, (x, w) in enumerate(zip(rule.places, rule.weights, strict=True), 1):
+        section = section_frame(f"{name} section {k}", frame, seen, x)
+        dyads = []
+        for axis, inertia in about:
+            e = Vector(((section, axis.components(frame)),))
+            share = float(w * inertia.share(np.array([x]))[0])
+            dyads.append((e * mul(constant(share), mul(inertia.value, whole.length)), e))
+        parts.append(Part(section.name, ZERO, root, section, Dyadic(tuple(dyads))))
     return parts

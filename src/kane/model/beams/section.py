@@ -53,7 +53,7 @@ def section(who: str, what: str, given: Any, which: str = "") -> Tapered:
 
 UNITS = {
     "length": ("L", "m"), "mass_per_length": ("rhoA", "kg/m"), "EI": ("EI", "N*m^2"), "EA": ("EA", "N"), "GJ": ("GJ", "N*m^2"),
-    "polar": ("Ip", "kg*m"),
+    "polar": ("Ip", "kg*m"), "shear": ("kGA", "N"), "rotary": ("rhoI", "kg*m"),
 }  # fmt: skip
 """Symbol and unit of the parameters that numbers become."""
 

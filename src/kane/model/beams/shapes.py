@@ -171,3 +171,20 @@ def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
         noun = "slope" if order else "value"
         wrong += [f"mode {k + 1} has the {noun} {end[k]:.3g}" for k in np.nonzero(end > _ZERO * size)[0]]
     return wrong
+
+
+def together(first: ModeShapes, other: ModeShapes) -> ModeShapes:
+    """The functions of both, one after the other."""
+
+    def evaluate(x: Array, order: int) -> Array:
+        return np.hstack([first.evaluate(x, order), other.evaluate(x, order)])
+
+    breaks = tuple(sorted({*first.breaks, *other.breaks}))
+    return ModeShapes(f"{first.label}, {other.label}", first.count + other.count, evaluate, breaks)
+
+
+def slopes(shapes: ModeShapes) -> ModeShapes:
+    """The first derivatives of functions."""
+    return ModeShapes(
+        f"slopes of {shapes.label}", shapes.count, lambda x, order: shapes.evaluate(x, order + 1), shapes.breaks
+    )

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Beams that shear, and whose sections have inertia of rotation: frequencies against characteristic equations (Huang 1961)."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kane as kn
+from tests.oracles import timoshenko
+from tests.systems.beams import frequencies, spinning
+
+R = 0.05
+S = R * np.sqrt(2.6 / 0.85)
+"""Of a rectangular section with ν = 0.3 and k_s = 0.85."""
+CANTILEVER = np.array([3.516015268536, 22.034491565])
+
+
+def of_beam(count: int, r: float, s: float, **more: Any) -> np.ndarray:
+    """Frequencies with this many functions of bending and as many of shear, of unit length, mass and EI."""
+    given = {"modes": kn.mode_shapes("polynomials", count), "shear_modes": kn.mode_shapes("rod polynomials", count)}
+    found: np.ndarray = frequencies(spinning(**{**given, **more}, shear=1 / s**2, rotary=r**2)[1])()
+    return found
+
+
+@pytest.mark.parametrize("form", ["linearized", "nonlinear"])
+def test_cantilever(form: str) -> None:
+    count = 10 if form == "linearized" else 3
+    found = of_beam(count, R, S, form=form)
+    few = 3 if form == "linearized" else 1
+    np.testing.assert_allclose(found[:few], timoshenko.cantilever(R, S, few), rtol=1e-8 if few > 1 else 1e-3)
+
+
+def test_simply_supported() -> None:
+    """Sines are the modes: exact with as many as are asked for."""
+    sines = kn.mode_shapes("pinned", 3)
+    found = of_beam(3, R, S, modes=sines, shear_modes=sines, support="pinned")
+    np.testing.assert_allclose(found[:3], timoshenko.simply_supported(R, S, 3), rtol=1e-10)
+
+
+def test_nothing_locks_as_the_stiffness_of_shear_grows() -> None:
+    """With s → 0 the frequency of Rayleigh's beam is approached with s², with r → 0 that of Euler's and Bernoulli's with r²."""
+    rayleigh = frequencies(spinning(modes=kn.mode_shapes("polynomials", 6), rotary=R**2)[1])()[0]
+    off = [1 - of_beam(6, R, s)[0] / rayleigh for s in (0.02, 0.01, 0.005)]
+    np.testing.assert_allclose(np.divide(off[:-1], off[1:]), 4.0, rtol=0.01)
+    thin = [
+        1 - frequencies(spinning(modes=kn.mode_shapes("polynomials", 8), rotary=r**2)[1])()[:2] / CANTILEVER
+        for r in (0.04, 0.02, 0.01)
+    ]
+    np.testing.assert_allclose(np.divide(thin[:-1], thin[1:])[-1], 4.0, rtol=0.05)
