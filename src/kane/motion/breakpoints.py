@@ -16,6 +16,7 @@ from kane.expr.piecewise import Data, Piecewise
 from kane.expr.switches import switches
 from kane.expr.symbols import Parameter, Time, time
 from kane.motion.bounds import SHARES, passages
+from kane.motion.bumps import bumps
 from kane.numeric.arrays import Array
 
 _PARTS = 64
@@ -48,8 +49,9 @@ def in_loads(eom: Equations, parameters: Mapping[Expr, Any], span: Span) -> tupl
 
 
 def breakpoints(roots: Iterable[Expr], parameters: Mapping[Expr, Any], span: Span) -> tuple[float, ...]:
-    """The times within the span at which a switch of time and parameters alone turns, in order."""
-    roots, found = tuple(roots), set[float]()
+    """The times within the span at which a switch of time and parameters alone turns, or a pulse comes and goes, in order."""
+    roots = tuple(roots)
+    found = bumps(roots, parameters, span)
     for switch in switches(roots):
         symbols = free_symbols([switch.quantity])
         if all(isinstance(s, Time | Parameter) for s in symbols):

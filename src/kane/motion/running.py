@@ -18,7 +18,8 @@ from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.acting import Instant, acted, leapt_over, sides
 from kane.motion.breakpoints import in_loads
-from kane.motion.drives import Function, Signal
+from kane.motion.bumps import bumps_of
+from kane.motion.drives import Asked, Function, Signal
 from kane.motion.feedback import HeldInput, controllers
 from kane.motion.formulas import Formula
 from kane.motion.joining import joined
@@ -46,6 +47,8 @@ from kane.numeric.arrays import Array
 from kane.progress import far
 
 _MOST_STEPS = 1_000_000
+_ASKED = 257
+"""At so many times of a span a function of the user's is asked for pulses."""
 _AT_ONCE, _TIMES = 1e-12, 3
 """Share of the span, or the time, below which a phase is none, and how many such phases there may be in a row."""
 
@@ -242,8 +245,15 @@ def _breakpoints(
 ) -> tuple[float, ...]:
     """Those given, and those that loads and inputs are known to have."""
     own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
+    own += [tuple(_asked_bumps(f, span)) for f in drives.values() if isinstance(f, Asked)]
     own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
     return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
+
+
+def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
+    """The pulses of a function of the user's."""
+    found = bumps_of(lambda times: np.array([function(t) for t in times.tolist()]), span, _ASKED)
+    return {t for t in found if span[0] < t < span[1]}
 
 
 def _to_its_end(course: Course | NativeCourse) -> End:
