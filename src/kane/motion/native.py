@@ -53,6 +53,7 @@ class NativeCourse:
         self.t, self.rows = [span[0]], [stepper.sample(span[0], start)]
         self.events: list[tuple[Event, float]] = []
         self.pace = Pace(span, method.max_seconds, method.bounded)
+        self.pace.before.append((span[0], start.copy()))  # sizes of quantities at switches
         self.times = np.append(times[times > span[0]], np.inf)
         self.s = np.zeros(SIZE)
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
