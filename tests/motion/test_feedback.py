@@ -52,7 +52,7 @@ def test_linear_feedback_is_an_exponential(law, method):
     assert sol.energy_check.relative < (1e-5 if method == "Radau" else 1e-8)
     if method == "auto":
         native = law in ("expressions", "matrix", "names", "parameters")
-        assert sol.method == ("vern9" if native else "DOP853")
+        assert sol.method == ("gauss16" if native else "DOP853")
     if method == "Radau":
         assert sol.steps < 400
 
@@ -75,11 +75,12 @@ def zero_order_hold(period, end):
     return np.array(states)
 
 
-@pytest.mark.parametrize("method", ["auto", "Radau"])
+@pytest.mark.parametrize("method", ["auto", "gauss16", "vern9", "tsit5", "Radau"])
 def test_a_sampled_controller_holds_its_values(method):
     control = kn.sampled(lambda t, x: -K @ x, period=0.1)
     sol = kn.simulate(EOM, (0, 2), inputs={(F, G): control}, method=method, **START)
     assert np.abs(sol.states - zero_order_hold(0.1, 2)).max() < 1e-8
+    assert sol.method == {"auto": "dop853"}.get(method, method)
     # at the end nothing is asked any more
     assert np.allclose(np.array(sol[[F, G]]).T[:-1], (-sol.states @ K.T)[:-1], atol=1e-8)
     between = kn.simulate(
@@ -133,7 +134,7 @@ def test_linear_quadratic_control_of_a_trimmed_point():
     same = kn.simulate(eom, (0, 30), q=[0.3, np.pi + 0.2], u=[0, 0], inputs={("F",): law})
     assert np.abs(sol.states[-1] - up).max() < 1e-4
     assert np.abs(sol.states - same.states).max() < 1e-5
-    assert (sol.method, same.method) == ("DOP853", "vern9")
+    assert (sol.method, same.method) == ("DOP853", "gauss16")
 
 
 def test_gains_are_parameters_of_their_own():
@@ -207,8 +208,67 @@ def test_calls_that_are_none():
         kn.simulate(EOM, (0, 1), inputs={(F, G): [1]}, **START)
     with pytest.raises(kn.ValueMissingError, match=r"got one for H|got one for 'H'"):
         kn.simulate(EOM, (0, 1), inputs={(F, "H"): [1, 2], G: 0}, **START)
-    with pytest.raises(kn.SimulationError, match=r"runs in machine code .* inputs are expressions of the state"):
-        kn.simulate(EOM, (0, 1), inputs=LAWS["matrix"], method="gauss16", **START)
+    with pytest.raises(kn.SimulationError, match=r"runs in machine code .* inputs are functions of the state"):
+        kn.simulate(EOM, (0, 1), inputs=LAWS["function"], method="gauss16", **START)
+
+
+BOB = O.at("B", x * N.x + y * N.y)
+ROD = kn.System(
+    N,
+    bodies=[kn.Particle("bob", BOB, m)],
+    speeds={v: x.dt, w: y.dt},
+    loads=[kn.gravity(-9.81 * N.y), kn.Force(BOB, F * N.x + G * N.y)],
+    holonomic=[kn.distance(O, BOB, 1)],
+    events=[kn.Event("aside", x - 0.2, terminal=False), kn.Event("pulled", F + 2.5, terminal=False)],
+)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        {F: -3 * v + kn.cos(3 * kn.time), G: -2 * w},
+        {F: kn.sampled(lambda t, x: -3 * x[2] + np.cos(3 * t), 0.1), G: -2 * w},
+        pytest.param({F: kn.sampled(lambda t, x: -3 * x[2], 0.1), G: lambda t: np.cos(t)}, marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.parametrize("method", ["gauss16", "dop853", pytest.param("vern9", marks=pytest.mark.slow)])
+def test_feedback_beside_constraints_and_events_runs_in_machine_code(law, method):
+    """Events see the inputs, too; a function of Python alone keeps lanes from running."""
+    if method == "gauss16" and callable(law[G]):
+        method = "auto"
+    eom = kn.derive(ROD)
+    start = {"q": [0.8, -0.6], "u": [0, 0], "samples": 21, "inputs": law}
+    sol = kn.simulate(eom, (0, 1.7), **start, method=method)
+    own = kn.simulate(eom, (0, 1.7), **start, method="DOP853", rtol=1e-11, atol=1e-11)
+    assert sol.method == ("dop853" if method == "auto" else method)
+    assert np.abs(sol.states - own.states).max() < 1e-6
+    met, wanted = ([(e.name, t) for e, t in motion.events if e in eom.events] for motion in (sol, own))
+    assert [name for name, _ in met] == [name for name, _ in wanted] != []
+    assert [t for _, t in met] == pytest.approx([t for _, t in wanted], abs=1e-6)
+    assert np.allclose(sol[F], own[F], atol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["auto", "Radau"])
+def test_an_expression_of_the_state_beside_a_function_of_time_is_asked_at_the_stages(method):
+    """ẍ = −1.5 x beside ÿ = cos t/2: the function is asked in Python, where the state of a stage must be known, too."""
+    sol = kn.simulate(EOM, (0, 3), inputs={F: -3 * x, G: lambda t: np.cos(t)}, method=method, **START)
+    assert np.abs(sol.q[:, 0] - np.cos(np.sqrt(1.5) * sol.t)).max() < 1e-7
+    assert np.abs(sol.u[:, 1] - 0.5 - np.sin(sol.t) / 2).max() < 1e-7
+    with pytest.raises(kn.SimulationError, match="some inputs follow from the state, others are functions of time"):
+        kn.simulate(EOM, (0, 3), inputs={F: -3 * x, G: lambda t: np.cos(t)}, method="dop853", **START)
+
+
+def test_many_periods_are_asked_one_by_one():
+    asked = []
+
+    def control(t, x):
+        asked.append(t)
+        return -x[0]
+
+    sol = kn.simulate(EOM, (0, 4), inputs={F: kn.sampled(control, 1e-3), G: 0}, **START)
+    assert sol.method == "dop853"
+    assert asked == pytest.approx(np.arange(4000) * 1e-3)
+    assert np.abs(sol.q[:, 0] - np.cos(sol.t / np.sqrt(2))).max() < 1e-2
 
 
 def test_what_prescribes_a_motion_does_not_follow_from_the_state():

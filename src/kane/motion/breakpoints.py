@@ -2,7 +2,8 @@
 """Times at which a motion's rates jump or bend, so that steps end there: read off switches and tables of time and parameters alone."""
 
 import math
-from collections.abc import Iterable, Mapping
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -39,6 +40,12 @@ def up_to(t: float) -> float:
 def on_from(t: float) -> float:
     """The beginning of the step that leads on from there, beyond the breakpoint: below a power of two numbers are twice as close."""
     return t + 4 * _ULPS * math.ulp(t)
+
+
+def next_end(breakpoints: Sequence[float], t: float, end: float) -> float:
+    """Where steps from t on end: just before the next of the breakpoints, which are in order, else at the `end`."""
+    k = bisect_right(breakpoints, t)
+    return up_to(breakpoints[k]) if k < len(breakpoints) and breakpoints[k] < end else end
 
 
 def in_loads(eom: Equations, parameters: Mapping[Expr, Any], span: Span) -> tuple[float, ...]:

@@ -271,11 +271,14 @@ def constant(f: Function) -> float | None:
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
 
 
-def expressions(drives: Sequence[Any]) -> tuple[Expr, ...] | None:
-    """The inputs, where all are numbers or expressions."""
-    if not all(constant(f) is not None or isinstance(f, Formula) for f in drives):
+def expressions(drives: Sequence[Any], inputs: Sequence[Expr]) -> tuple[Expr, ...] | None:
+    """The inputs, where all are numbers or expressions; those that are held between two steps stand for themselves."""
+    if not all(constant(f) is not None or isinstance(f, Formula | HeldInput) for f in drives):
         return None
-    return tuple(f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f in drives)
+    pairs = zip(drives, inputs, strict=True)
+    return tuple(
+        s if isinstance(f, HeldInput) else f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f, s in pairs
+    )
 
 
 def follows(drives: Sequence[Any]) -> bool:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a kernel is called with: the state, the right-hand side, inputs, samples."""
 
+from typing import Any
+
 import numpy as np
 
 from kane.motion.collocated import Given, by_kind, watching
-from kane.motion.drives import constant, expressions
+from kane.motion.drives import constant, expressions, follows
+from kane.motion.feedback import HeldInput
 from kane.motion.formulas import driving
 from kane.motion.implicit import derivatives
 from kane.motion.routines import Routines
@@ -51,13 +54,21 @@ class Arguments:
         """r, and what gives it where an input is a function of time."""
         now, width = self.now, self.integrator.width
         r = np.repeat(np.append(now.inputs(t, self.y), 0.0), width)
-        if all(constant(f) is not None for f in now.drives):
+        if all(_held(f) for f in now.drives):
             return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
         given = self._formulas()
         if given is None:
             return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self._hook(r)}
         h = hoisted(given, t, self.y[: now.width], now.p, r[: len(now.drives)])
-        return {"r": r, "driven": 1, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
+        driven = 2 if follows(now.drives) else 1
+        return {"r": r, "driven": driven, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
+
+    def hold(self, t: float) -> None:
+        """What sampled controllers hold from t on."""
+        r = np.append(self.now.inputs(t, self.y), 0.0)
+        self.given["r"][:] = np.repeat(r, self.integrator.width)
+        if "held_r" in self.given:
+            self.given["held_r"][:] = r
 
     def held(self, given: Given, marks: Array) -> None:
         """With what tells of the constraints, and what gives the inputs at one state of theirs."""
@@ -69,9 +80,9 @@ class Arguments:
         self.given |= given | {"held_marks": marks}
 
     def _formulas(self) -> CompiledRoutine | None:
-        """The inputs as a routine, where all are expressions."""
+        """The inputs as a routine, where all are expressions; those that are held stay as they are."""
         now = self.now
-        values = expressions(now.drives)
+        values = expressions(now.drives, now.eom.inputs)
         return None if values is None else now.eom.numeric(now.settings).routine(driving, *values).flat
 
     def _hook(self, r: Array) -> Hook:
@@ -90,3 +101,8 @@ class Arguments:
         for hook in self.hooks:
             if hook.raised is not None:
                 raise hook.raised
+
+
+def _held(drive: Any) -> bool:
+    """Whether an input is a number from one breakpoint to the next."""
+    return constant(drive) is not None or isinstance(drive, HeldInput)

@@ -101,7 +101,7 @@ def is_long(now: Routines) -> bool:
 
 def derivatives(now: Routines, t: float, y: Array) -> Given:
     """What a kernel is told of J."""
-    numeric, values, long = now.eom.numeric(now.settings), expressions(now.drives), is_long(now)
+    numeric, values, long = now.eom.numeric(now.settings), expressions(now.drives, now.eom.inputs), is_long(now)
     if follows(now.drives):
         assert values is not None
         routine = numeric.routine(closed, *values).flat
@@ -128,7 +128,7 @@ def exact(now: Routines) -> Callable[[float, Array], Array]:
     def by_law(t: float, x: Array) -> Array:
         return numeric.routine(closed, *law)(t, x, now.p, now.inputs(t, x))
 
-    law = () if long or not follows(now.drives) else expressions(now.drives) or ()
+    law = () if long or not follows(now.drives) else expressions(now.drives, now.eom.inputs) or ()
     following = not law and any(getattr(f, "of_state", False) for f in now.drives)
 
     def j(t: float, y: Array) -> Array:

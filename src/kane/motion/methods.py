@@ -46,12 +46,10 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
     (lambda stepper, drives, by: unfit(stepper.eom), "loads jump beside tables or choices of pivots"),
     (lambda stepper, drives, by: _asked(drives) and not by.driven, "inputs are functions of time"),
     (lambda stepper, drives, by: any(isinstance(f, LawInput) for f in drives), "inputs are functions of the state"),
-    (lambda stepper, drives, by: any(isinstance(f, HeldInput) for f in drives), "controllers are sampled"),
+    (lambda stepper, drives, by: follows(drives) and _blind(stepper, by), "inputs are expressions of the state"),
     (
-        lambda stepper, drives, by: (
-            follows(drives) and (by.width > 1 or stepper.manifold is not None or _blind(stepper, by))
-        ),
-        "inputs are expressions of the state",
+        lambda stepper, drives, by: follows(drives) and _asked(drives),
+        "some inputs follow from the state, others are functions of time",
     ),
     (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
 )
@@ -59,7 +57,7 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
 
 
 def _asked(drives: Sequence[Any]) -> bool:
-    return any(constant(f) is None and not isinstance(f, Formula) for f in drives)
+    return any(constant(f) is None and not isinstance(f, Formula | HeldInput) for f in drives)
 
 
 def _blind(stepper: Stepper, by: Integrator) -> bool:
@@ -105,9 +103,11 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
         own = {node.op for node in postorder(roots)}
     else:
         own = {rates.program.op(i) for i in rates.routine.body}
-    if not own.isdisjoint(CORNERS) or _asked(drives) or any(isinstance(f, Formula) and not f.smooth for f in drives):
+    own |= {node.op for f in drives if isinstance(f, Formula) and f.of_state for node in postorder([f.expr])}
+    bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.smooth) for f in drives)
+    if not own.isdisjoint(CORNERS) or _asked(drives) or bent:
         return _BENT
-    if own.isdisjoint(LIBRARY) and not follows(drives) and target(settings.cpu, settings.features).lanes >= _LANES:
+    if own.isdisjoint(LIBRARY) and target(settings.cpu, settings.features).lanes >= _LANES:
         return _WIDE
     return _NARROW if rtol <= _TIGHT else _BENT
 

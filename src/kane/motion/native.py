@@ -9,8 +9,9 @@ import numpy as np
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
-from kane.motion.breakpoints import on_from, up_to
+from kane.motion.breakpoints import next_end, on_from
 from kane.motion.chatter import HELD, RECENT, Pace, chattering, standing
+from kane.motion.feedback import controllers
 from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
@@ -93,14 +94,22 @@ class NativeCourse:
 
     def _begin(self, t: float) -> None:
         """From t on, up to just before the next breakpoint, as rates may jump there."""
-        ahead = [b for b in self.method.breakpoints if t < b < self.span[1]]
-        end = up_to(min(ahead)) if ahead else self.span[1]
+        end = next_end(self.method.breakpoints, t, self.span[1])
+        self._control(t)
         told = {At.TIME: t, At.TIME_LAG: 0.0, At.END: end, At.LONGEST: self.method.max_step, At.FRESH: 1.0}
         told |= {At.RTOL: self.method.rtol, At.ATOL: self.method.atol, At.STEP: self._first_step(t, end)}
         # beside t = 0 the shortest step is as short as rounding of the span's square allows
         told |= {At.SHORTEST: np.finfo(float).eps ** 2 * (self.span[1] - self.span[0])}
         for place, value in told.items():
             self.s[place] = value
+
+    def _control(self, t: float) -> None:
+        """Sampled controllers are asked, if their time has come."""
+        held = controllers(self.stepper.now.drives)
+        for one in held:
+            one.due(t, self.y[: self.now.width])
+        if held:
+            self.arguments.hold(t)
 
     def _first_step(self, t: float, end: float) -> float:
         integrator, method = INTEGRATORS[self.method.name], self.method

@@ -18,7 +18,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
-from kane.motion.breakpoints import on_from, up_to
+from kane.motion.breakpoints import next_end, on_from
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
 from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, thresholds, up_to_a_break, vanishing
@@ -70,8 +70,7 @@ class Method:
         """SciPy's solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
         from scipy import integrate
 
-        ahead = [b for b in self.breakpoints if t < b < end]
-        end = up_to(min(ahead)) if ahead else end
+        end = next_end(self.breakpoints, t, end)
         first_step = first_step and min(first_step, end - t, self.max_step)
         more = {"jac": stepper.slopes} if self.name in _IMPLICIT else {}
         return getattr(integrate, self.name)(

@@ -144,6 +144,7 @@ class _Gauss:
     def evaluate(self) -> None:
         """The rates at the stages' states."""
         o = self.outline
+        o.follow(*(o.work.at(x) for x in (self.clock, self.states)))
         self.rhs(
             *(o.work.at(x) for x in (self.clock, self.states)), o.p.at(0), o.r.at(0), o.h.at(0), o.work.at(self.rates)
         )

@@ -107,6 +107,11 @@ class Outline:
         with self.writer.when(self.driven > 0):
             self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
 
+    def follow(self, t: Term | Place, x: Place) -> None:
+        """The inputs at states, where they follow from these."""
+        with self.writer.when(self.driven > 1):
+            self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
+
     def length(self) -> tuple[Term, Term]:
         """The length of the next step, and whether it reaches the end."""
         w = self.writer

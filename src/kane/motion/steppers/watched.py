@@ -45,6 +45,7 @@ class Watched:
     def look(self, clock: Term, states: Term) -> None:
         """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""
         o = self.outline
+        o.follow(o.work.at(clock), o.work.at(states))
         self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(_ROOM))
         self.compare()
 
