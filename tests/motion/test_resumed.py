@@ -175,6 +175,24 @@ def test_the_disk_slides_until_it_rolls_and_rolls_on():
     assert on.status == "finished"
 
 
+@pytest.mark.slow
+def test_the_disk_that_leans_and_turns_rolls_on_from_where_it_has_slid():
+    """Beside a motion at 1e-13 by another method: its time to 1e-9, and what comes 8 s later to 1e-8."""
+    friction = kn.friction(SLIDING.Ch, SLIDING.normal, SLIDING.mu, name="friction", threshold=1e-10)
+    eom = kn.derive(SLIDING.system.replace(loads=[SLIDING.system.gravities[0], friction]))
+    rolling = kn.derive(rolling_disk.model(contact="rolling").system)
+    ends = []
+    for method, rtol, atol in (("auto", 1e-12, 1e-12), ("dop853", 1e-13, 1e-15)):
+        given = {"method": method, "rtol": rtol, "atol": atol}
+        sol = kn.simulate(eom, (0, 8), q=[0, 0.2, 0, 0, 0], u=[0.3, 0.5, -8, 1.0, 0.2], samples=2, **given)
+        assert "onset of rolling" in sol.message
+        on = kn.simulate(rolling, sol.t[-1] + 8, start=sol, samples=2, method="auto", rtol=1e-12, atol=1e-12)
+        ends.append((sol.t[-1], on.states[-1]))
+    (t, x), (exact_t, exact_x) = ends
+    assert t == pytest.approx(exact_t, abs=1e-9)
+    np.testing.assert_allclose(x, exact_x, atol=1e-8)
+
+
 def test_errors():
     first = kn.simulate(EOM, (0, 1), q=[1], u=[0], inputs={F: 0.0})
     cases = [
