@@ -30,7 +30,7 @@ def derived(name):
 def numbers(eom, rng):
     """A value for every symbol: sets of Euler parameters of length 1, parameters at their defaults."""
     values = {kn.time: 0.3, **{r: rng.uniform(-1, 1) for r in eom.inputs}}
-    values |= {s: rng.uniform(0.3, 1.1) for s in (*eom.coordinates, *eom.speeds)}
+    values |= {s: rng.uniform(0.3, 1.1) for s in (*eom.coordinates, *eom.speeds, *eom.states)}
     for group in eom.system.euler_parameters:
         length = np.sqrt(sum(values[e] ** 2 for e in group.coordinates))
         values |= {e: values[e] / length for e in group.coordinates}
@@ -39,7 +39,7 @@ def numbers(eom, rng):
 
 def given_as(eom, values):
     """t, x, p, r."""
-    groups = ((*eom.coordinates, *eom.speeds), eom.parameters, eom.inputs)
+    groups = ((*eom.coordinates, *eom.speeds, *eom.states), eom.parameters, eom.inputs)
     return values[kn.time], *(np.array([values[s] for s in group]) for group in groups)
 
 
