@@ -19,7 +19,7 @@ q = kn.coordinate("q")
     [
         *(("threshold", x) for x in (np.nan, np.inf, "1", None, q, [1], 1j)),
         *(("direction", x) for x in (7, 0.5, "up", True, None, np.nan, [1])),
-        *(("terminal", x) for x in ("no", 1, None)),
+        *(("terminal", x) for x in ("no", 1)),
         *(("quantity", x) for x in ("q", 3.0, None, kn.Frame("N").x, [q])),
         *(("name", x) for x in ("", 3, None)),
         ("message", 3),

@@ -183,7 +183,10 @@ class TestRankDrops(Parallelogram):
         found = kn.assemble(eom, q=flat, u={eom.speeds[0]: 1.0})
         sol = kn.simulate(eom, (0, 1), q=found.q, u=found.u, rtol=1e-12, atol=1e-12)
         assert residual(sol) < 1e-9
-        np.testing.assert_allclose(sol["u1"], 1, atol=1e-6)
+        # where they lie in one line, at t = 0.3 s, the constraints do not give the dependent speeds
+        elsewhere = np.abs(sol["q1"]) > 1e-9
+        np.testing.assert_allclose(sol["u1"][elsewhere], 1, atol=1e-6)
+        np.testing.assert_allclose(sol["u1"], 1, atol=1e-4)
         np.testing.assert_allclose(sol["q2"], 0, atol=1e-6)
 
     def test_accelerations_there_are_told_and_reactions_are_not(self):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.errors import SimulationError, cut
 from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
@@ -173,7 +173,7 @@ def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple
 def _check_levels(node: Expr, curves: Sequence[Curve], values: Sequence[Array], places: Array) -> None:
     for k, what in enumerate(("prescribed", "velocity of the prescribed")):
         below, above = (curves[k], values[k][::2]), (curves[k + 1], values[k + 1])
-        _check(lambda what=what: f"{what} {node!s:.60}", below, above, places)  # type: ignore[misc]
+        _check(lambda what=what: f"{what} {cut(node, 60)}", below, above, places)  # type: ignore[misc]
 
 
 def _pieces(roots: Iterable[Expr]) -> list[Expr]:
