@@ -49,3 +49,20 @@ def test_a_jump_is_warned_of_unless_a_step_ends_there():
         warnings.simplefilter("error")
         sol = kn.simulate(EOM, (0, 4), breakpoints=[1.3], **given)
     assert sol.u[-1, 0] == pytest.approx(7 * 2.7 / 2, rel=1e-9)
+
+
+@pytest.mark.parametrize("begin", [5.0, 5.013, 5.0195, 3.3333, 7.77])
+def test_a_short_pulse_of_a_function_is_not_leapt_over(begin):
+    """A five-hundredth of the span, wherever it lies, gives its impulse, and a warning."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, v = kn.coordinate("x"), kn.speed("v")
+    F = kn.input("F")
+    P = O.at("P", x * N.x)
+    system = kn.System(N, bodies=[kn.Particle("P", P, 1)], speeds={v: x.dt}, loads=[kn.Force(P, F * N.x)])
+    with pytest.warns(kn.KaneWarning, match="jumps at t = "):
+        sol = kn.simulate(
+            kn.derive(system), (0, 10), q=[0], u=[0], inputs={F: lambda t: 7.0 * (begin <= t < begin + 0.02)}
+        )
+    assert sol[v][-1] == pytest.approx(0.14, rel=1e-6)
+    assert sol.steps >= 256

@@ -51,7 +51,7 @@ def accuracy(motion: Any, again: Callable[..., Any] | None) -> Accuracy:
         )
     share = _SHARES.get(motion.method, 1.0)
     if share != 1.0:
-        finer = again(halved=True)
+        finer = again()
     elif motion.rtol * _TENTH < _LEAST:
         raise SimulationError(
             f"Expected a motion with rtol of {_LEAST / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "

@@ -10,7 +10,7 @@ import numpy as np
 from kane.errors import KaneWarning
 from kane.motion.drives import Asked
 
-_PLACES = 257
+_PLACES = 1025
 """At so many times of a span a function is asked: what is shorter between two of them is not seen."""
 _MOST = 4
 _TORN = 1e-3

@@ -19,7 +19,7 @@ from kane.motion.drives import input_functions
 from kane.motion.formulas import own_parameters
 from kane.motion.methods import AUTO
 from kane.motion.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
-from kane.motion.running import run
+from kane.motion.running import STEPS_ASKED, run
 from kane.motion.smooth import check_prescribed
 from kane.motion.solution import Solution
 from kane.motion.start import (
@@ -85,7 +85,8 @@ def simulate(
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
     max_seconds : after what time by the clock to stop
-    max_step : the longest step (s): what an input does within an eighth of a step may be leapt over
+    max_step : the longest step (s): what an input does within an eighth of a step may be leapt over; where inputs are functions in
+        Python and no breakpoints are named, 1/256 of the span unless told
     first_step : the length of the first step (s); unless told, one over which an Euler step and the change of rates are small
     breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
     settings : how to compile
@@ -150,12 +151,15 @@ def _repeatable(solution: Solution, start: Solution | None, given: dict[str, Any
     return replace(solution, _again=partial(_again, solution, start, given))
 
 
-def _again(
-    solution: Solution, start: Solution | None, given: dict[str, Any], *, halved: bool = False, **more: Any
-) -> Solution:
-    """The same motion once more, at other tolerances or half the steps."""
-    if halved and given["max_step"] is not None:
-        given = given | {"max_step": given["max_step"] / 2}
+def _again(solution: Solution, start: Solution | None, given: dict[str, Any], **more: Any) -> Solution:
+    """The same motion once more, at other tolerances; the longest step is half as long, as it may be what limits steps."""
+    longest = given["max_step"]
+    if longest is None and any(map(callable, (given["inputs"] or {}).values())):
+        longest = (solution.t[-1] - solution.t[0]) / STEPS_ASKED
+    if longest is not None:
+        longest = float(longest) / 2
+        first = given["first_step"]
+        given = given | {"max_step": longest, "first_step": first if first is None else min(first, longest)}
     # where others have led on, "auto" finds them again
     method = AUTO if ", " in solution.method else solution.method
     begin: dict[str, Any] = (

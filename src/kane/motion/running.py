@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A motion phase by phase: integrated up to an event that changes it, and on from there with what has changed."""
 
+import math
 import time
 import warnings
 from collections.abc import Mapping, Sequence
@@ -47,8 +48,10 @@ from kane.numeric.arrays import Array
 from kane.progress import far
 
 _MOST_STEPS = 1_000_000
-_ASKED = 257
+_ASKED = 1025
 """At so many times of a span a function of the user's is asked for pulses."""
+STEPS_ASKED = 256
+"""As many steps at least, where such a function names no breakpoints."""
 _AT_ONCE, _TIMES = 1e-12, 3
 """Share of the span, or the time, below which a phase is none, and how many such phases there may be in a row."""
 
@@ -186,9 +189,16 @@ def _phase(
         for event, value in zip(eom.events, stepper.now.watch(span[0], start), strict=True):
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=4)
-    solver = replace(solver, breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span))
     name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
-    solver = replace(solver, name=name, free=solver.name == AUTO)
+    asked = not solver.breakpoints and any(isinstance(f, Asked) for f in drives.values())
+    if asked and solver.max_step == math.inf:
+        solver = replace(solver, max_step=(span[1] - span[0]) / STEPS_ASKED)
+    solver = replace(
+        solver,
+        breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span),
+        name=name,
+        free=solver.name == AUTO,
+    )
     kind = NativeCourse if name in INTEGRATORS else Course
     fresh = {k: begin.fresh[e.name] for k, e in enumerate(eom.events) if e.name in begin.fresh and _is_own(eom, e)}
     course = kind(stepper, solver, span, start, times, fresh)
