@@ -3,7 +3,8 @@
 
 Through its values at nine places of an interval, close together towards its ends, goes a polynomial of degree 8. Its Bernstein
 coefficients bound it: where all have one sign it has no zero, and it has no more zeros than they change sign. What the polynomial
-leaves of the quantity is estimated by its last two Chebyshev coefficients. Where that leaves a doubt the interval is halved. Sources:
+leaves of the quantity is estimated by its last two Chebyshev coefficients, which of many periods may be small by chance: three more
+places must agree with it. Where that leaves a doubt the interval is halved. Sources:
 Farouki, *The Bernstein polynomial basis: a centennial retrospective*, Computer Aided Geometric Design 29 (2012), sec. 5; Trefethen,
 *Approximation Theory and Approximation Practice*, 2013, ch. 8.
 """
@@ -28,6 +29,8 @@ CLOSE = 0.01
 """Share of a quantity's size that a polynomial must not leave, to say anything of it."""
 LEFT = 2.0
 """What a polynomial leaves of a quantity is at most so many times its last Chebyshev coefficients."""
+_AGREEING, _ROUNDED = 4.0, 1e-9
+"""How many times what is left a value between the places may be off, or the share of the size."""
 Bracket = tuple[float, float, float, float]
 """Two times and the values there, between which there is one passage."""
 
@@ -38,6 +41,11 @@ _bernstein = np.array(
 TO_BERNSTEIN: Array = np.linalg.inv(_bernstein)
 TO_LAST: Array = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * _at - 1, DEGREE))[-2:]
 """From values at the places to the Bernstein coefficients, and to the last two Chebyshev coefficients."""
+_BETWEEN = np.array([0.113, 0.427, 0.731])
+_to_between = np.array(
+    [[math.comb(DEGREE, j) * x**j * (1 - x) ** (DEGREE - j) for j in range(DEGREE + 1)] for x in _BETWEEN]
+)
+_TO_BETWEEN: Array = _to_between @ TO_BERNSTEIN
 
 
 def left(values: Array) -> float:
@@ -56,7 +64,7 @@ def passages(of: Callable[[Array], Array], times: Array, values: Array, most: in
     while open_:
         times, values = open_.popleft()
         here = _seen(times, values)
-        if most <= 0 or times[-1] - times[0] <= shortest or _resolved(values, len(here)):
+        if most <= 0 or times[-1] - times[0] <= shortest or (_resolved(values, len(here)) and _agrees(of, times, values)):
             found += here
             continue
         most -= 1
@@ -82,6 +90,15 @@ def _resolved(values: Array, passages: int) -> bool:
     if slack > CLOSE * np.abs(values).max():
         return False
     return _changes(coefficients + slack) == _changes(coefficients - slack) == passages
+
+
+def _agrees(of: Callable[[Array], Array], times: Array, values: Array) -> bool:
+    """Whether values between the places lie on the polynomial, too, or nothing can be said."""
+    if not np.isfinite(values).all():
+        return True
+    between = of(times[0] + (times[-1] - times[0]) * _BETWEEN)
+    room = max(_AGREEING * left(values), _ROUNDED * float(np.abs(values).max()))
+    return not np.isfinite(between).all() or bool((np.abs(between - _TO_BETWEEN @ values) <= room).all())
 
 
 def _changes(values: Array) -> int:

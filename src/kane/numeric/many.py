@@ -157,7 +157,7 @@ def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
             share[pending] /= 2
         left[at], last = np.abs(f[at]).max(axis=1, initial=0), left[at]
         going[at[(left[at] <= CLOSED) | (left[at] >= last)]] = False
-    return ClosedMany(x, f * size.f, f)
+    return _polished(function, x, f, g, size)
 
 
 def close_most(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:
@@ -178,6 +178,18 @@ def close_most(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
     left = np.abs(f).max(axis=1, initial=0)
     if (left <= _SURE).sum() < _PART * len(x) or not _enough(x, left, accepted):
         return close_many(function, start, size, accepted)
+    return _polished(function, x, f, g, size)
+
+
+def _polished(function: Residuals, x: Array, f: Array, g: Array, size: Sizes) -> ClosedMany:
+    """One more step of what is closed, where it does not lead away: what is left then is rounding's, and is not taken for more."""
+    at = np.flatnonzero((np.abs(f).max(axis=1, initial=0) <= _ROUNDED) & np.isfinite(g).all(axis=(1, 2)))
+    if len(at):
+        trial = x[at] + _change(f[at], g[at], size)
+        new, _ = _scaled(function, trial, at, size)
+        better = np.abs(new).max(axis=1, initial=0) <= np.abs(f[at]).max(axis=1, initial=0)
+        x, f = x.copy(), f.copy()
+        x[at[better]], f[at[better]] = trial[better], new[better]
     return ClosedMany(x, f * size.f, f)
 
 
