@@ -121,12 +121,12 @@ def test_events_are_met_beside_switches():
 
 @pytest.mark.slow
 def test_a_disk_slides_until_its_slip_is_gone():
-    """Down to 1e-10 m/s; when, is known to 1e-9 from steps at 1e-13."""
+    """Down to 1e-10 m/s; when, is known to 1e-9 from steps at 1e-13. That time is worse conditioned than the motion: 5e-9 s at 1e-9."""
     model = rolling_disk.model()
     friction = kn.friction(model.Ch, model.normal, model.mu, name="friction", threshold=1e-10)
     eom = kn.derive(model.system.replace(loads=[kn.gravity(-model.g * model.N.z), friction]))
     start = {"q": [0, 0.1, 0, 0, 0], "u": [0, 2, 25, 2, 0], "parameters": {model.mu: 0.1}, "samples": 3}
-    ends = [kn.simulate(eom, (0, 5), **start, rtol=tol, atol=tol) for tol in (1e-9, 1e-13)]
+    ends = [kn.simulate(eom, (0, 5), **start, rtol=tol, atol=tol) for tol in (1e-12, 1e-13)]
     for sol in ends:
         assert sol.method == "gauss16"
         assert sol.event.name == "onset of rolling (friction)"

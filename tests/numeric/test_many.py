@@ -75,3 +75,16 @@ def test_what_enters_one_equation_weakly_is_measured_by_the_others():
     found = sizes(function, drawn)
     assert 0.1 < found.x[0] < 10
     assert (found.f < 10).all()
+
+
+@pytest.mark.parametrize("way", [close_many, close_most])
+def test_what_is_closed_is_closed_to_rounding(way):
+    """Steps end at shares of 1e-12 and less; one more leaves what rounding does."""
+
+    def circle(x, members):
+        return (x**2).sum(axis=1, keepdims=True) - 1.0, 2 * x[:, None, :]
+
+    start = np.random.default_rng(3).normal(size=(40, 2)) + 0.3
+    found = way(circle, start, Sizes(np.ones(2), np.ones(1), np.zeros(2, dtype=bool)))
+    assert np.median(found.left) <= 2.3e-16
+    assert found.left[found.left < 1e-9].max() <= 4.5e-16

@@ -64,7 +64,11 @@ def passages(of: Callable[[Array], Array], times: Array, values: Array, most: in
     while open_:
         times, values = open_.popleft()
         here = _seen(times, values)
-        if most <= 0 or times[-1] - times[0] <= shortest or (_resolved(values, len(here)) and _agrees(of, times, values)):
+        if (
+            most <= 0
+            or times[-1] - times[0] <= shortest
+            or (_resolved(values, len(here)) and _agrees(of, times, values))
+        ):
             found += here
             continue
         most -= 1
