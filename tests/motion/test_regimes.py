@@ -121,7 +121,7 @@ def test_events_are_met_beside_switches():
 
 @pytest.mark.slow
 def test_a_disk_slides_until_its_slip_is_gone():
-    """Down to 1e-10 m/s; when, is known to 1e-9 from steps at 1e-13. That time is worse conditioned than the motion: 5e-9 s at 1e-9."""
+    """Down to 1e-10 m/s; when, is known to 1e-9 from steps at 1e-13: worse than the motion, so that 1e-9 gives 5e-9 s."""
     model = rolling_disk.model()
     friction = kn.friction(model.Ch, model.normal, model.mu, name="friction", threshold=1e-10)
     eom = kn.derive(model.system.replace(loads=[kn.gravity(-model.g * model.N.z), friction]))
