@@ -74,7 +74,7 @@ def page(result: Mapping[str, Any]) -> str:
         "",
         "Chains of 2 and 10 rods, 10 s from nearly level, at rest: the fastest tolerance at which the energy drifts by no more "
         f"than is asked, of {' to '.join(f'{t:.0e}' for t in TOLERANCES[[0, -1]])} in powers of ten. Milliseconds, and in brackets "
-        f"the time over that of `kane` by `gauss16`; medians of {result['rounds']} rounds in one process, compilation before, no "
+        f"the time over that of `kane` by `gauss16`; {_rounds(result['rounds'])} in one process, compilation before, no "
         "samples.",
         "",
         f"{result['processor']}; {', '.join(f'{k} {v}' for k, v in result['versions'].items())}.",
@@ -86,10 +86,19 @@ def page(result: Mapping[str, Any]) -> str:
             row = [name]
             for wanted in WANTED:
                 own, first = at(points, wanted), at(next(iter(tools.values())), wanted)
-                row.append("–" if own is None or first is None else f"{own * 1e3:.3g} ({own / first:.2g})")
+                row.append("–" if own is None or first is None else f"{own * 1e3:.3g} ({_times(own / first)})")
             rows.append(row)
         parts += ["", table(head, rows)]
     return "\n".join([*parts, ""])
+
+
+def _rounds(count: int) -> str:
+    return "one round" if count == 1 else f"medians of {count} rounds"
+
+
+def _times(ratio: float) -> str:
+    """A ratio in two digits, or whole."""
+    return f"{ratio:.2g}" if ratio < 10 else f"{ratio:.0f}"
 
 
 def draw(result: Mapping[str, Any]) -> None:
@@ -100,7 +109,7 @@ def draw(result: Mapping[str, Any]) -> None:
     import matplotlib.pyplot as plt
 
     mpl.rcParams.update({"svg.hashsalt": "kane", "svg.fonttype": "path"})
-    figure, axes = plt.subplots(1, len(result["rods"]), figsize=(10, 4.2), layout="constrained", sharex=True)
+    figure, axes = plt.subplots(1, len(result["rods"]), figsize=(10, 4.6), layout="constrained", sharex=True)
     for ax, (n, tools) in zip(axes, result["rods"].items(), strict=True):
         for k, (name, points) in enumerate(tools.items()):
             own = name.startswith("kane")
@@ -113,12 +122,13 @@ def draw(result: Mapping[str, Any]) -> None:
                 ms=4,
                 label=name,
             )
-        ax.invert_xaxis() if ax is axes[0] else None
         ax.set_xlabel("drift of the energy")
         ax.set_ylabel("time, ms")
         ax.set_title(f"{n} rods, 10 s", fontsize=10)
         ax.grid(visible=True, which="major", alpha=0.3)
-    axes[0].legend(fontsize=8)
+    axes[0].invert_xaxis()  # of both: the more exact, the farther to the right
+    handles, names = axes[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside upper center", ncols=4, fontsize=8, frameon=False)
     figure.savefig(PICTURE, metadata={"Date": None})
 
 
