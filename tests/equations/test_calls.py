@@ -81,6 +81,87 @@ def test_many_states(rhs, careful):
     assert np.isfinite(rhs(0.5, ROWS * 1e200 * 0 + 1, p, r)).all()
 
 
+def test_rows_in_every_port(rhs, careful):
+    """Rows in some ports and one value in the others, however they are given, are what single calls give, bit for bit."""
+    p, few = np.array(list(P.values())), {EOM.parameters[1]: 3.0}
+    many = {
+        "t": np.linspace(0.0, 1.0, 7),
+        "x": ROWS,
+        "p": p * np.linspace(1.0, 2.0, 7)[:, None],
+        "r": np.linspace(-1.0, 1.0, 7)[:, None],
+    }
+    for few_or_all in (few, P):
+        rhs(0.0, X, few_or_all, {"F": 1.0})
+    careful.clear()
+    shared = {
+        "t": (0.5, 0, np.float64(0.5)),
+        "x": (X,),
+        "p": (p, None, few, P),
+        "r": (np.array([2.0]), {"F": 2}),
+    }
+    strided = {name: np.repeat(a, 2, axis=0)[::2] for name, a in many.items()}
+    for mask in range(1, 16):
+        by_rows = [name for k, name in enumerate(many) if mask >> k & 1]
+        for pick in range(4):
+            one = {name: ways[pick % len(ways)] for name, ways in shared.items()}
+            wanted = np.array([rhs(**{**one, **{name: many[name][k] for name in by_rows}}) for k in range(7)])
+            for rows in (many, strided, {name: np.asfortranarray(a) for name, a in many.items()}):
+                found = rhs(**one | {name: rows[name] for name in by_rows})
+                assert found.tobytes() == wanted.tobytes()
+            assert rhs(0.5, X, p, np.array([2.0])).tobytes() == rhs(0.5, X[None], p, np.array([2.0]))[0].tobytes()
+    assert not careful
+
+
+def test_rows_that_cannot_be_written_to_or_are_not_aligned(rhs):
+    r = np.array([2.0])
+    frozen, raw = ROWS.copy(), np.zeros(ROWS.nbytes + 1, np.uint8)
+    frozen.flags.writeable = False
+    odd = raw[1:].view(np.float64).reshape(ROWS.shape)
+    odd[:] = ROWS
+    assert not odd.flags.aligned
+    for rows in (frozen, odd):
+        assert rhs(0.5, rows, None, r).tobytes() == rhs(0.5, ROWS, None, r).tobytes()
+
+
+def test_parameters_of_rows_do_not_stay(rhs):
+    """What a batch hoists for its parameters is not what the next single call takes."""
+    p, r = np.array(list(P.values())), np.array([2.0])
+    wanted, other = rhs(0.0, X, p, r), rhs(0.0, X, 2 * p, r)
+    rhs(0.0, X, p, r)
+    for _ in range(3):
+        assert rhs(0.0, np.tile(X, (3, 1)), 2 * p, r)[2].tobytes() == other.tobytes()
+        assert rhs(0.0, X, p, r).tobytes() == wanted.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"x": np.ones((7, 3))}, "Expected x of shape"),
+        ({"t": np.ones(6)}, "broadcast"),
+        ({"p": np.ones((7, 2))}, "Expected p of shape"),
+        ({"p": np.ones((6, len(P)))}, "broadcast"),
+        ({"r": np.full((7, 1), np.nan)}, "Expected finite inputs"),
+        ({"t": np.inf}, "Expected finite time"),
+        ({"p": {EOM.parameters[0]: np.inf}}, "Expected finite parameters"),
+        ({"t": 10**400}, "Expected real numbers as t"),
+        ({"x": np.ones((7, 4), complex)}, "Expected real numbers as x"),
+    ],
+)
+def test_rows_that_are_refused(rhs, given, message):
+    rhs(0.0, X, {EOM.parameters[0]: 1.0}, {"F": 2.0})
+    for _ in range(2):
+        with pytest.raises(kn.ArgumentError, match=message):
+            rhs(**{"t": 0.5, "x": ROWS, "p": None, "r": np.array([2.0])} | given)
+
+
+def test_single_calls_at_times_that_are_whole_numbers(rhs, careful):
+    r = np.array([2.0])
+    assert rhs(1, X, None, r).tobytes() == rhs(1.0, X, None, r).tobytes()
+    assert not careful
+    with pytest.raises(kn.ArgumentError, match="Expected real numbers as t"):
+        rhs(10**400, X, None, r)
+
+
 def test_implicit_solvers_take_the_exact_jacobian():
     """Of a system with a cyclic coordinate, where differences fail."""
     N = kn.Frame("N")

@@ -1,20 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A compiled routine of equations of motion, called with t, x, p, r."""
 
-import ctypes
-from math import isfinite
 from typing import Any
 
 import numpy as np
-from numpy import vdot
 
 from kane import show
 from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import ALL, CompiledRoutine, new_block
 
 _ARRAY: Any = np.ndarray
-_TIMES = (float, np.float64)
-_DOUBLE = np.dtype(np.float64)
 
 
 class Handle(CompiledRoutine):
@@ -28,20 +23,13 @@ class Handle(CompiledRoutine):
     (`KaneWarning`), "raise" (`NotFiniteError`); both name the first intermediate that is not. With "ignore" nothing is checked.
     """
 
-    __slots__ = ("_counts", "_kept", "_no_inputs")
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        _, *others = self.program.ports
-        self._counts = tuple(len(port.symbols) for port in others)
-        self._kept = max(1, len(self.program.kept))
-        self._no_inputs = np.zeros(0)
+    __slots__ = ()
 
     def __call__(self, t: Any, x: Any, p: Any = None, r: Any = None) -> Array:
         """The results at t, x, p, r."""
         # As in any routine, but written out for these four: this is what solvers call.
         if (
-            (type(t) is float or type(t) is np.float64)
+            (type(t) is float or type(t) is np.float64 or type(t) is int)
             and type(x) is _ARRAY
             and (p is None or type(p) is _ARRAY or type(p) is dict)
             and (type(r) is _ARRAY or type(r) is dict or (r is None and self._standard[3] is not None))
@@ -63,7 +51,7 @@ class Handle(CompiledRoutine):
                     self._put(3, r_own, r, self._standard[3])
                 elif r is not None:
                     r_own[ALL] = r
-            except (KeyError, TypeError, ValueError, NotImplementedError):
+            except (KeyError, OverflowError, TypeError, ValueError, NotImplementedError):
                 free.append(own)
             else:
                 if self._call(address):
@@ -71,27 +59,8 @@ class Handle(CompiledRoutine):
                 results: Array = out.copy()
                 free.append(own)
                 return results
-        many = self._many(t, x, p, r)
+        many = self._in_rows((t, x, p, r))
         return self._general(t, x, p, r) if many is None else many
-
-    def _many(self, t: Any, x: Any, p: Any, r: Any) -> Array | None:
-        """The results at many states (n, nx) in a row and one p and r, without conversions; None where there is something to check."""
-        if type(x) is not _ARRAY or x.ndim != 2 or type(t) not in _TIMES or not len(x):
-            return None
-        given = (x, self._defaults["p"] if p is None else p, self._no_inputs if r is None else r)
-        for a, count in zip(given, self._counts, strict=True):
-            if type(a) is not _ARRAY or a.dtype != _DOUBLE or not a.flags.carray or a.shape[-1] != count or a.ndim > 2:
-                return None
-            # of squares: what is not finite, or too large to tell, is left to the checks
-            if (a is not x and a.ndim != 1) or not isfinite(vdot(a, a)):
-                return None
-        out, h = np.empty((len(x), *self.shape)), np.empty(self._kept)
-        time = ctypes.c_double(t)
-        x, p, r = (a.ctypes.data for a in given)
-        first = self._batch(
-            len(out), ctypes.addressof(time), 0, x, self._counts[0], p, 0, r, 0, h.ctypes.data, out.ctypes.data
-        )
-        return out if first < 0 or self.not_finite == "ignore" else None
 
     def explain(self, t: Any, x: Any, p: Any = None, r: Any = None) -> str:
         """Which intermediate is the first that is not finite at one state, and what it is made of; "" where all is finite."""

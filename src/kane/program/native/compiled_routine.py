@@ -5,15 +5,19 @@ import ctypes
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import isfinite
+from struct import Struct
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
+from numpy import vdot
 
 from kane.errors import ArgumentError, NotFiniteError
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 from kane.program.emit.llvm_entries import block
 from kane.program.native import arguments
+from kane.program.native.addresses import address
 from kane.program.native.callers import warn
 from kane.program.native.machine import Settings, build_library
 from kane.program.native.machine_code import Library
@@ -27,6 +31,7 @@ Block: TypeAlias = tuple[Any, ...]
 
 _ALIGNMENT = 64
 _ARRAY: Any = np.ndarray
+_DOUBLE = np.dtype(np.float64)
 _NUMBERS = frozenset((float, int, np.float64))
 _MOST_KEYS = 1000
 """Sets of names that are remembered."""
@@ -34,11 +39,12 @@ ALL = slice(None)
 
 
 def new_block(program: Program, routine: Routine) -> Block:
-    """A block with memory of its own; the first call hoists."""
+    """A block with memory of its own, behind which there is room for what a batch hoists; the first call hoists."""
     at = block(program, routine)
-    raw = np.zeros(8 * at.size + _ALIGNMENT, np.uint8)
+    size = 8 * (at.size + max(1, len(program.kept)))
+    raw = np.zeros(size + _ALIGNMENT, np.uint8)
     skip = -raw.ctypes.data % _ALIGNMENT
-    memory = raw[skip : skip + 8 * at.size].view(np.float64)
+    memory = raw[skip : skip + size].view(np.float64)
     memory[at.hoisted : at.h].view(np.int64)[:] = -1  # the bits of no parameter that arithmetic makes
     ports: list[Any] = []
     for port, start in zip(program.ports, at.ports, strict=True):
@@ -65,6 +71,7 @@ class CompiledRoutine:
         "_call",
         "_defaults",
         "_free",
+        "_layout",
         "_library",
         "_named",
         "_places",
@@ -92,12 +99,14 @@ class CompiledRoutine:
         own = {port.name: arguments.defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
         self._defaults = {name: np.array(values) for name, values in own.items()}
         self._free: list[Block] = []
-        self._named: dict[tuple[Any, ...], tuple[int, ...]] = {}
-        """The places of values that are given by symbol or name, by port and keys, where a call with them was checked before."""
+        self._named: dict[tuple[Any, ...], tuple[tuple[int, ...], Callable[..., None] | None]] = {}
+        """The places of values that are given by symbol or name, by port and keys, where a call with them was checked before; and what
+        puts all of them there at once, where they are all values in their order."""
         self.more: dict[str, Library] = {}
         """Code of other kinds of it, by the names of its functions."""
         self._places = range(len(program.ports))
         self._standard = tuple(self._without_values(port.name, len(port.symbols)) for port in program.ports)
+        self._layout = self._laid_out()
         library = self._library = library or build_library([program], settings)
         pointer, count = ctypes.c_void_p, ctypes.c_int64
         self._call: Callable[[Any], int] = library.function(f"{name}.call", ctypes.c_int32, pointer, brief=True)
@@ -107,6 +116,14 @@ class CompiledRoutine:
     def _without_values(self, port: str, count: int) -> Any:
         """What stands in the place of values that a call leaves out; None where it cannot."""
         return self._defaults[port].data if port in self._defaults else None if count else np.zeros(0).data
+
+    def _laid_out(self) -> tuple[tuple[tuple[int, int, bool, Any], ...], int]:
+        """Of each port its place in a block (bytes), its size, whether it is scalar, its usual values if they are finite; the end."""
+        at, kept = block(self.program, self.routine), []
+        for start, port, standard in zip(at.ports, self.program.ports, self._standard, strict=True):
+            usual = standard if standard is not None and np.isfinite(standard).all() else None
+            kept.append((8 * start, len(port.symbols), port.scalar, usual))
+        return tuple(kept), 8 * at.size
 
     @property
     def library(self) -> Library:
@@ -153,9 +170,10 @@ class CompiledRoutine:
                     self._put(port, view, value, standard)
                 else:
                     raise TypeError
-        except (AttributeError, KeyError, TypeError, ValueError, NotImplementedError):
+        except (AttributeError, KeyError, OverflowError, TypeError, ValueError, NotImplementedError):
             free.append(own)
-            return self._general(*inputs)
+            rows = self._in_rows(inputs)
+            return self._general(*inputs) if rows is None else rows
         if self._call(own[0]):
             return self._doubtful(own, inputs)
         results: Array = own[-1].copy()
@@ -164,13 +182,70 @@ class CompiledRoutine:
 
     def _put(self, port: int, view: Any, given: dict[Any, Any], standard: Any) -> None:
         """Numbers by symbol or name into the memory of a port; a KeyError where these keys were not checked before."""
-        places = self._named[port, *given]
+        places, pack = self._named[port, *given]
+        values = given.values()
+        if not _NUMBERS.issuperset(map(type, values)):
+            raise TypeError
+        if pack is not None:
+            pack(view, 0, *values)
+            return
         if standard is not None:
             view[ALL] = standard
-        for place, value in zip(places, given.values(), strict=True):
-            if type(value) not in _NUMBERS:
-                raise TypeError
+        for place, value in zip(places, values, strict=True):
             view[place] = value
+
+    def _in_rows(self, inputs: tuple[Any, ...]) -> Array | None:
+        """The results at rows of values in some ports, shared ones in the others; None where there is something to convert or tell."""
+        try:
+            own = self._free.pop()
+        except IndexError:
+            own = new_block(self.program, self.routine)
+        layout, end = self._layout
+        base, count = own[0].value, -1
+        pairs, alive = list[int](), list[Array]()
+        try:
+            for port, (at, width, scalar, usual), view, value in zip(
+                self._places, layout, own[1:-1], inputs, strict=True
+            ):
+                rows = type(value) is _ARRAY and value.ndim - (not scalar)
+                if rows == 1 and value.dtype == _DOUBLE and (scalar or value.shape[1] == width):
+                    # of squares: what is not finite, or too large to tell, is left to the checks
+                    if count not in (-1, len(value)) or not len(value) or not isfinite(vdot(value, value)):
+                        return None
+                    whole = value if value.flags.carray else np.require(value, requirements=["C", "A"])
+                    count = len(value)
+                    alive.append(whole)
+                    pairs += (address(whole), width)
+                elif self._is_put(port, view, value, usual):
+                    pairs += (base + at, 0)
+                else:
+                    return None
+            if count < 0:
+                return None
+            out = np.empty((count, *self.shape))
+            first = self._batch(count, *pairs, base + end, address(out))
+        except (AttributeError, KeyError, OverflowError, TypeError, ValueError, NotImplementedError):
+            return None
+        finally:
+            self._free.append(own)
+        return out if first < 0 or self.not_finite == "ignore" else None
+
+    def _is_put(self, port: int, view: Any, value: Any, usual: Any) -> bool:
+        """Puts what all rows share into the memory of a port, if it is finite and of a plain kind; `usual` where nothing is given."""
+        kind = type(value)
+        if kind is _ARRAY:
+            view[ALL] = value
+            return isfinite(vdot(value, value))
+        if kind in _NUMBERS:
+            view.value = value
+            return isfinite(value)
+        if kind is dict:
+            self._put(port, view, value, usual)
+            return isfinite(sum(value.values()))
+        if value is None and usual is not None:
+            view[ALL] = usual
+            return True
+        return False
 
     def _remember(self, inputs: tuple[Any, ...]) -> None:
         """The keys of mappings that were found good."""
@@ -178,7 +253,9 @@ class CompiledRoutine:
             if type(given) is dict and not port.scalar and len(self._named) < _MOST_KEYS:
                 place = {s: k for k, s in enumerate(port.symbols)} | {s.name: k for k, s in enumerate(port.symbols)}
                 if all(key in place for key in given):
-                    self._named[at, *given] = tuple(place[key] for key in given)
+                    places = tuple(place[key] for key in given)
+                    whole = places == tuple(range(len(port.symbols)))
+                    self._named[at, *given] = places, Struct(f"{len(places)}d").pack_into if whole else None
 
     def _doubtful(self, own: Block, inputs: tuple[Any, ...]) -> Array:
         """The results of a call that met NaN or infinity: names the argument, or the intermediate."""
@@ -241,8 +318,8 @@ class CompiledRoutine:
         out = np.empty((*rows, *self.shape))
         h = np.empty(max(1, len(self.program.kept)))
         strides = [0 if len(a) == 1 else a.shape[1] for a in flat]
-        pairs = [v for a, stride in zip(flat, strides, strict=True) for v in (a.ctypes.data, stride)]
-        first_bad = self._batch(count, *pairs, h.ctypes.data, out.ctypes.data)
+        pairs = [v for a, stride in zip(flat, strides, strict=True) for v in (address(a), stride)]
+        first_bad = self._batch(count, *pairs, address(h), address(out))
         if first_bad >= 0 and self.not_finite != "ignore":
             where = tuple(map(int, np.unravel_index(first_bad, rows)))
             self._tell([float(v) for a in flat for v in a[first_bad % len(a)]], f" at {where}")
