@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 
 from kane.errors import ExpressionError, cut
-from kane.expr.node import ONE, TWO, ZERO, Expr, Number, constant, constant_value, intern_node, precedes
+from kane.expr.node import ONE, TWO, ZERO, Expr, Number, constant, constant_value, intern_node, intern_pair, precedes
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
 from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2, turns_sine
 from kane.expr.surd import Surd, root, times
@@ -22,14 +22,13 @@ _MAX_EXPANDED_POWER = 16
 
 def add(a: Expr, b: Expr) -> Expr:
     """a + b."""
+    if a is ZERO:
+        return b
+    if b is ZERO:
+        return a
     ao, bo = a.op, b.op
-    if ao is CONST or bo is CONST:
-        if a is ZERO:
-            return b
-        if b is ZERO:
-            return a
-        if ao is bo:
-            return constant(number_of(a) + number_of(b))
+    if ao is CONST and bo is CONST:
+        return constant(number_of(a) + number_of(b))
     if bo is NEG:
         return sub(a, b.args[0])
     if ao is NEG:
@@ -48,22 +47,21 @@ def add(a: Expr, b: Expr) -> Expr:
         if whole is not None:
             return whole
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
-        return intern_node(ADD, a, b)
-    return intern_node(ADD, b, a)
+        return intern_pair(ADD, a, b)
+    return intern_pair(ADD, b, a)
 
 
 def sub(a: Expr, b: Expr) -> Expr:
     """a − b; of a − b and b − a only one exists, the other is its negative."""
-    ao, bo = a.op, b.op
+    if b is ZERO:
+        return a
+    if a is ZERO:
+        return neg(b)
     if a is b:
         return ZERO
-    if ao is CONST or bo is CONST:
-        if b is ZERO:
-            return a
-        if a is ZERO:
-            return neg(b)
-        if ao is bo:
-            return constant(number_of(a) - number_of(b))
+    ao, bo = a.op, b.op
+    if ao is CONST and bo is CONST:
+        return constant(number_of(a) - number_of(b))
     if bo is NEG:
         return add(a, b.args[0])
     if ao is NEG:
@@ -78,7 +76,9 @@ def sub(a: Expr, b: Expr) -> Expr:
             return _scaled_product(*alike)
         if ao is bo and same_product(a, b):
             return ZERO
-    return intern_node(SUB, a, b) if precedes(a, b) else neg(intern_node(SUB, b, a))
+    if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
+        return intern_pair(SUB, a, b)
+    return neg(intern_pair(SUB, b, a))
 
 
 def _rest_of_sums(a: Expr, b: Expr) -> Expr | None:
@@ -100,21 +100,24 @@ def _rest_of_sums(a: Expr, b: Expr) -> Expr | None:
 
 def neg(a: Expr) -> Expr:
     """−a."""
-    if a.op is CONST:
-        return constant(-number_of(a))
-    return a.args[0] if a.op is NEG else intern_node(NEG, a)
+    op = a.op
+    if op is NEG:
+        return a.args[0]
+    if op is CONST:
+        return a if a is ZERO else constant(-number_of(a))
+    return intern_node(NEG, a)
 
 
 def mul(a: Expr, b: Expr) -> Expr:
     """a b."""
+    if a is ZERO or b is ZERO:
+        return ZERO
     ao, bo = a.op, b.op
     if ao is CONST or bo is CONST:
         if a is ONE:
             return b
         if b is ONE:
             return a
-        if a is ZERO or b is ZERO:
-            return ZERO
         if ao is bo:
             return constant(times(number_of(a), number_of(b)))
         return _scaled(a, b) if ao is CONST else _scaled(b, a)
@@ -129,8 +132,8 @@ def mul(a: Expr, b: Expr) -> Expr:
     if a is b and ao is SQRT:
         return a.args[0]
     if a.key < b.key or (a.key == b.key and precedes(a, b)):
-        return intern_node(MUL, a, b)
-    return intern_node(MUL, b, a)
+        return intern_pair(MUL, a, b)
+    return intern_pair(MUL, b, a)
 
 
 def _times_quotient(a: Expr, b: Expr) -> Expr | None:
@@ -161,17 +164,17 @@ def _scaled(c: Expr, x: Expr) -> Expr:
         return neg(mul(c, x.args[0]))
     if x.op is MUL and x.args[0].op is CONST:
         return mul(constant(times(value, number_of(x.args[0]))), x.args[1])
-    return intern_node(MUL, c, x)
+    return intern_pair(MUL, c, x)
 
 
 def div(a: Expr, b: Expr) -> Expr:
     """a / b."""
+    if a is ZERO and b is not ZERO:
+        return ZERO
     if b.op is CONST:
         quotient = _over_number(a, number_of(b))
         if quotient is not None:
             return quotient
-    if a is ZERO:
-        return ZERO
     if a is b:
         return ONE
     if a.op is NEG:
@@ -192,15 +195,17 @@ def div(a: Expr, b: Expr) -> Expr:
             return div(ONE, b.args[1])
         if b.args[1] is a:
             return div(ONE, b.args[0])
-    return intern_node(DIV, a, b)
+    return intern_pair(DIV, a, b)
 
 
 def _over_number(a: Expr, value: Number) -> Expr | None:
     """a / value where that is a product, a number or a negative."""
     if value == 0:
         raise ExpressionError(f"Division of {cut(a, 80)} by the constant 0.")
-    if isinstance(value, (int, Fraction)):
-        return mul(constant(Fraction(1) / value), a)
+    if type(value) is int:
+        return a if value == 1 else mul(constant(Fraction(1, value)), a)
+    if isinstance(value, Fraction):
+        return mul(constant(1 / value), a)
     if isinstance(value, Surd):
         return mul(constant(value.reciprocal()), a)
     if a.op is CONST:

@@ -38,6 +38,8 @@ Term = tuple[Number, Powers]
 def ordered(factors: Iterable[Expr]) -> list[Expr]:
     """Factors in the order in which they stand in a product."""
     found = sorted(factors, key=_KEY)
+    if len(found) < 2:
+        return found
     keys = [f.key for f in found]
     if len(set(keys)) == len(keys) and all(f.op is not CONST for f in found):
         return found
@@ -77,7 +79,8 @@ def _terms(e: Expr) -> list[Term] | None:
             number, factors = _product(x)
             if count > _MOST or len(factors) > _MOST:
                 return None
-            found[factors] = found.get(factors, 0) + sign * number
+            number = number if sign > 0 else -number
+            found[factors] = found[factors] + number if factors in found else number
     return [(n, f) for f, n in found.items() if n != 0]
 
 
@@ -108,12 +111,11 @@ def _product(e: Expr) -> Term:
     if quotients:
         _cancel(powers)
     if divisor != 1:
-        number = (
-            Fraction(number) / divisor
-            if isinstance(number, int) and not isinstance(divisor, float)
-            else number / divisor
-        )
-    return number, tuple((f, powers[f]) for f in ordered(powers) if powers[f])
+        if isinstance(number, int) and isinstance(divisor, int | Fraction):
+            number = Fraction(number, divisor)
+        else:
+            number /= divisor
+    return number, tuple([(f, powers[f]) for f in ordered(powers) if powers[f]])
 
 
 def _cancel(powers: dict[Expr, int]) -> None:
@@ -176,4 +178,5 @@ def _times(number: Number, factors: Powers) -> Expr:
     for f, k in factors:
         for _ in range(abs(k)):
             above, below = (mul(above, f), below) if k > 0 else (above, mul(below, f))
-    return div(mul(constant(number), above), below)
+    product = above if number == 1 else mul(constant(number), above)
+    return product if below is ONE else div(product, below)

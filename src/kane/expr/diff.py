@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from kane.errors import ExpressionError, alike, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr, as_expr, as_exprs, postorder
+from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, as_exprs, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, SYMBOL, WHERE
 from kane.expr.size import never_zero
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Rate, Reaction, Speed, State, Symbol, Time, rate
@@ -57,7 +57,7 @@ def _through(node: Expr, derivatives: Mapping[Expr, Expr]) -> Expr:
     if op is MUL:
         x, y = args
         if x is y:
-            return mul(as_expr(2), mul(x, derivatives[x]))
+            return mul(TWO, mul(x, derivatives[x]))
         return add(mul(derivatives[x], y), mul(x, derivatives[y]))
     if all(derivatives[a] is ZERO for a in args):
         return ZERO

@@ -155,5 +155,5 @@ def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
     total = ZERO
     for x, y in zip(a, b, strict=True):
         if x is not ZERO and y is not ZERO:
-            total = add(total, mul(x, y))
+            total = mul(x, y) if total is ZERO else add(total, mul(x, y))
     return total

@@ -171,10 +171,24 @@ def intern_node(op: Op, *args: Expr) -> Expr:
     node = _new(Expr)
     _set_op(node, op)
     _set_args(node, args)
-    if len(args) == 2:
-        _set_key(node, hash((op.code, args[0].key, args[1].key)))
-    else:
-        _set_key(node, hash((op.code, *[a.key for a in args])))
+    _set_key(node, hash((op.code, *[a.key for a in args])))
+    with _lock:
+        first = _table.setdefault(name, node)
+        if len(_table) > _limit:
+            sweep()
+    return first
+
+
+def intern_pair(op: Op, a: Expr, b: Expr) -> Expr:
+    """`intern_node` of an operation on two: nine of ten nodes are such."""
+    name = (op, a, b)
+    node = _table.get(name)
+    if node is not None:
+        return node
+    node = _new(Expr)
+    _set_op(node, op)
+    _set_args(node, (a, b))
+    _set_key(node, hash((op.code, a.key, b.key)))
     with _lock:
         first = _table.setdefault(name, node)
         if len(_table) > _limit:
@@ -227,13 +241,20 @@ def sweep() -> int:
 def constant(value: Number | np.number[Any]) -> Expr:
     """The constant node of a real, finite number."""
     exact = _exact(value)
-    name = (CONST, exact) if type(exact) is not Surd else (CONST, exact.ratio, exact.radicand)
+    name = _number_name(exact)
     node = _table.get(name)
     if node is not None:
         return node
     fresh = leaf(Constant, CONST, hash((CONST.code, _number_key(exact))))
     _set_value(fresh, exact)
     return enter(name, fresh)
+
+
+def _number_name(value: Number) -> tuple[Any, ...]:
+    """What a number is called in the table: by whole numbers, as the hash of a fraction takes longer than all else here."""
+    if type(value) is Fraction:
+        return CONST, CONST, *value.as_integer_ratio()
+    return (CONST, value) if type(value) is not Surd else (CONST, value.ratio, value.radicand)
 
 
 def _number_key(value: Number) -> tuple[int, ...]:
@@ -246,6 +267,13 @@ _WIDE = 2**53
 
 def _exact(value: Any) -> Number:
     """Canonical number: int, Fraction with a short denominator, or float; each value has one form."""
+    kind = type(value)
+    if kind is int and -_WIDE <= value <= _WIDE:
+        return value  # type: ignore[no-any-return]
+    if kind is Fraction:
+        above, below = value.as_integer_ratio()
+        if below <= _SHORT and -_WIDE <= above <= _WIDE:
+            return above if below == 1 else value  # type: ignore[no-any-return]
     if type(value) is Surd:
         return (
             value if max(abs(value.ratio.numerator), value.ratio.denominator, value.radicand) <= _WIDE else float(value)

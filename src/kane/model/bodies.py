@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, TypeGuard, runtime_checkable
 
 from kane.errors import ModelError, cut
 from kane.expr.evaluate import free_symbols
@@ -71,12 +71,17 @@ def extended(bodies: Iterable[Body]) -> list[tuple[str, Frame, Dyadic]]:
 
 def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
     """The bodies with coordinates of their own."""
-    return tuple(body for body in bodies if isinstance(body, Deforming))
+    return tuple([body for body in bodies if _deforms(body)])
+
+
+def _deforms(body: Body) -> TypeGuard[Deforming]:
+    """Whether it is one of those; a look at all that a protocol asks for takes long, and most lack the first."""
+    return hasattr(body, "own_loads") and isinstance(body, Deforming)
 
 
 def rigid(bodies: Iterable[Body]) -> tuple[Body, ...]:
     """The others."""
-    return tuple(body for body in bodies if not isinstance(body, Deforming))
+    return tuple([body for body in bodies if not _deforms(body)])
 
 
 def brought_loads(bodies: Iterable[Body]) -> tuple[Any, ...]:

@@ -142,8 +142,8 @@ def _turn(o: Orientation, v: Triple, s: Expr) -> Triple:
 
 def product(rows: Cosines, v: Triple) -> Triple:
     """C v."""
-    a, b, c = (dot(row, v) for row in rows)
-    return (a, b, c)
+    a, b, c = rows
+    return (dot(a, v), dot(b, v), dot(c, v))
 
 
 def cross3(a: Triple, b: Triple) -> Triple:
@@ -158,8 +158,8 @@ def cross3(a: Triple, b: Triple) -> Triple:
 
 def transposed(rows: Cosines) -> Cosines:
     """The transpose."""
-    a, b, c = zip(*rows, strict=True)
-    return (a, b, c)
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return (a, d, g), (b, e, h), (c, f, i)
 
 
 def turned_symmetric(rows: Cosines, axis: int, c: Expr, s: Expr, *, several: bool = False) -> Cosines:
@@ -172,12 +172,15 @@ def turned_symmetric(rows: Cosines, axis: int, c: Expr, s: Expr, *, several: boo
     both = mul(mul(TWO, c), b) if several else mul(c, mul(TWO, b))
     y = add(mul(s, sub(a, d)), both)
     out = [list(row) for row in rows]
-    out[j][j], out[k][k] = sub(a, mul(s, y)), add(d, mul(s, y))
+    more = mul(s, y)
+    out[j][j], out[k][k] = sub(a, more), add(d, more)
     out[j][k] = out[k][j] = sub(mul(c, y), b)
-    out[i][j] = out[j][i] = sub(mul(c, rows[i][j]), mul(s, rows[i][k]))
-    out[i][k] = out[k][i] = add(mul(s, rows[i][j]), mul(c, rows[i][k]))
-    first, second, third = ((row[0], row[1], row[2]) for row in out)
-    return first, second, third
+    x, z = rows[i][j], rows[i][k]
+    if x is not ZERO or z is not ZERO:
+        out[i][j] = out[j][i] = sub(mul(c, x), mul(s, z))
+        out[i][k] = out[k][i] = add(mul(s, x), mul(c, z))
+    first, second, third = out
+    return (first[0], first[1], first[2]), (second[0], second[1], second[2]), (third[0], third[1], third[2])
 
 
 def leave(frame: Basis, v: Triple) -> Triple:

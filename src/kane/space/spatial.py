@@ -156,8 +156,8 @@ def _turned_general(rows: Cosines, axis: int, c: Expr, s: Expr) -> Cosines:
 
 def as_rows(rows: list[list[Expr]]) -> Cosines:
     """A list of lists as rows."""
-    a, b, c = ((row[0], row[1], row[2]) for row in rows)
-    return a, b, c
+    a, b, c = rows
+    return (a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2])
 
 
 def mirrored(rows: Cosines) -> Cosines:
@@ -175,7 +175,7 @@ def summed(a: Triple, b: Triple) -> Triple:
 
 def along(axis: int, x: Expr) -> Triple:
     """x along a basis axis."""
-    return triple(x if k == axis else ZERO for k in range(3))
+    return (x, ZERO, ZERO) if axis == 0 else (ZERO, x, ZERO) if axis == 1 else (ZERO, ZERO, x)
 
 
 def negative(v: Triple) -> Triple:
@@ -219,7 +219,7 @@ def centripetal(w: Triple, r: Triple, square: Expr) -> Triple:
         pull = neg(mul(w[2], w[2]))
         return mul(pull, r[0]), mul(pull, r[1]), ZERO
     both = dot(w, r)
-    return triple(sub(mul(w[k], both), mul(r[k], square)) for k in range(3)) if present else NOTHING
+    return triple([sub(mul(w[k], both), mul(r[k], square)) for k in range(3)]) if present else NOTHING
 
 
 def triple(values: Iterable[Expr]) -> Triple:
@@ -245,21 +245,22 @@ class Rigid(NamedTuple):
 
     def moved(self, r: Triple) -> "Rigid":
         """About the point from which this origin lies at r."""
-        hr, rr = dot(self.h, r), dot(r, r)
+        m, h = self.m, self.h
+        whole = add(mul(TWO, dot(h, r)), mul(m, dot(r, r)))
         rows = [list(row) for row in self.j]
         for a in range(3):
             for b in range(a, 3):
-                x = sub(rows[a][b], add(mul(self.h[a], r[b]), mul(r[a], self.h[b])))
-                x = sub(x, mul(self.m, mul(r[a], r[b])))
-                if a == b:
-                    x = add(x, add(mul(TWO, hr), mul(self.m, rr)))
-                rows[a][b] = rows[b][a] = x
-        return Rigid(self.m, summed(self.h, times(self.m, r)), as_rows(rows))
+                x = rows[a][b]
+                if r[a] is not ZERO or r[b] is not ZERO:
+                    x = sub(x, add(mul(h[a], r[b]), mul(r[a], h[b])))
+                    x = sub(x, mul(m, mul(r[a], r[b])))
+                rows[a][b] = rows[b][a] = add(x, whole) if a == b else x
+        return Rigid(m, summed(h, times(m, r)), as_rows(rows))
 
     def bias(self, w: Triple, square: Expr) -> tuple[Triple, Triple]:
         """Moment and force of ω × J ω and ω × (ω × h), with ω · ω; what J has of the unit dyadic adds nothing."""
-        common = self.j[2][2]
-        j = as_rows([[sub(x, common) if a == b else x for b, x in enumerate(row)] for a, row in enumerate(self.j)])
+        (a, b, c), (d, e, f), (g, h, common) = self.j
+        j = (sub(a, common), b, c), (d, sub(e, common), f), (g, h, ZERO)
         return cross3(w, product(j, w)), centripetal(w, self.h, square)
 
     @property

@@ -11,10 +11,11 @@ at two additions, and m r* of the link vanishes where it is along the arm.
 """
 
 from collections.abc import Collection, Sequence
+from itertools import chain
 
 from kane.dynamics.bodies import ConstantInertia
 from kane.dynamics.derived import Derived, free_fall
-from kane.expr.build import mul, neg, sub
+from kane.expr.build import add, mul, neg, sub
 from kane.expr.collect import collected
 from kane.expr.content import Contents, content, divider, over_number
 from kane.expr.evaluate import is_constant_in_time
@@ -122,11 +123,12 @@ def _balanced(step: Segment, body: Rigid, arm: Triple) -> tuple[Rigid, Expr]:
     mass = shares(body.h[along[0]], arm[along[0]]) if len(along) == 1 and not any(step.slide.freedoms) else None
     if mass is None:
         return body, ZERO
-    mass = collected(mass)
-    left = body.plus(Rigid(neg(mass), NOTHING, NO_ROWS).moved(arm))
-    h = triple(ZERO if k in along else x for k, x in enumerate(left.h))
-    short = {x: collected(x) for x in {x for row in left.j for x in row}}
-    return Rigid(collected(left.m), h, as_rows([[short[x] for x in row] for row in left.j])), mass
+    mass, own = collected(mass), along[0]
+    less = mul(neg(mass), dot(arm, arm))
+    j = [[add(x, less) if a == b != own else x for b, x in enumerate(row)] for a, row in enumerate(body.j)]
+    h = triple([ZERO if k == own else x for k, x in enumerate(body.h)])
+    short = {x: collected(x) for x in dict.fromkeys(chain.from_iterable(j))}
+    return Rigid(collected(sub(body.m, mass)), h, as_rows([[short[x] for x in row] for row in j])), mass
 
 
 def shares(h: Expr, r: Expr) -> Expr | None:

@@ -13,6 +13,8 @@ from kane.expr.node import TWO, ZERO, Expr
 
 def with_half_speeds(s: Solved) -> Solved:
     """The same, where q̇ then takes fewer operations beside u̇."""
+    if not s.derived.system.euler_parameters:
+        return s
     place: dict[Expr, int] = {q: i for i, q in enumerate(s.derived.system.coordinates)}
     rates = list(s.rates)
     for group in s.derived.system.euler_parameters:
