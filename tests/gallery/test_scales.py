@@ -133,6 +133,59 @@ def moved(system, scale, start):
     return (sol.status, events, len(said), sol.keeps_energy), np.hstack([sol.q, sol.u]) / factors
 
 
+GIGA = (1e-9, 1, 1), (1e9, 1, 1), (1, 1, 1e-9)
+"""Lengths in millions of kilometres and in nanometres, times in thirty years."""
+
+
+@pytest.mark.parametrize("name", ["whipple_bicycle", "slider_crank", "pure_rolling_disk", "flexible_four_bar"])
+def test_what_is_assembled_is_the_same_in_any_units(name, in_units):
+    """Which speeds are determined is no matter of the sizes of metres beside radians; least changes neither."""
+    system, given = in_units(name), load(name).START
+    guessed = {u.name: kn.guess(given["u"].get(u.name, 0.0)) for u in system.eom.speeds}
+    inputs = given.get("inputs")
+    for u in (given["u"], guessed):
+        expected = kn.assemble(system.eom, q=given["q"], u=u, inputs=inputs)
+        for scale in (*SCALES, *GIGA):
+            found = kn.assemble(
+                system.eom, q=system.scaled(given["q"], scale), u=system.scaled(u, scale),
+                parameters=system.parameters(scale), inputs=inputs and system.scaled(inputs, scale),
+            )  # fmt: skip
+            for one, other in ((found.q, expected.q), (found.u, expected.u)):
+                factors = system.factors(one, scale)
+                values = np.array(list(other.values()))
+                np.testing.assert_allclose(
+                    np.array(list(one.values())) / factors,
+                    values,
+                    rtol=1e-7,
+                    atol=1e-9 * max(1.0, np.abs(values).max()),
+                )
+
+
+def test_tolerances_of_large_numbers_overflow_nothing(in_units):
+    system = in_units("pure_rolling_disk")
+    start = system.start()
+    verdict, expected = moved(system, (1, 1, 1), start)
+    found, states = moved(system, GIGA[1], start)
+    assert found == verdict
+    np.testing.assert_allclose(states, expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_a_tolerance_far_too_wide_stops_a_motion_with_a_reason(in_units):
+    """Millimetres with atol = 1 m: steps lead to deflections whose foreshortening was nothing before, and are moved back all the same."""
+    system, scale = in_units("flexible_four_bar"), GIGA[0]
+    q, u = system.start()
+    sol = kn.simulate(
+        system.eom,
+        (0, 0.3),
+        q=system.scaled(q, scale),
+        u=system.scaled(u, scale),
+        parameters=system.parameters(scale),
+        samples=3,
+    )
+    assert np.isfinite(sol.states).all()
+    assert sol.status == "finished" or sol.message
+
+
 def slow_but(quick, names):
     """The names, those that are not quick marked so."""
     return [n if n in quick else pytest.param(n, marks=pytest.mark.slow) for n in names]

@@ -20,7 +20,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed
 from kane.numeric.projection import least_squares
-from kane.numeric.rank import STATE_RANK, singular
+from kane.numeric.rank import ROUNDING, STATE_RANK, singular
 from kane.progress import working
 
 _ROUNDING = 1e-7
@@ -228,7 +228,10 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
     held = held_at(eom, at, by_rates)
     rows, rest = held.rows, held.rest
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
-    x = start.values.copy()
+    # what a unit of each does: metres and radians per second compare by that
+    pace = np.abs(rows).max(axis=0, initial=0)
+    pace = np.where(pace > ROUNDING * pace.max(initial=0), pace, 1.0)
+    rows, x = rows / pace, start.values * pace
     size = np.abs(rows).max(axis=1, initial=0)
     # a row that vanishes here but for rounding holds nothing
     scale = np.maximum(size, max(_ROUNDING * size.max(initial=0), np.finfo(float).tiny))
@@ -251,4 +254,4 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
             f"Expected start {'rates' if by_rates else 'speeds'} that satisfy the constraints A u + b = 0, got values that miss "
             f"{bad}. Leave some out, or mark them with kn.guess(…), to have them solved for."
         )
-    return held.to_speeds @ x + held.added, float(left.max(initial=0))
+    return held.to_speeds @ (x / pace) + held.added, float(left.max(initial=0))

@@ -171,6 +171,7 @@ class Holding:
         if not numbers.finite or self._poor(numbers):
             return Looked(Verdict.SINGULAR)
         if not (stepper.jumped(numbers) or stepper.crosses(states, start, end)):
+            self.measure()  # the kernel moves the step's end by them: entries may have grown from nothing
             return Looked(Verdict.TAKEN)
         # where speeds alone are poor others are taken, nearby: `settle`
         lost = end - start <= narrow or stepper.crosses(states, start, end, rank_alone=True)

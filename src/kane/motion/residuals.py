@@ -23,6 +23,8 @@ _SLACK = 10.0
 _DIGITS = 1e-10
 """Share of its terms that a residual may have however tight the tolerances are."""
 _TINY = np.finfo(float).tiny
+_ANY = 1 / _TINY**0.5
+"""A change of a speed that moves no coordinate, in any unit."""
 
 Tolerances = tuple[float, float]
 """Relative and absolute."""
@@ -64,8 +66,9 @@ def _residuals(numbers: Numbers, x: Array, reach: Array, tolerances: Tolerances)
     c, n = len(numbers.f), len(numbers.m)
     nq = len(numbers.w)
     # the change in each speed's direction that leaves every coordinate within its tolerance
-    along = (open_[:nq, None] / (np.abs(numbers.w[:, :n]) + _TINY)).min(axis=0, initial=np.inf)
-    slopes = reach[:c] @ np.minimum(along, 1 / _TINY**0.5)
+    pace, most = np.abs(numbers.w[:, :n]), open_[:nq, None]
+    along = np.divide(most, pace, out=np.full(pace.shape, _ANY), where=pace > most / _ANY)
+    slopes = reach[:c] @ along.min(axis=0, initial=_ANY)
     if len(numbers.speeds):
         return numbers.f, slopes
     rates = numbers.a[c:] @ x[nq : nq + n] + numbers.b[c:]

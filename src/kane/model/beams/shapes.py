@@ -16,6 +16,7 @@ from kane.numeric.arrays import Array
 _DEGREES = (16, 32, 64, 128)
 """Degrees at which a function is interpolated, until its last coefficients are rounding."""
 _ROUNDING = 1e-13
+_GRID = np.linspace(0, 1, 101)
 _ZERO = 1e-6
 """Share of its largest value (slope) up to which a function counts as zero at an end: tables are rounded."""
 
@@ -36,9 +37,10 @@ class ModeShapes(Immutable):
         return f"ModeShapes({self.label}, {self.count})"
 
     def at(self, xi: float, order: int = 0) -> Array:
-        """The values, or derivatives by ξ, at one place (count)."""
+        """The values, or derivatives by ξ, at one place (count); zero where they vanish but for rounding: a pinned tip does not move."""
         values: Array = self.evaluate(np.array([float(xi)]), order)[0]
-        return values
+        size = np.abs(self.evaluate(_GRID, order)).max(axis=0)
+        return np.where(np.abs(values) > _ROUNDING * size, values, 0.0)
 
 
 def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None) -> ModeShapes:
@@ -163,10 +165,9 @@ def _numbers(table: Sequence[Any]) -> list[Array]:
 
 def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
     """Which functions do not vanish at the root, in value (order 0) or slope (1)."""
-    grid = np.linspace(0, 1, 101)
     wrong = []
     for order in orders:
-        size = np.abs(shapes.evaluate(grid, order)).max(axis=0)
+        size = np.abs(shapes.evaluate(_GRID, order)).max(axis=0)
         end = np.abs(shapes.at(0, order))
         noun = "slope" if order else "value"
         wrong += [f"mode {k + 1} has the {noun} {end[k]:.3g}" for k in np.nonzero(end > _ZERO * size)[0]]
