@@ -16,12 +16,12 @@ from kane.equations.equations import Equations
 from kane.equations.on_demand import along
 from kane.equations.routines import ports
 from kane.expr.diff import tangent, weighted
-from kane.expr.node import ONE, Expr
+from kane.expr.node import ONE, Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given
 from kane.motion.drives import expressions, follows
 from kane.motion.routines import Routines
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.program.bundle import Bundle, Shaped
 from kane.program.native.entry import entry, hoisted
 from kane.program.program import Port
@@ -97,6 +97,28 @@ def gains(now: Routines, t: float, x: Array) -> Array:
 def is_long(now: Routines) -> bool:
     """Whether J is taken as products."""
     return now.eom.operations.total * now.width > _LONG
+
+
+def pattern(now: Routines) -> Mask | None:
+    """Which entries of J may be other than zero: those of symbols that rates hold; None where inputs follow from the state."""
+    if any(getattr(f, "of_state", False) for f in now.drives):
+        return None
+    return now.eom.numeric(now.settings).value(_held)
+
+
+def _held(eom: Equations) -> Mask:
+    place = {s: 1 << k for k, s in enumerate(eom.state)}
+    roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
+    held: dict[Expr, int] = {}
+    for node in postorder(roots):
+        own = place.get(node, 0)  # type: ignore[call-overload]  # most nodes are no symbols
+        for part in node.args:
+            own |= held[part]
+        held[node] = own
+    n = len(eom.state)
+    whole = np.zeros((n + 1, n + 1), dtype=bool)
+    whole[:, :n] = [[bool(held[root] >> k & 1) for k in range(n)] for root in roots]
+    return whole
 
 
 def derivatives(now: Routines, t: float, y: Array) -> Given:

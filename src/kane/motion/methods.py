@@ -20,13 +20,14 @@ from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import IMPLICIT as SLOW
 from kane.motion.stepping import STEPPED
 from kane.motion.steps import Stepper
+from kane.motion.sundials import CVODE, check_installed
 from kane.program.emit.llvm_forms import LIBRARY
 from kane.program.native.machine_code import target
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 """SciPy's."""
 AUTO = "auto"
-METHODS = (AUTO, *INTEGRATORS, *SOLVERS)
+METHODS = (AUTO, *INTEGRATORS, *SOLVERS, CVODE)
 _WIDE, _NARROW, _BENT = "gauss16", "vern9", "dop853"
 """What it is in machine code: by rates on lanes; where the machine has few of them, the library is called lane by lane, or inputs
 follow from the state; where rates or inputs may have corners, which collocation's estimate does not see."""
@@ -116,4 +117,6 @@ def check_method(method: Any) -> str:
     """A method by its name."""
     if method not in METHODS:
         raise SimulationError(f"Expected method to be one of {', '.join(METHODS)}, got {method!r}.")
+    if method == CVODE:
+        check_installed()
     return str(method)

@@ -26,6 +26,7 @@ from kane.motion.projection import Numbers
 from kane.motion.resting import that_move
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
+from kane.motion.sundials import CVODE, Cvode
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 
@@ -33,7 +34,7 @@ STEPPED = "DOP853"
 """What "auto" is where a motion does not run in machine code."""
 IMPLICIT = "Radau"
 """What leads on where equations are stiff."""
-_IMPLICIT = ("Radau", "BDF", "LSODA")
+_IMPLICIT = ("Radau", "BDF", "LSODA", CVODE)
 """Those that take derivatives of the rates."""
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 """Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
@@ -49,7 +50,7 @@ _SHORT_OF_RANK = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """One of SciPy's solvers by name, relative and absolute tolerance, how many steps, how long, where they end, and the `first` one.
+    """A solver of SciPy's or SUNDIALS' by name, its tolerances, how many steps, how long, where they end, and the `first` one.
 
     `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly. `free` says that the
     method was not: then it may be left.
@@ -67,13 +68,15 @@ class Method:
     first: float | None = None
 
     def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
-        """SciPy's solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
+        """The solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
         from scipy import integrate
 
         end = next_end(self.breakpoints, t, end)
         first_step = first_step and min(first_step, end - t, self.max_step)
-        more = {"jac": stepper.slopes} if self.name in _IMPLICIT else {}
-        return getattr(integrate, self.name)(
+        more: dict[str, Any] = {"jac": stepper.slopes} if self.name in _IMPLICIT else {}
+        if self.name == CVODE:
+            more["pattern"] = stepper.pattern()
+        return (Cvode if self.name == CVODE else getattr(integrate, self.name))(
             stepper.rate,
             t,
             y,

@@ -18,7 +18,7 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.implicit import exact
+from kane.motion.implicit import exact, pattern
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.passages import Along, crosses, looked_at
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
@@ -26,7 +26,7 @@ from kane.motion.residuals import Tolerances, missed
 from kane.motion.routines import routines
 from kane.motion.solution import Segment
 from kane.motion.weak import mixes
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import mobility, sizes
 from kane.numeric.rank import MOTION_RANK, Mixed, balanced, combinations, sure_rows
 from kane.program.native.machine import Settings
@@ -81,6 +81,10 @@ class Stepper:
             found = exact(self.now)
             self._slopes = self.eom, found
         return found(t, y)
+
+    def pattern(self) -> Mask | None:
+        """Which entries of `slopes` are not zero for all states; None where that is not known."""
+        return pattern(self.now)
 
     def _numbers(self, t: float, y: Array) -> Numbers:
         assert self.manifold is not None
