@@ -18,6 +18,7 @@ from kane.dynamics.routes.table import ASKED, solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
 from kane.errors import ModelError, cut
+from kane.expr.remembered import remembering
 from kane.model.system import System
 from kane.progress import working
 
@@ -61,7 +62,7 @@ def derive(
         raise ModelError(
             f"Expected route= one of {', '.join(map(repr, ASKED))}, or None for the shortest, got {cut(repr(route))}."
         )
-    with working("Deriving"), collecting_seldom():
+    with working("Deriving"), collecting_seldom(), remembering():
         parts = derived(system, place(system, near))
         held = parts.constraints.constraints
         partition = first_partition(system, parts.constraints, parts.compared) if held else None

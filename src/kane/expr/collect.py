@@ -17,6 +17,7 @@ from kane.expr.build import add, div, mul, neg
 from kane.expr.node import ONE, ZERO, Expr, Number, constant, precedes
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
 from kane.expr.patterns import number_of
+from kane.expr.remembered import remembered
 from kane.expr.surd import times
 from kane.expr.symbols import Parameter
 
@@ -50,8 +51,14 @@ def collected(e: Expr) -> Expr:
     """The sum or product e collected; e itself where it is neither, or a long one."""
     if e.op is NEG:
         return neg(collected(e.args[0]))
-    if e.op not in (ADD, SUB, MUL, DIV):
-        return e
+    return _collected(e) if e.op in _COLLECTED else e
+
+
+_COLLECTED = frozenset((ADD, SUB, MUL, DIV))
+
+
+@remembered
+def _collected(e: Expr) -> Expr:
     terms = _terms(e)
     if terms is None:
         return e

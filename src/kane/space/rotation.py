@@ -14,6 +14,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.ops import NEG, SUB
+from kane.expr.remembered import remembered
 from kane.expr.symbols import Coordinate, QuasiRate
 
 Triple = tuple[Expr, Expr, Expr]
@@ -206,8 +207,11 @@ def express(v: Triple, source: Basis, target: Basis) -> Triple:
 
     A multiple of a unit vector is turned as the unit vector, so that direction cosines are shared between multiples.
     """
-    if source is target:
-        return v
+    return v if source is target else _expressed(v, source, target)
+
+
+@remembered
+def _expressed(v: Triple, source: Basis, target: Basis) -> Triple:
     i = single(v)
     if i is None:
         return _walk(v, source, target) if any(x is not ZERO for x in v) else v
@@ -216,6 +220,7 @@ def express(v: Triple, source: Basis, target: Basis) -> Triple:
     return (mul(x, a), mul(x, b), mul(x, c))
 
 
+@remembered
 def _walk(v: Triple, source: Basis, target: Basis) -> Triple:
     up, down = path(source, target)
     between = _between(up, down)
@@ -259,6 +264,7 @@ def single(v: Triple) -> int | None:
     return 0 if y is ZERO and z is ZERO else None
 
 
+@remembered
 def cost(v: Triple, source: Basis, target: Basis) -> int:
     """About how many operations `express` would take."""
     if source is target:

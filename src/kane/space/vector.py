@@ -16,6 +16,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.remembered import remembered
 from kane.expr.symbols import Coordinate, Symbol, rate
 from kane.space.operands import check_connected, divided_by, not_a_dyadic, not_a_vector, raised, scalar_beside
 from kane.space.rotation import (
@@ -140,27 +141,13 @@ class Vector(Immutable):
         """Scalar product self · other."""
         if type(other) is not Vector:
             raise not_a_vector("a.dot(b)", other)
-        if len(self.parts) > _MANY or len(other.parts) > _MANY:
-            return _long_dot(self.parts, other.parts)
-        total = ZERO
-        for f, v in self.parts:
-            for g, w in other.parts:
-                total = add(total, dot_parts(f, v, g, w))
-        return total
+        return _dot(self.parts, other.parts)
 
     def cross(self, other: Vector) -> Vector:
         """Vector product self × other."""
         if type(other) is not Vector:
             raise not_a_vector("a.cross(b)", other)
-        total = Vector()
-        if len(self.parts) == 1 == len(other.parts):
-            frame, a, b = _together(*self.parts[0], *other.parts[0])
-            return Vector(((frame, cross3(a, b)),))
-        for f, v in self.parts:
-            for g, w in other.parts:
-                frame, a, b = _together(f, v, g, w)
-                total = total + Vector(((frame, cross3(a, b)),))
-        return total
+        return _cross(self.parts, other.parts)
 
     def outer(self, other: Vector) -> Dyadic:
         """The dyad self other."""
@@ -194,16 +181,7 @@ class Vector(Immutable):
 
         Of the ones that cost the fewest operations it is one in which the most measure numbers vanish.
         """
-        if len(self.parts) < 2:
-            return self
-        own = [f for f, _ in self.parts]
-        base = reduce(common_base, own)
-        between = [g for f in own for g in takewhile(lambda g: g is not base, f.lineage[1:]) if g not in own]
-        candidates = (base, *between, *own)
-        prices = [sum([cost(v, f, target) for f, v in self.parts]) for target in candidates]
-        best = min(prices)
-        cheap = [self.express(f) for f, p in zip(candidates, prices, strict=True) if p == best]
-        return max(reversed(cheap), key=_vanishing)
+        return self if len(self.parts) < 2 else _gathered(self.parts)
 
     def dt(self, frame: Frame) -> Vector:
         """Time derivative in `frame`: Σ (ẋ a₁ + …) + ω × (x a₁ + …), in rates."""
@@ -268,6 +246,42 @@ class Vector(Immutable):
 
 
 _set_parts = Vector.__dict__["parts"].__set__
+
+
+@remembered
+def _dot(many: Parts, few: Parts) -> Expr:
+    if len(many) > _MANY or len(few) > _MANY:
+        return _long_dot(many, few)
+    total = ZERO
+    for f, v in many:
+        for g, w in few:
+            total = add(total, dot_parts(f, v, g, w))
+    return total
+
+
+@remembered
+def _cross(these: Parts, others: Parts) -> Vector:
+    if len(these) == 1 == len(others):
+        frame, a, b = _together(*these[0], *others[0])
+        return Vector(((frame, cross3(a, b)),))
+    total = Vector()
+    for f, v in these:
+        for g, w in others:
+            frame, a, b = _together(f, v, g, w)
+            total = total + Vector(((frame, cross3(a, b)),))
+    return total
+
+
+@remembered
+def _gathered(parts: Parts) -> Vector:
+    whole, own = Vector(parts), [f for f, _ in parts]
+    base = reduce(common_base, own)
+    between = [g for f in own for g in takewhile(lambda g: g is not base, f.lineage[1:]) if g not in own]
+    candidates = (base, *between, *own)
+    prices = [sum([cost(v, f, target) for f, v in parts]) for target in candidates]
+    best = min(prices)
+    cheap = [whole.express(f) for f, p in zip(candidates, prices, strict=True) if p == best]
+    return max(reversed(cheap), key=_vanishing)
 
 
 def axes(frame: Frame) -> tuple[Vector, Vector, Vector]:
