@@ -24,7 +24,7 @@ from kane.expr.symbols import Coordinate
 from kane.expr.visit import substitute
 from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array
-from kane.numeric.newton import Closed, close
+from kane.numeric.newton import close
 from kane.numeric.rank import DERIVE_RANK, balanced, level, singular
 from kane.numeric.sample import sample, values_of
 
@@ -98,17 +98,16 @@ class _Places:
         moving = {*q, *self.unit}
         others = {s: v for s, v in values.items() if s not in moving}
         conditions = Closure((), f, jacobian(f, q))
-        function, usual = (
-            residual_function(self.system, conditions, others),
-            usual_sizes(self.system, conditions, others),
-        )
-        ends = [
-            close(function, x, range(len(q)), steps=_STEPS, sizes=(usual.f, usual.x))
-            if f
-            else Closed(x, np.zeros(0), 0)
-            for x in self._starts(values, pivot)
-        ]
-        closed = [last.x for last in ends if np.abs(last.residual / usual.f).max(initial=0) <= _ZERO]
+        closed: list[Array] = list(self._starts(values, pivot))
+        if f and closed:
+            function, usual = (
+                residual_function(self.system, conditions, others),
+                usual_sizes(self.system, conditions, others),
+            )
+            ends = [close(function, x, range(len(q)), steps=_STEPS, sizes=(usual.f, usual.x)) for x in closed]
+            closed = [last.x for last in ends if np.abs(last.residual / usual.f).max(initial=0) <= _ZERO]
+        if not closed:
+            return
         places = np.array(closed).reshape(-1, len(q), 1)
         for b in self._determining(values | {x: places[:, k] for k, x in enumerate(q)}, len(places)):
             if b is not None:

@@ -15,6 +15,7 @@ from kane.expr.visit import fold, imaged
 
 Guards = Mapping[Expr, Expr]
 """The size of each divisor that may vanish."""
+Part = Callable[[], Iterable[Expr]]
 
 
 def guards(divisors: Iterable[tuple[Expr, Expr]], before: Iterable[Expr], after: Iterable[Expr]) -> dict[Expr, Expr]:
@@ -25,12 +26,24 @@ def guards(divisors: Iterable[tuple[Expr, Expr]], before: Iterable[Expr], after:
     divisors : each with its size
     before, after : what went into the solution, and what came out: a factor counts if it divides in the latter alone
     """
+    return guards_by_parts(divisors, (lambda: before,), (lambda: after,))
+
+
+def guards_by_parts(
+    divisors: Iterable[tuple[Expr, Expr]], before: Sequence[Part], after: Sequence[Part]
+) -> dict[Expr, Expr]:
+    """The same where what went in, and what came out, comes in parts, which are made only as far as they decide."""
     own = {denominator(d): bound for d, bound in divisors}
-    parts = [e for d in own for e in factors(d) if e not in own and not never_zero(e)]
-    if parts:
-        new = _divided_by(after) - _divided_by(before)
-        memo: Sizes = {}
-        own.update((e, size(e, memo)) for e in parts if e in new)
+    factors_of_own = [e for d in own for e in factors(d) if e not in own and not never_zero(e)]
+    left, new = set(factors_of_own), set[Expr]()
+    for part in before[:1]:
+        left = left and left - _divided_by(part())
+    for part in after:
+        new |= left & _divided_by(part()) if left - new else new
+    for part in before[1:]:
+        new = new and new - _divided_by(part())
+    memo: Sizes = {}
+    own.update((e, size(e, memo)) for e in factors_of_own if e in new)
     return own
 
 

@@ -47,6 +47,6 @@ def remembered(function: Callable[P, R]) -> Callable[P, R]:
         result = table.get(key)
         if result is None:
             result = table[key] = function(*args, **kwargs)
-        return result  # type: ignore[no-any-return]
+        return result
 
     return known

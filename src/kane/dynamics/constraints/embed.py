@@ -7,7 +7,7 @@ With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gi
     u̇_D = A_n u̇_I + c_D                     c_D = −A_D⁻¹ (Ȧ u + ḃ)
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from types import MappingProxyType
@@ -21,7 +21,7 @@ from kane.dynamics.constraints.redundancy import check_determinate
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant_value
-from kane.expr.regular import Guards, guarding, guards
+from kane.expr.regular import Guards, guarding, guards, guards_by_parts
 from kane.expr.size import Sizes, largest, size
 from kane.expr.square import Divisor, Square, square
 from kane.expr.symbols import Speed
@@ -152,22 +152,17 @@ def _solution(rows: ConstraintRows, partition: Partition, free: Sequence[int]) -
         columns = (-right.take(partition.rows)).T
         return Matrix([solver.solve(b) for b in columns], columns.shape).T
 
+    @cache
     def c() -> tuple[Expr, ...]:
         return negative_solution(Matrix.column(rows.drift)).entries
 
     inputs = (rows.a.take(columns=free), rows.a_auxiliary, Matrix.column(rows.b))
     a_n, a_na, b_n = map(negative_solution, inputs)
 
-    def before() -> Iterator[Expr]:
-        yield from (x for m in (rows.a, *inputs) for x in m.entries)
-        yield from rows.drift
-
-    def after() -> Iterator[Expr]:
-        yield from (x for m in (a_n, a_na, b_n) for x in m.entries)
-        yield from c()
-
-    sizes = guards([(d.value, d.size) for d in solver.divisors], before(), after())
-    return Solution(a_n, a_na, b_n.entries, cache(c), solver.divisors, sizes)
+    before = (lambda: (x for m in (rows.a, *inputs) for x in m.entries), lambda: rows.drift)
+    after = (lambda: (x for m in (a_n, a_na, b_n) for x in m.entries), c)
+    sizes = guards_by_parts([(d.value, d.size) for d in solver.divisors], before, after)
+    return Solution(a_n, a_na, b_n.entries, c, solver.divisors, sizes)
 
 
 def first_partition(system: System, rows: ConstraintRows, compared: Compared) -> Partition:
