@@ -21,10 +21,13 @@ from kane.program.emit.llvm_forms import INTRINSICS, LIBRARY, lines
 from kane.program.emit.llvm_lanes import Lanes, bits
 from kane.program.emit.llvm_limbs import limbs_text
 from kane.program.emit.llvm_sincos import llvm_sincos
-from kane.program.passes.split import Chunk
+from kane.program.passes.split import WHOLE, Chunk
 from kane.program.program import Program, Routine
 
 _ONE = Lanes(1)
+_WHOLE, _MATRIX = 2_500, 8_000
+"""Instructions up to which a routine is one function, and one whose results are a matrix: it runs up to a fifth faster than in pieces,
+and is compiled as soon up to there; the columns of a matrix have little to tell each other."""
 
 
 def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4) -> str:
@@ -35,7 +38,7 @@ def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4
     module = _Module(contract, lanes)
     texts = [shared()]
     for program, hoist in zip(programs, hoists(programs), strict=True):
-        texts.append(module.function(program, walk.hoisting(program), hoist))
+        texts.append(module.function(program, walk.hoisting(program), hoist, WHOLE))
         for routine in program.routines:
             texts.append(module.limbs(program, routine) if routine.packs else module.routine(program, routine))
             texts += [call_entry(program, routine, hoist), batch_entry(program, routine, hoist)]
@@ -62,7 +65,8 @@ class _Module:
 
     def routine(self, program: Program, routine: Routine) -> str:
         """The kernel of a routine."""
-        return self.function(program, walk.kernel(program, routine), routine.name)
+        whole = _MATRIX if len(routine.shape) > 1 else _WHOLE
+        return self.function(program, walk.kernel(program, routine), routine.name, whole)
 
     def limbs(self, program: Program, routine: Routine) -> str:
         """The kernel of a routine with its limbs side by side."""
@@ -72,9 +76,9 @@ class _Module:
         self.called.update(called)
         return text
 
-    def function(self, program: Program, function: walk.Function, name: str) -> str:
+    def function(self, program: Program, function: walk.Function, name: str, whole: float) -> str:
         """One function, or several with one that calls them in turn."""
-        style = walk.Style(lazy=True, lanes=self.lanes)
+        style = walk.Style(lazy=True, lanes=self.lanes, whole=whole)
         parts = walk.pieces(program, function, style)
         kinds = _arguments(function)
         signature = _signature(kinds)
