@@ -93,3 +93,21 @@ def test_all_pieces_are_walked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
         angle = kn.where(kn.less(t, k / 40), angle, angle + late * late * late)
     check(angle, (0.0, 1.0))
     assert walks == [90]
+
+
+def test_what_turns_at_the_beginning_is_no_jump_within() -> None:
+    """|sin t| from t = 0 to π has one velocity in all of the span; beyond it bends."""
+    check(abs(kn.sin(t)), (0.0, 3.0))
+    check(abs(kn.sin(t)), (0.0, float(np.pi)))
+    with pytest.raises(kn.SimulationError, match=r"velocity of the prescribed abs\(sin\(t\)\) without jumps"):
+        check(abs(kn.sin(t)), (0.0, 4.0))
+
+
+@pytest.mark.parametrize("angle", [kn.max(0, t - 1) ** 2, abs(kn.sin(t)) ** 3, abs(t - 1) * (t - 1)])
+def test_what_bends_may_stand_in_what_is_smooth(angle: Expr) -> None:
+    """It is the angle that must not jump, not a part of it; the motion is that of its own rates."""
+    check(angle, (0.0, 4.0))
+    sol = kn.simulate(equations(angle), (0, 4), q=[1.0], u=[0.0], samples=5)
+    assert not sol.energy_check.exceeds(1e-6)
+    with pytest.raises(kn.SimulationError, match="without jumps"):
+        check(angle + kn.max(0, t - 2), (0.0, 4.0))

@@ -110,3 +110,17 @@ def test_sample_times_are_finite(bad: float, place: int) -> None:
 def test_steps_are_counted_in_whole_numbers(most: object) -> None:
     with pytest.raises(kn.SimulationError, match="max_steps to be a whole number above 0"):
         check_steps(most)
+
+
+def test_times_that_numbers_do_not_tell_apart():
+    """Near 1e15 they are 0.125 apart: of a short span nothing is told, in a long one the steps it takes are said to be too short."""
+    with pytest.raises(
+        kn.SimulationError,
+        match=r"they are 0\.12 s apart: 80 in all\. Count time from a nearer beginning, as \(0, 10\)",
+    ):
+        check_span((1e15, 1e15 + 10))
+    for method in ("gauss16", "DOP853"):
+        sol = kn.simulate(spring(), (1e15, 1e15 + 1e6), q=[1], u=[0], samples=2, method=method, max_seconds=60)
+        assert sol.status == "stopped"
+        assert "times there are 0.12 s apart" in sol.message
+        assert "singular" not in sol.message

@@ -6,9 +6,11 @@ is on the side of + goes on across a corner as it was there, up to the middle of
 """
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from kane.expr.piecewise import Data, Piecewise, piecewise
 
@@ -33,19 +35,27 @@ def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
 
 def found(data: Data) -> tuple[float, ...]:
     """The ends of pieces at which values or slopes differ."""
-    degree = data.coefficients.shape[1]
-    powers = np.arange(degree)
-    corners = []
-    for k, end in enumerate(data.ends.tolist()):
-        two = data.coefficients[k : k + 2]
-        d = end - data.centers[k : k + 2, None]
-        terms = two * d**powers
-        slopes = two[:, 1:] * powers[1:] * d ** powers[:-1]
-        for own in (terms, slopes):
-            if own.size and abs(own[0].sum() - own[1].sum()) > _ROUNDED * np.abs(own).max():
-                corners.append(end)
-                break
-    return tuple(corners)
+    apart = _apart(data) | _apart(data.slope())
+    return tuple(data.ends[apart].tolist())
+
+
+@cache
+def leaps(op: Piecewise) -> bool:
+    """Whether values differ at an end of pieces: the operation jumps there, and does not only bend."""
+    return bool(_apart(op.data).any())
+
+
+def _apart(data: Data) -> npt.NDArray[np.bool_]:
+    """At which ends the values of two pieces differ."""
+    powers = np.arange(data.coefficients.shape[1])
+    before, after = (
+        data.coefficients[k : k + len(data.ends)]
+        * (data.ends - data.centers[k : k + len(data.ends)])[:, None] ** powers
+        for k in (0, 1)
+    )
+    sizes = np.maximum(np.abs(before).max(axis=1, initial=0), np.abs(after).max(axis=1, initial=0))
+    far: npt.NDArray[np.bool_] = np.abs(before.sum(axis=1) - after.sum(axis=1)) > _ROUNDED * sizes
+    return far
 
 
 def _turning(data: Data) -> Data:

@@ -29,6 +29,9 @@ MANY = 2000
 _ULPS = 4
 """So many numbers beside a breakpoint steps end and begin: the switch surely stands on its side there."""
 
+_COARSE = 1e-9
+"""Share of a span from which on the distance of two times may be what is in the way of a step."""
+
 Span = tuple[float, float]
 
 
@@ -40,6 +43,14 @@ def up_to(t: float) -> float:
 def on_from(t: float) -> float:
     """The beginning of the step that leads on from there, beyond the breakpoint: below a power of two numbers are twice as close."""
     return t + 4 * _ULPS * math.ulp(t)
+
+
+def told_apart(t: float, span: Span) -> str:
+    """That numbers of that size are too far apart for the times of a span, in words; "" where they are not."""
+    apart = math.ulp(t)
+    if apart < _COARSE * (span[1] - span[0]):
+        return ""
+    return f"times there are {apart:.2g} s apart, and steps no shorter than ten times that. Count time from a nearer beginning"
 
 
 def next_end(breakpoints: Sequence[float], t: float, end: float) -> float:

@@ -10,6 +10,8 @@ from typing import Any
 
 from kane.errors import SimulationError
 from kane.expr.node import postorder
+from kane.expr.piecewise import Piecewise
+from kane.motion.corners import of_inputs, operations
 from kane.motion.drives import constant, follows
 from kane.motion.feedback import HeldInput, LawInput
 from kane.motion.formulas import CORNERS, Formula
@@ -44,7 +46,7 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
         "constraints bend or lose rank, or W has poles that the motion has not",
     ),
     (lambda stepper, drives, by: jumps(stepper.eom) and not by.watches, "loads jump"),
-    (lambda stepper, drives, by: unfit(stepper.eom), "loads jump beside tables or choices of pivots"),
+    (lambda stepper, drives, by: unfit(stepper.eom), "loads jump by tables of steps, or beside choices of pivots"),
     (lambda stepper, drives, by: _asked(drives) and not by.driven, "inputs are functions of time"),
     (lambda stepper, drives, by: any(isinstance(f, LawInput) for f in drives), "inputs are functions of the state"),
     (lambda stepper, drives, by: follows(drives) and _blind(stepper, by), "inputs are expressions of the state"),
@@ -98,15 +100,15 @@ def implicit(stepper: Stepper, drives: Sequence[Any]) -> str:
 
 
 def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
-    rates, settings = stepper.now.rates, stepper.now.rates.settings
+    settings = stepper.now.rates.settings
     if jumps(stepper.eom):
         roots = rates_on(stepper.eom, *[1] * len(quantities(stepper.eom))).task.roots
         own = {node.op for node in postorder(roots)}
     else:
-        own = {rates.program.op(i) for i in rates.routine.body}
-    own |= {node.op for f in drives if isinstance(f, Formula) and f.of_state for node in postorder([f.expr])}
+        own = set(operations(stepper.now))
+    own |= of_inputs(stepper.now)
     bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.smooth) for f in drives)
-    if not own.isdisjoint(CORNERS) or _asked(drives) or bent:
+    if any(op in CORNERS or isinstance(op, Piecewise) for op in own) or _asked(drives) or bent:
         return _BENT
     if own.isdisjoint(LIBRARY) and target(settings.cpu, settings.features).lanes >= _LANES:
         return _WIDE

@@ -11,6 +11,7 @@ from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import next_end, on_from
 from kane.motion.chatter import HELD, RECENT, Pace, chattering, standing
+from kane.motion.corners import cornered
 from kane.motion.feedback import controllers
 from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
@@ -20,18 +21,17 @@ from kane.motion.met import Fresh, crossings, thresholds, up_to_a_break, vanishi
 from kane.motion.methods import implicit
 from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.resting import that_move
-from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held
 from kane.motion.steps import Stepper
+from kane.motion.stopped import why
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 
 _AT_ONCE = 1000
 """Steps between two looks at the clock."""
-_DOUBLINGS = 80
 SCIPY = "SciPy's "
 _PACE = (At.STEPS, At.SMOOTH, At.LIMITED)
 _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
@@ -59,7 +59,6 @@ class NativeCourse:
         self.s = np.zeros(SIZE)
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
         self.marks = np.zeros(len(self.times))
-        self.kernel = compiled(method.name, stepper.now.settings or Settings(), stepper.manifold is not None)
         self.stepped: Course | None = None
         self.names, self.for_good = [method.name], False
         self.seen = np.zeros(len(_PACE))
@@ -76,6 +75,9 @@ class NativeCourse:
         """The kernel goes on from the state at hand by other equations than before."""
         stepper, regimes = self.stepper, self.regimes
         self.now = stepper.now if regimes is None else regimes.routines(stepper)
+        self.kernel = compiled(
+            self.method.name, self.now.settings or Settings(), stepper.manifold is not None, cornered(self.now)
+        )
         count = 0 if regimes is None else len(regimes.sides)
         self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
@@ -167,7 +169,7 @@ class NativeCourse:
             return self._stopped(told)
         if back in (Back.UNDERFLOW, Back.NOT_FINITE):
             if self.holding is None:
-                return self._stopped(self._why(back))
+                return self._stopped(why(back, self.method, self.stepper, self.s, self.y, self.span))
             self._hand_over(float(self.s[At.TIME]))
             return None
         if over:
@@ -214,7 +216,6 @@ class NativeCourse:
     def _go_over(self, t: float, name: str) -> None:
         """Another method in machine code leads on from here."""
         self.method = replace(self.method, name=name, free=False, first=None)
-        self.kernel = compiled(name, self.stepper.now.settings or Settings(), self.stepper.manifold is not None)
         self._called(name)
         self._take_up(t)
 
@@ -372,27 +373,3 @@ class NativeCourse:
         s = self.s
         shortest = s[At.SHORTEST] + 10 * np.finfo(float).eps * abs(s[At.TIME])
         return float(min(max(s[At.STEP], shortest), s[At.LONGEST], s[At.END] - s[At.TIME] - s[At.TIME_LAG]))
-
-    def _why(self, back: Back) -> str:
-        """Why there is no step."""
-        t, now = float(self.s[At.TIME]), self.stepper.now
-        if back is Back.UNDERFLOW and INTEGRATORS[self.method.name].fixed:
-            return f"a step of max_step={self.method.max_step:g} from t = {t:.6g} is not found by iteration: give a shorter one"
-        fastest = now.rates.labels[int(self.s[At.WORST])]
-        told = (
-            f"no step is short enough for {fastest}, which changes fastest"
-            if back is Back.UNDERFLOW
-            else self._not_finite(t)
-        )
-        singular = nearly_singular(self.stepper.eom, now.values(t, self.y))
-        return f"the right-hand side is singular or not finite near t = {t:.6g} ({told}){singular}"
-
-    def _not_finite(self, t: float) -> str:
-        """What is not finite first, on the way on from t by ever longer steps."""
-        now, rate = self.stepper.now, self.stepper.rate(t, self.y)
-        for k in range(_DOUBLINGS):
-            step = float(self.s[At.SHORTEST]) * 2.0**k
-            told = now.explain(t + step, self.y + step * np.nan_to_num(rate)) if np.isfinite(step) else ""
-            if told:
-                return told
-        return "a stage of the step is not finite"

@@ -19,6 +19,7 @@ from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr, constant
 from kane.expr.piecewise import Piecewise
+from kane.expr.piecewise_sides import leaps
 from kane.expr.substitute import substitute
 from kane.expr.switches import on_sides
 from kane.expr.switches import switches as switches_of
@@ -39,8 +40,12 @@ _STILL = 1e-13
 
 
 def quantities(eom: Equations) -> tuple[Expr, ...]:
-    """The quantities of all switches that the rates hold."""
-    return tuple(s.quantity for s in switches_of(rates(eom).task.roots))
+    """The quantities of all switches that the rates hold, but for those of tables that only bend."""
+    return tuple(s.quantity for s in switches_of(rates(eom).task.roots) if not all(map(_bending, s.nodes)))
+
+
+def _bending(node: Expr) -> bool:
+    return isinstance(node.op, Piecewise) and not leaps(node.op)
 
 
 def jumps(eom: Equations) -> bool:
@@ -49,13 +54,13 @@ def jumps(eom: Equations) -> bool:
 
 
 def unfit(eom: Equations) -> bool:
-    """Whether loads jump and the rates hold switches with more than two sides, tables, or with none: what chooses pivots."""
+    """Whether loads jump and the rates hold switches with more than two sides, tables of steps, or with none: what chooses pivots."""
     if not jumps(eom):
         return False
     loads = eom.solved.regular.declared_loads
     scalars = [x for load in loads for _, v in (*load.forces, *load.torques) for x in v.scalars()]
     own = switches_of(without_unknowns(eom.solved, scalars))
-    tables = any(isinstance(node.op, Piecewise) for s in own for node in s.nodes)
+    tables = any(isinstance(node.op, Piecewise) and leaps(node.op) for s in own for node in s.nodes)
     return tables or not set(quantities(eom)) <= {s.quantity for s in own}
 
 

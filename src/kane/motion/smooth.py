@@ -5,7 +5,7 @@ A function is compared with the integral of its derivative by Simpson's rule, al
 make of an expression is no jump: over a short span a ramp is a difference of terms that cancel.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
@@ -20,6 +20,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.model.survey import geometry
+from kane.motion.breakpoints import on_from, up_to
 from kane.motion.formulas import Formula
 from kane.numeric.arrays import Array
 from kane.program.build import Task, build_program
@@ -93,8 +94,8 @@ def check_smooth(what: str, f: Any, slope: Any, span: tuple[float, float]) -> No
 
 
 def grid(span: tuple[float, float]) -> Array:
-    """The ends of the parts of a span, and their middles."""
-    return np.linspace(*span, 2 * _PARTS + 1)
+    """The ends of the parts of a span, and their middles; what turns at an end of the span itself counts as it is within."""
+    return np.linspace(on_from(span[0]), up_to(span[1]), 2 * _PARTS + 1)
 
 
 def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, Array], places: Array) -> None:
@@ -156,7 +157,18 @@ def _closer(f: Curve, slope: Curve, a: float, b: float) -> tuple[float, float]:
 def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple[float, float]) -> None:
     """Piecewise functions of time in positions, orientations and configuration constraints must be C¹."""
     system = eom.system
-    pieces = _pieces([*geometry(system.frames, system.points), *(c.expr for c in system.holonomic)])
+    roots = (*geometry(system.frames, system.points), *(c.expr for c in system.holonomic))
+    pieces = _pieces(roots)
+    for node, error in _torn(pieces, parameters, span):
+        # it may be smooth in what it stands in
+        if any(True for _ in _torn(_around(node, roots), parameters, span)):
+            raise error
+
+
+def _torn(
+    pieces: Sequence[Expr], parameters: Mapping[Expr, Any], span: tuple[float, float]
+) -> Iterator[tuple[Expr, SimulationError]]:
+    """Those that are not C¹, and what is said of it."""
     if not pieces:
         return
     slope = partial(tangent, seeds=_by_time, memo={})
@@ -167,7 +179,10 @@ def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple
     values = iter(evaluate(flat, {**known, time: places}))  # all of them at once: what they share is computed once
     for row in levels:
         curves = [Written(e, known) for e in row]
-        _check_levels(row[0], curves, [next(values) for _ in row], places)
+        try:
+            _check_levels(row[0], curves, [next(values) for _ in row], places)
+        except SimulationError as error:
+            yield row[0], error
 
 
 def _check_levels(node: Expr, curves: Sequence[Curve], values: Sequence[Array], places: Array) -> None:
@@ -186,6 +201,18 @@ def _pieces(roots: Iterable[Expr]) -> list[Expr]:
         )
         moving[node] = isinstance(node, Time) or any(moving[a] for a in node.args)
     return [node for node in known if node.op.name in _PIECEWISE and known[node] and moving[node]]
+
+
+def _around(node: Expr, roots: Sequence[Expr]) -> list[Expr]:
+    """The largest functions of time and parameters alone that hold a node: max(0, t)² is smooth, though max(0, t) bends."""
+    known: dict[Expr, bool] = {}
+    holds: dict[Expr, bool] = {}
+    largest: dict[Expr, None] = {}
+    for e in postorder(roots):
+        known[e] = isinstance(e, Time | Parameter) if isinstance(e, Symbol) else all(known[a] for a in e.args)
+        holds[e] = e is node or any(holds[a] for a in e.args)
+        largest.update(dict.fromkeys(a for a in e.args if holds[a] and known[a] and not known[e]))
+    return list(largest | dict.fromkeys(root for root in roots if holds[root] and known[root]))
 
 
 def _by_time(leaf: Expr) -> Expr:

@@ -21,6 +21,8 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
 
+_TIMES = 1000
+"""So many numbers at least must lie within a time span."""
 _SLIPLESS = 1e-9
 """Share of the speeds that a slip is made of, below which a start is without slip."""
 
@@ -75,6 +77,12 @@ def check_span(span: Any) -> tuple[float, float]:
         raise SimulationError(
             f"Expected a time span (t0, t1) with t1 > t0, got ({t0:g}, {t1:g}). Motions run forwards: "
             "swap the two, or end later."
+        )
+    apart = math.ulp(max(abs(t0), abs(t1)))
+    if t1 - t0 < _TIMES * apart:
+        raise SimulationError(
+            f"Expected a time span whose times numbers tell apart, got ({t0:.17g}, {t1:.17g}), where they are {apart:.2g} s apart: "
+            f"{(t1 - t0) / apart:.0f} in all. Count time from a nearer beginning, as (0, {t1 - t0:g})."
         )
     return t0, t1
 

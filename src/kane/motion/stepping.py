@@ -18,7 +18,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
-from kane.motion.breakpoints import next_end, on_from
+from kane.motion.breakpoints import next_end, on_from, told_apart
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
 from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, thresholds, up_to_a_break, vanishing
@@ -299,6 +299,9 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
     """Why there is no step from y at t; `failure` is what the solver said, `told` which load stands at a switch."""
     if told:
         return f"the motion does not get on beyond t = {t:.6g} ({failure or 'no progress'}): {told}"
+    coarse = told_apart(t, span)
+    if coarse:
+        return f"no step is short enough at t = {t:.17g}: {coarse}"
     return _locked(stepper, t, y, t + _AHEAD * (span[1] - span[0])) or (
         f"the right-hand side is singular or not finite near t = {t:.6g} ({failure or 'no progress'})"
         f"{nearly_singular(stepper.eom, stepper.now.values(t, y))}"

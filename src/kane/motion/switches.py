@@ -10,13 +10,14 @@ from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, OPS, SQRT
 from kane.expr.piecewise import Piecewise, applied
+from kane.expr.piecewise_sides import leaps
 from kane.expr.symbols import Parameter, Time
 
 _JUMPS = {OPS["sign"], OPS["less"]}
 
 
 class Switch(NamedTuple):
-    """A load's expression that `jumps` where `quantity` passes zero, or is a direction that it then has not; `smooth` cures it."""
+    """What bends or `jumps` in a load where `quantity` passes zero, or is a direction that it then has not; `smooth` cures it."""
 
     text: str
     quantity: Expr
@@ -46,7 +47,10 @@ def switches(eom: Equations) -> tuple[Switch, ...]:
                 smooth = f"divide by sqrt({cut(quantity.args[0])} + eps^2)"
             else:
                 smooth = f"write tanh(({cut(quantity)})/eps)"
-            found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth, node.op is not DIV))
+            jumping = leaps(node.op) if isinstance(node.op, Piecewise) else node.op is not DIV
+            known = found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth, jumping))
+            if jumping and not known.jumps:
+                found[quantity] = known._replace(text=str(node), smooth=smooth, jumps=True)
     return tuple(found.values())
 
 

@@ -67,3 +67,33 @@ def test_long_routines_are_cut(rng):
     got = wide(routine, 8, np.zeros(8), x, np.array([0.3, -1.7]), np.zeros((1, 8)))
     expected = np.array([routine(0.0, x[:, j], np.array([0.3, -1.7]), np.zeros(1)) for j in range(8)]).T
     assert got == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["linear", "cubic", "periodic", "steps"])
+@pytest.mark.parametrize("width", [4, 8])
+def test_tables_of_the_state_in_lanes(kind, width, rng):
+    """Random tables of 4 to 60 points: each lane in a piece of its own, at the points, out of range, many periods on, and NaN."""
+    for count in (4, 17, 60):
+        places, values = np.cumsum(rng.uniform(0.01, 2, count)) - 5, rng.normal(size=count)
+        values[-1] = values[0]  # so that it goes round
+        table = kn.table(places, values, kind)
+        a, b, c = X
+        routine = compiled(
+            [table(a), table(b * 2) * c, table.derivative()(a), table(kn.sin(c) + kn.time)], contract=False
+        )
+        reach = places[-1] - places[0]
+        far = [places[0] - 1e-9, places[-1] + 1e-9, places[0] - 7.3 * reach, places[-1] + 113.7 * reach, 0.0, -0.0]
+        for _ in range(6):
+            x = rng.choice([*places, *far, *rng.uniform(places[0], places[-1], 20)], (3, width))
+            if width == 8:
+                x[:, 3] = np.nan
+            got = wide(routine, width, np.full(width, 0.3), x, np.array([0.3, -1.7]), np.zeros((1, width)))
+            one = np.array([routine(0.3, s, np.array([0.3, -1.7]), np.zeros(1)) for s in x.T]).T
+            assert np.array_equal(got, one, equal_nan=True)
+            # NumPy's interpolation takes the same operations in the same order
+            wanted = np.array([table(x[0]), table(2 * x[1]) * x[2], table.derivative()(x[0])])
+            known = ~np.isnan(wanted)
+            assert np.array_equal(got[:3][known], wanted[known])
+            if kind in ("cubic", "periodic"):  # what is constant in pieces is so beside NaN too
+                assert np.isnan(got[:3][~known]).all()
+                assert got[3] == pytest.approx(table(np.sin(x[2]) + 0.3), rel=1e-6, abs=1e-9, nan_ok=True)

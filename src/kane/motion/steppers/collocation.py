@@ -124,6 +124,14 @@ def integrals(nodes: Nodes, theta: float) -> tuple[Vector, Vector]:
     return tuple(first), tuple(second)
 
 
+def lagrange(nodes: Nodes, theta: float) -> Vector:
+    """L_j at θ."""
+    p = _legendre(len(nodes.c), D(2 * theta - 1))
+    return tuple(
+        float(sum((2 * k + 1) * float(p[k]) * v for k, v in enumerate(column)) * b) for b, column in _columns(nodes)
+    )
+
+
 def _columns(nodes: Nodes) -> Iterator[tuple[float, Vector]]:
     """Of each node its weight, and P_0 … there."""
     return zip(nodes.b, zip(*nodes.legendre[: len(nodes.c)], strict=True), strict=True)

@@ -38,7 +38,7 @@ class _Explicit:
 
     def __init__(self, tableau: Tableau, held: bool) -> None:
         self.tableau, self.outline = tableau, Outline(tableau.name)
-        self.watched = Watched(self.outline, None)
+        self.watched = Watched(self.outline, wide=False)
         self.held = Held(self.outline) if held else None
         self.writer = self.outline.writer
         self.rhs = self.writer.callee("rhs", *RATE)

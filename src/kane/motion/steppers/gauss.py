@@ -13,11 +13,12 @@ Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
 
 from contextlib import AbstractContextManager
 
+from kane.motion.steppers.along import Along, defects, events, weights
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import WIDE, At, Back, Outline, add_exactly
-from kane.motion.steppers.watched import PLACES, Watched
+from kane.motion.steppers.watched import Watched
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.write import Array, Term
 
@@ -33,29 +34,32 @@ _TINY, _HUGE = 2.0**-1000, 1e300
 _GOING, _FOUND, _DIVERGED = range(3)
 
 
-def gauss_kernel(accepted: float = _ACCEPTED, rounds: int = _ITERATIONS, held: bool = False) -> Kernel:
+def gauss_kernel(
+    accepted: float = _ACCEPTED, rounds: int = _ITERATIONS, held: bool = False, cornered: bool = False
+) -> Kernel:
     """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
 
-    The last component is an integral that no rate holds. `work` holds 35 n + 8 doubles: K, its extrapolation, the states and rates
+    The last component is an integral that no rate holds. Where rates may jump, `cornered`, they are compared with their polynomials
+    along each step. `work` holds 35 n + 8 doubles: K, its extrapolation, the states and rates
     of the stages, their times, h over the components' sizes, the end of the step. Steps are taken whose error is `accepted` times the
     one that is wanted, after `rounds` iterations at most. Where constraints are `held`, the end of each step and each sample are moved
     onto them.
     """
-    return _Gauss(accepted, rounds, held).kernel()
+    return _Gauss(accepted, rounds, held, cornered).kernel()
 
 
 class _Gauss:
     """The kernel while it is written; places in `work` are terms."""
 
-    def __init__(self, accepted: float, rounds: int, held: bool) -> None:
-        self.accepted, self.rounds = accepted, rounds
+    def __init__(self, accepted: float, rounds: int, held: bool, cornered: bool) -> None:
+        self.accepted, self.rounds, self.cornered = accepted, rounds, cornered
         self.outline = o = Outline("gauss16")
         self.writer = w = o.writer
         self.rhs = w.callee("rhs", *WIDE)
         o.drives(*WIDE)
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
-        self.watched = Watched(o, _N)
+        self.watched = Watched(o, wide=True)
         self.held = Held(o) if held else None
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
@@ -141,13 +145,12 @@ class _Gauss:
         o.work.store(self.clock, times)
         o.drive(o.work.at(self.clock), o.work.at(self.states))
 
-    def evaluate(self) -> None:
+    def evaluate(self, to: Term | None = None) -> None:
         """The rates at the stages' states."""
         o = self.outline
         o.follow(*(o.work.at(x) for x in (self.clock, self.states)))
-        self.rhs(
-            *(o.work.at(x) for x in (self.clock, self.states)), o.p.at(0), o.r.at(0), o.h.at(0), o.work.at(self.rates)
-        )
+        rates = o.work.at(self.rates if to is None else to)
+        self.rhs(*(o.work.at(x) for x in (self.clock, self.states)), o.p.at(0), o.r.at(0), o.h.at(0), rates)
         o.more(At.RATES, 1.0)
 
     def iterate(self, h: Term) -> None:
@@ -234,6 +237,20 @@ class _Gauss:
                 self.error.put(w.compute("max", before, error))
                 o.put(At.WORST, w.compute("float", i))
 
+    def compare(self, h: Term) -> None:
+        """Rates between and beyond the nodes against their polynomials, which show no jump there: the error, where they differ."""
+        w, o = self.writer, self.outline
+        at = defects(_N)
+        self.places(h, at)
+        self.evaluate(self.next)  # which is no longer needed
+        self.change.put(w.lanes(*[0.0] * STAGES))
+        with w.count(o.n) as i:
+            gap = self.lanes(self.next, i) - w.sum(self.combined(self.rates, i, list(at.rates)))
+            self.change.put(at.larger(w, self.change.get(), gap * self.splat(o.work[self.weight + i])))
+        share = at.share(w, self.change.get(), o.get(At.RTOL), self.error.get() * self.target())
+        with w.when(~(share <= 1.0)):
+            self.error.put(share * self.accepted)
+
     def bend(self) -> Term:
         """The largest change of rates along the step, times h over the component's size: what iterations leave hardly shows in it."""
         w, o = self.writer, self.outline
@@ -249,6 +266,9 @@ class _Gauss:
         """The step is gone on from, or taken again."""
         w, o = self.writer, self.outline
         self.measure()
+        if self.cornered:
+            with w.when((self.status.get() < _DIVERGED) & (self.error.get() <= self.accepted)):
+                self.compare(h)
         error = self.error.get()
         finite = error < _HUGE
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)
@@ -287,25 +307,25 @@ class _Gauss:
                 held.passage(begin, h, lambda theta, array, at: self.dense(h, theta, array, at))
                 o.put(At.HELD, w.compute("float", held.doubt.get()))
         with w.when(found & (self.watched.count > 0)):
-            self.places(h)
+            self.places(h, events(_N))
             self.watched.look(self.clock, self.states)
         doubt = self.watched.doubtful.get() > 0
         return (doubt if held is None else doubt | (o.get(At.HELD) > 0.0)) & (o.get(At.LOOKED) < 1.0)
 
-    def places(self, h: Term) -> None:
-        """The states at which events are looked at, in the places of those of the stages; the last is what is gone on from."""
+    def places(self, h: Term, at: Along) -> None:
+        """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""
         w, o = self.writer, self.outline
-        once = [self.splat(h) * row for row in self.watched.once]
-        twice = [self.splat(h * h) * row for row in self.watched.twice]
-        self.tick(self.splat(o.get(At.TIME)) + self.splat(h) * PLACES)
-        with self.each_free() as at:
-            i = self.index(self.free, at)
+        once = [self.splat(h) * row for row in at.once]
+        twice = [self.splat(h * h) * row for row in at.twice]
+        self.tick(self.splat(o.get(At.TIME)) + self.splat(h) * at.shares)
+        with self.each_free() as k:
+            i = self.index(self.free, k)
             self.keep(self.states, i, w.sum(self.combined(self.rates, i, once)) + self.splat(o.y[i]))
-        with w.count(self.pair_count) as at:
-            i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
-            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * PLACES
+        with w.count(self.pair_count) as k:
+            i, j = self.index(self.pairs, k * 2), self.index(self.pairs, k * 2 + 1)
+            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * at.shares
             self.keep(self.states, i, w.sum(self.combined(self.rates, j, twice)) + straight)
-        if self.held is not None:
+        if self.held is not None and at.ended:
             with w.count(o.n - 1) as i:
                 o.work[self.states + i * STAGES + (STAGES - 1)] = o.work[self.after + i]
 
@@ -360,7 +380,7 @@ class _Gauss:
     def dense(self, h: Term, theta: Term, array: Array, to: Term) -> None:
         """y at a share of the step, from a place on."""
         w, o = self.writer, self.outline
-        once, twice = self.weights(theta)
+        once, twice = weights(w, theta, _N)
 
         def straight(i: Term) -> None:
             array[to + i] = o.y[i] + (h * w.compute("sum", self.lanes(self.rates, i) * once) + o.lag[i])
@@ -372,16 +392,3 @@ class _Gauss:
         with self.each_free() as at:
             straight(self.index(self.free, at))
         straight(o.n - 1)
-
-    def weights(self, theta: Term) -> tuple[Term, Term]:
-        """What the rates of the nodes count in ∫ k and in ∫∫ k up to θ, lane by lane."""
-        w = self.writer
-        x = theta * 2.0 - 1.0
-        p = [w.constant(1.0), x]
-        for k in range(1, STAGES + 1):
-            p.append((x * p[k] * float(2 * k + 1) - p[k - 1] * float(k)) * (1 / (k + 1)))
-        once = [theta] + [(p[k + 1] - p[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, STAGES + 1)]
-        twice = [theta * theta * 0.5] + [(once[k + 1] - once[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, STAGES)]
-        rows = [tuple((2 * k + 1) * b * v for b, v in zip(_N.b, _N.legendre[k], strict=True)) for k in range(STAGES)]
-        first, second = ([self.splat(v) * r for v, r in zip(i, rows, strict=False)] for i in (once, twice))
-        return w.sum(first), w.sum(second)

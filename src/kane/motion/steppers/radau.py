@@ -66,7 +66,7 @@ class _Radau:
         self.along = w.callee("along", *LONG)
         self.long, self.hj = w.number("long"), w.array("hj")
         o.drives(*RATE)
-        self.watched = Watched(o, None)
+        self.watched = Watched(o, wide=False)
         self.held = Held(o) if held else None
         self._places()
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)

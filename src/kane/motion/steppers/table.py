@@ -25,7 +25,8 @@ class Integrator:
 
     It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
     inputs may be functions in Python, which it asks at each stage. The steps of a `fixed` one are as long as `max_step`. One that
-    `holds` constraints has another kernel for that: `kernel(held=True)`. An `implicit` one takes derivatives of the rates.
+    `holds` constraints has another kernel for that: `kernel(held=True)`; one that `collocates` has another one for rates with corners,
+    which its stages alone may miss: `kernel(cornered=True)`. An `implicit` one takes derivatives of the rates.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Integrator:
     fixed: bool = False
     holds: bool = False
     implicit: bool = False
+    collocates: bool = False
 
 
 def _explicit(tableau: Tableau) -> Integrator:
@@ -54,7 +56,14 @@ def _explicit(tableau: Tableau) -> Integrator:
 
 
 GAUSS16 = Integrator(
-    "gauss16", STAGES, gauss_kernel, lambda n: (4 * n + 1) * STAGES + 3 * n, STAGES, watches=True, holds=True
+    "gauss16",
+    STAGES,
+    gauss_kernel,
+    lambda n: (4 * n + 1) * STAGES + 3 * n,
+    STAGES,
+    watches=True,
+    holds=True,
+    collocates=True,
 )
 RADAU9 = Integrator("radau9", ORDER, radau_kernel, radau_work, watches=True, driven=True, holds=True, implicit=True)
 MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
@@ -66,6 +75,7 @@ INTEGRATORS = {
 
 
 @cache
-def compiled(name: str, settings: Settings, held: bool = False) -> CompiledKernel:
-    """An integrator in machine code: one for all models, another one for those with constraints."""
-    return CompiledKernel(INTEGRATORS[name].kernel(held=True) if held else INTEGRATORS[name].kernel(), settings)
+def compiled(name: str, settings: Settings, held: bool = False, cornered: bool = False) -> CompiledKernel:
+    """An integrator in machine code: one for all models, others for those with constraints, and with rates that may jump."""
+    asked = {"held": held, "cornered": cornered and INTEGRATORS[name].collocates}
+    return CompiledKernel(INTEGRATORS[name].kernel(**{what: True for what, so in asked.items() if so}), settings)

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from kane.motion.bounds import CLOSE, LEFT, SHARES, TO_BERNSTEIN, TO_LAST
 from kane.motion.bounds import DEGREE as PARTS
 from kane.motion.met import SMALL
-from kane.motion.steppers.collocation import Nodes, integrals
 from kane.motion.steppers.outline import RATE, WIDE, At, Outline
 from kane.program.kernel.language import INT
 from kane.program.kernel.write import Term
@@ -26,21 +25,17 @@ class Watched:
 
     `seen` holds the events' quantities at the beginning of the step, `largest` the sizes that they have had; `least` and `shares` of
     that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 24 more.
-    Without `nodes` their routine takes one state.
+    Where it is `wide`, their routine takes the eight places at once, else one state.
     """
 
-    def __init__(self, outline: Outline, nodes: Nodes | None) -> None:
+    def __init__(self, outline: Outline, wide: bool) -> None:
         self.outline = outline
         self.writer = w = outline.writer
-        self.call = w.callee("watch", *(RATE if nodes is None else WIDE))
+        self.call = w.callee("watch", *(WIDE if wide else RATE))
         self.count = w.number("events")
         names = ("hw", "seen", "largest", "least", "shares", "pivots", "values")
         self.h, self.seen, self.largest, self.least, self.shares, self.pivots, self.values = map(w.array, names)
         self.doubtful = w.variable("doubtful", INT)
-        if nodes is not None:
-            self.once, self.twice = (
-                tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(nodes, s) for s in PLACES), strict=True)
-            )
 
     def look(self, clock: Term, states: Term) -> None:
         """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""

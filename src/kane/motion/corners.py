@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether rates may bend or jump where no switch is watched."""
+
+from weakref import WeakKeyDictionary
+
+from kane.expr.node import postorder
+from kane.expr.ops import OPS, Op
+from kane.expr.piecewise import Piecewise
+from kane.motion.formulas import CORNERS, Formula
+from kane.motion.routines import Routines
+from kane.program.native.compiled_routine import CompiledRoutine
+
+JUMPING = CORNERS | {OPS["floor"], OPS["atan2"]}
+
+
+_known: WeakKeyDictionary[CompiledRoutine, frozenset[Op]] = WeakKeyDictionary()
+
+
+def operations(now: Routines) -> frozenset[Op]:
+    """Those of the rates, which are gone through once."""
+    if now.rates not in _known:
+        _known[now.rates] = frozenset(now.rates.program.op(i) for i in now.rates.routine.body)
+    return _known[now.rates]
+
+
+def of_inputs(now: Routines) -> set[Op]:
+    """Those of the inputs that are expressions of the state."""
+    return {node.op for f in now.drives if isinstance(f, Formula) and f.of_state for node in postorder([f.expr])}
+
+
+def cornered(now: Routines) -> bool:
+    """Whether the rates, or inputs that follow from the state, hold what bends or jumps."""
+    return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now) | of_inputs(now))
