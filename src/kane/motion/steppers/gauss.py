@@ -11,6 +11,7 @@ the end is better by far. Iterations end where the rest is a tenth of rtol. Sour
 Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
 """
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 
 from kane.motion.steppers.along import Along, defects, events, weights
@@ -93,10 +94,10 @@ class _Gauss:
         """A loop over the places in `free`."""
         return self.writer.count(self.free_count)
 
-    def combined(self, place: Term, i: Term, columns: list[Term]) -> list[Term]:
+    def combined(self, place: Term, i: Term, columns: Sequence[Term | tuple[float, ...]]) -> list[Term]:
         """Σ_j column_j times the rate of component i at node j, as products to be added."""
         work = self.outline.work
-        return [column * self.splat(work[place + i * STAGES + j]) for j, column in enumerate(columns)]
+        return [self.splat(work[place + i * STAGES + j]) * column for j, column in enumerate(columns)]
 
     def scale(self, i: Term) -> Term:
         """|y_i| + atol/rtol."""
@@ -245,7 +246,7 @@ class _Gauss:
         self.evaluate(self.next)  # which is no longer needed
         self.change.put(w.lanes(*[0.0] * STAGES))
         with w.count(o.n) as i:
-            gap = self.lanes(self.next, i) - w.sum(self.combined(self.rates, i, list(at.rates)))
+            gap = self.lanes(self.next, i) - w.sum(self.combined(self.rates, i, at.rates))
             self.change.put(at.larger(w, self.change.get(), gap * self.splat(o.work[self.weight + i])))
         share = at.share(w, self.change.get(), o.get(At.RTOL), self.error.get() * self.target())
         with w.when(~(share <= 1.0)):
