@@ -10,6 +10,7 @@ from scipy.linalg import expm, solve_continuous_are
 
 import kane as kn
 from kane.gallery import pendulum_on_cart
+from kane.motion.feedback import Sampled
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -52,7 +53,7 @@ def test_linear_feedback_is_an_exponential(law, method):
     assert sol.energy_check.relative < (1e-5 if method == "Radau" else 1e-8)
     if method == "auto":
         native = law in ("expressions", "matrix", "names", "parameters")
-        assert sol.method == ("gauss16" if native else "DOP853")
+        assert sol.method == ("gauss16" if native else "dop853")
     if method == "Radau":
         assert sol.steps < 400
 
@@ -134,7 +135,7 @@ def test_linear_quadratic_control_of_a_trimmed_point():
     same = kn.simulate(eom, (0, 30), q=[0.3, np.pi + 0.2], u=[0, 0], inputs={("F",): law})
     assert np.abs(sol.states[-1] - up).max() < 1e-4
     assert np.abs(sol.states - same.states).max() < 1e-5
-    assert (sol.method, same.method) == ("DOP853", "gauss16")
+    assert (sol.method, same.method) == ("dop853", "gauss16")
 
 
 def test_gains_are_parameters_of_their_own():
@@ -208,7 +209,7 @@ def test_calls_that_are_none():
         kn.simulate(EOM, (0, 1), inputs={(F, G): [1]}, **START)
     with pytest.raises(kn.ValueMissingError, match=r"got one for H|got one for 'H'"):
         kn.simulate(EOM, (0, 1), inputs={(F, "H"): [1, 2], G: 0}, **START)
-    with pytest.raises(kn.SimulationError, match=r"runs in machine code .* inputs are functions of the state"):
+    with pytest.raises(kn.SimulationError, match=r"runs in machine code .* inputs are functions in Python"):
         kn.simulate(EOM, (0, 1), inputs=LAWS["function"], method="gauss16", **START)
 
 
@@ -229,12 +230,14 @@ ROD = kn.System(
         {F: -3 * v + kn.cos(3 * kn.time), G: -2 * w},
         {F: kn.sampled(lambda t, x: -3 * x[2] + np.cos(3 * t), 0.1), G: -2 * w},
         pytest.param({F: kn.sampled(lambda t, x: -3 * x[2], 0.1), G: lambda t: np.cos(t)}, marks=pytest.mark.slow),
+        {F: lambda t, x: -3 * x[2] + np.cos(3 * t), G: -2 * w},
+        pytest.param({F: -3 * v + kn.cos(3 * kn.time), G: lambda t: 0.2 * np.cos(t)}, marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.parametrize("method", ["gauss16", "dop853", pytest.param("vern9", marks=pytest.mark.slow)])
 def test_feedback_beside_constraints_and_events_runs_in_machine_code(law, method):
     """Events see the inputs, too; a function of Python alone keeps lanes from running."""
-    if method == "gauss16" and callable(law[G]):
+    if method == "gauss16" and any(callable(one) and not isinstance(one, Sampled) for one in law.values()):
         method = "auto"
     eom = kn.derive(ROD)
     start = {"q": [0.8, -0.6], "u": [0, 0], "samples": 21, "inputs": law}
@@ -248,14 +251,52 @@ def test_feedback_beside_constraints_and_events_runs_in_machine_code(law, method
     assert np.allclose(sol[F], own[F], atol=1e-6)
 
 
-@pytest.mark.parametrize("method", ["auto", "Radau"])
+@pytest.mark.parametrize("method", ["auto", "Radau", "vern9", "radau9"])
 def test_an_expression_of_the_state_beside_a_function_of_time_is_asked_at_the_stages(method):
     """ẍ = −1.5 x beside ÿ = cos t/2: the function is asked in Python, where the state of a stage must be known, too."""
     sol = kn.simulate(EOM, (0, 3), inputs={F: -3 * x, G: lambda t: np.cos(t)}, method=method, **START)
     assert np.abs(sol.q[:, 0] - np.cos(np.sqrt(1.5) * sol.t)).max() < 1e-7
     assert np.abs(sol.u[:, 1] - 0.5 - np.sin(sol.t) / 2).max() < 1e-7
-    with pytest.raises(kn.SimulationError, match="some inputs follow from the state, others are functions of time"):
-        kn.simulate(EOM, (0, 3), inputs={F: -3 * x, G: lambda t: np.cos(t)}, method="dop853", **START)
+    assert sol.method == {"auto": "dop853"}.get(method, method)
+    with pytest.raises(kn.SimulationError, match="inputs are functions in Python"):
+        kn.simulate(EOM, (0, 3), inputs={F: -3 * x, G: lambda t: np.cos(t)}, method="gauss16", **START)
+
+
+def test_a_stiff_function_of_the_state_is_gone_on_with_in_machine_code():
+    """ẍ = −x − 10⁵ ẋ beside ÿ = −y: Radau's collocation asks Python for the slopes of the law too."""
+    law = {(F, G): lambda t, s: (-2 * s[0] - 2e5 * s[2], -2 * s[1])}
+    sol = kn.simulate(EOM, (0, 4), inputs=law, **START)
+    assert sol.method == "dop853, radau9"
+    assert sol.steps < 2500
+    own = kn.simulate(EOM, (0, 4), inputs=law, method="radau9", **START)
+    slow, fast = np.roots([1, 1e5, 1]).max(), np.roots([1, 1e5, 1]).min()
+    for motion in (sol, own):
+        expected = (-fast * np.exp(slow * motion.t) + slow * np.exp(fast * motion.t)) / (slow - fast)
+        assert np.abs(motion.q[:, 0] - expected).max() < 1e-8
+        assert np.abs(motion.q[:, 1] - np.sin(motion.t) / 2).max() < 1e-7
+    assert own.steps < 120
+
+
+@pytest.mark.parametrize("method", ["dop853", "tsit5", "rk4", "midpoint", "radau9"])
+def test_what_goes_wrong_in_a_law_comes_out_of_machine_code(method):
+    """With its place, of whatever kind it is; NaN and infinity are named."""
+    given = START | {"method": method} | ({"max_step": 0.01} if method in ("rk4", "midpoint") else {})
+
+    def wrong(t, s):
+        return 1 / 0 if t > 1 else 0.0
+
+    with pytest.raises(kn.SimulationError, match=r"got ZeroDivisionError from it at t = 1\.\d*, x = \["):
+        kn.simulate(EOM, (0, 3), inputs={F: wrong, G: -y}, **given)
+    with pytest.raises(kn.SimulationError, match=r"Expected finite numbers .* for G, got inf at t = 1\."):
+        kn.simulate(EOM, (0, 3), inputs={F: -x, G: lambda t, s: np.inf if t > 1 else 0.0}, **given)
+
+    def stopped(t, s):
+        if t > 1:
+            raise KeyboardInterrupt
+        return 0.0
+
+    with pytest.raises(KeyboardInterrupt):
+        kn.simulate(EOM, (0, 3), inputs={F: stopped, G: 0}, **given)
 
 
 def test_many_periods_are_asked_one_by_one():

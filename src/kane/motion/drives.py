@@ -271,14 +271,25 @@ def constant(f: Function) -> float | None:
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
 
 
-def expressions(drives: Sequence[Any], inputs: Sequence[Expr]) -> tuple[Expr, ...] | None:
-    """The inputs, where all are numbers or expressions; those that are held between two steps stand for themselves."""
-    if not all(constant(f) is not None or isinstance(f, Formula | HeldInput) for f in drives):
+def expressions(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> tuple[Expr, ...] | None:
+    """The inputs, where all are numbers or expressions; those that are held between two steps stand for themselves.
+
+    With `functions` those of Python do so too.
+    """
+    if asked(drives) and not functions:
         return None
-    pairs = zip(drives, inputs, strict=True)
-    return tuple(
-        s if isinstance(f, HeldInput) else f.expr if isinstance(f, Formula) else as_expr(constant(f)) for f, s in pairs
-    )
+    own = {s: f.expr if isinstance(f, Formula) else constant(f) for f, s in zip(drives, inputs, strict=True)}
+    return tuple(s if value is None else as_expr(value) for s, value in own.items())
+
+
+def asked(drives: Sequence[Any]) -> bool:
+    """Whether an input is a function of Python's, of time or of time and state."""
+    return any(constant(f) is None and not isinstance(f, Formula | HeldInput) for f in drives)
+
+
+def following(drives: Sequence[Any]) -> bool:
+    """Whether an input follows from the state, as an expression or a function f(t, x)."""
+    return any(getattr(f, "of_state", False) for f in drives)
 
 
 def follows(drives: Sequence[Any]) -> bool:

@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a kernel is called with: the state, the right-hand side, inputs, samples."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from kane.motion.asking import filling
 from kane.motion.collocated import Given, by_kind, watching
-from kane.motion.drives import constant, expressions, follows
+from kane.motion.drives import asked, constant, expressions, following, follows
 from kane.motion.feedback import HeldInput
 from kane.motion.formulas import driving
-from kane.motion.implicit import derivatives
+from kane.motion.implicit import derivatives, exact
 from kane.motion.routines import Routines
 from kane.motion.steppers.outline import At
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import Hook, aligned, entry, hoisted, wide_entry
+from kane.program.native.entry import Hook, aligned, doubles, entry, hoisted, wide_entry
 
 
 class Arguments:
@@ -44,6 +46,8 @@ class Arguments:
             self.given |= watching(now, t, y, switches, self.integrator.width > 1)
         if self.integrator.implicit:
             self.given |= derivatives(now, t, y)
+            if following(now.drives) and asked(now.drives):
+                self.given["jac"] = self._slopes()
         if self.integrator.width == 1:
             self.given["rhs"] = entry(now.rates)
         else:
@@ -87,13 +91,31 @@ class Arguments:
 
     def _hook(self, r: Array) -> Hook:
         """What asks Python for the inputs and writes them to r."""
-        now, s, y = self.now, self.s, self.y
+        s, width, fill, follow = self.s, self.now.width, filling(self.now), following(self.now.drives)
+        here, own = self.y[:width], r[:-1]
 
-        def drive(t: float) -> None:
-            r[:-1] = np.nan
-            r[:-1] = now.inputs(min(t, float(s[At.END])), y)  # rounding may lead beyond the end
+        def drive(t: float, x: int, out: int) -> None:
+            try:  # rounding may lead beyond the end
+                fill(min(t, float(s[At.END])), doubles(x, width) if follow else here, own)
+            except BaseException:
+                own[:] = np.nan
+                raise
 
-        self.hooks.append(Hook(drive))
+        return self._hooked(drive)
+
+    def _slopes(self) -> Hook:
+        """What asks Python for J, of inputs that are its functions of the state."""
+        s, width, j = self.s, self.now.width, exact(self.now)
+
+        def slopes(t: float, x: int, out: int) -> None:
+            found = doubles(out, (width + 1) * width)
+            found[:] = 0.0
+            found[:] = j(min(t, float(s[At.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
+
+        return self._hooked(slopes)
+
+    def _hooked(self, function: Callable[[float, int, int], None]) -> Hook:
+        self.hooks.append(Hook(function))
         return self.hooks[-1]
 
     def check(self) -> None:

@@ -19,7 +19,7 @@ from kane.expr.diff import tangent, weighted
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given
-from kane.motion.drives import expressions, follows
+from kane.motion.drives import expressions, following, follows
 from kane.motion.routines import Routines
 from kane.numeric.arrays import Array, Mask
 from kane.program.bundle import Bundle, Shaped
@@ -124,8 +124,7 @@ def _held(eom: Equations) -> Mask:
 def derivatives(now: Routines, t: float, y: Array) -> Given:
     """What a kernel is told of J."""
     numeric, values, long = now.eom.numeric(now.settings), expressions(now.drives, now.eom.inputs), is_long(now)
-    if follows(now.drives):
-        assert values is not None
+    if follows(now.drives) and values is not None:
         routine = numeric.routine(closed, *values).flat
     else:
         routine = numeric.routine(products if long else entries).flat
@@ -151,12 +150,12 @@ def exact(now: Routines) -> Callable[[float, Array], Array]:
         return numeric.routine(closed, *law)(t, x, now.p, now.inputs(t, x))
 
     law = () if long or not follows(now.drives) else expressions(now.drives, now.eom.inputs) or ()
-    following = not law and any(getattr(f, "of_state", False) for f in now.drives)
+    by_law_alone = not law and following(now.drives)
 
     def j(t: float, y: Array) -> Array:
         whole = np.zeros((n + 1, n + 1))
         found = (by_law if law else by_products if long else by_entries)(t, y[:n])
-        if following:
+        if by_law_alone:
             found = found + by_inputs(now, t, y[:n]) @ gains(now, t, y[:n])
         whole[:, :n] = np.where(np.isfinite(found), found, 0.0)
         return whole

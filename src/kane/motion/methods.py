@@ -12,8 +12,8 @@ from kane.errors import SimulationError
 from kane.expr.node import postorder
 from kane.expr.piecewise import Piecewise
 from kane.motion.corners import of_inputs, operations
-from kane.motion.drives import constant, follows
-from kane.motion.feedback import HeldInput, LawInput
+from kane.motion.drives import asked, following
+from kane.motion.feedback import HeldInput
 from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
 from kane.motion.implicit import is_long
@@ -47,20 +47,14 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
     ),
     (lambda stepper, drives, by: jumps(stepper.eom) and not by.watches, "loads jump"),
     (lambda stepper, drives, by: unfit(stepper.eom), "loads jump by tables of steps, or beside choices of pivots"),
-    (lambda stepper, drives, by: _asked(drives) and not by.driven, "inputs are functions of time"),
-    (lambda stepper, drives, by: any(isinstance(f, LawInput) for f in drives), "inputs are functions of the state"),
-    (lambda stepper, drives, by: follows(drives) and _blind(stepper, by), "inputs are expressions of the state"),
+    (lambda stepper, drives, by: asked(drives) and not by.driven, "inputs are functions in Python"),
     (
-        lambda stepper, drives, by: follows(drives) and _asked(drives),
-        "some inputs follow from the state, others are functions of time",
+        lambda stepper, drives, by: following(drives) and _blind(stepper, by),
+        "inputs follow from the state of a large system",
     ),
     (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
 )
 """What is looked after between two steps, in words, and whether there is something of it that an integrator leaves to Python."""
-
-
-def _asked(drives: Sequence[Any]) -> bool:
-    return any(constant(f) is None and not isinstance(f, Formula | HeldInput) for f in drives)
 
 
 def _blind(stepper: Stepper, by: Integrator) -> bool:
@@ -108,7 +102,7 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
         own = set(operations(stepper.now))
     own |= of_inputs(stepper.now)
     bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.smooth) for f in drives)
-    if any(op in CORNERS or isinstance(op, Piecewise) for op in own) or _asked(drives) or bent:
+    if any(op in CORNERS or isinstance(op, Piecewise) for op in own) or asked(drives) or bent:
         return _BENT
     if own.isdisjoint(LIBRARY) and target(settings.cpu, settings.features).lanes >= _LANES:
         return _WIDE

@@ -31,20 +31,20 @@ class Entry:
 
 
 class Hook:
-    """A Python function of a time that a kernel calls as a routine of (t, x, p, r, h, out) at one state.
+    """A Python function that a kernel calls as a routine of (t, x, p, r, h, out) at one state: it is given t and where x and out are.
 
     An exception must not pass through machine code: it is kept as `raised`, and the function is not called any more.
     """
 
     __slots__ = ("_function", "raised")
 
-    def __init__(self, function: Callable[[float], None]) -> None:
+    def __init__(self, function: Callable[[float, int, int], None]) -> None:
         self.raised: BaseException | None = None
 
-        def call(t: float, *_: int) -> None:
+        def call(t: float, x: int, p: int, r: int, h: int, out: int) -> None:
             if self.raised is None:
                 try:
-                    function(t)
+                    function(t, x, out)
                 except BaseException as error:  # of any kind, an interrupt too
                     self.raised = error
 
@@ -54,6 +54,11 @@ class Hook:
     def address(self) -> int:
         """Where it begins."""
         return int(ctypes.cast(self._function, ctypes.c_void_p).value or 0)
+
+
+def doubles(address: int, count: int) -> Array:
+    """So many numbers at an address, as an array that is these and no copy."""
+    return np.frombuffer((ctypes.c_double * count).from_address(address))
 
 
 def entry(routine: CompiledRoutine) -> Entry:
