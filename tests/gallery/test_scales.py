@@ -171,7 +171,7 @@ def test_tolerances_of_large_numbers_overflow_nothing(in_units):
 
 
 def test_a_tolerance_far_too_wide_stops_a_motion_with_a_reason(in_units):
-    """Millimetres with atol = 1 m: steps lead to deflections whose foreshortening was nothing before, and are moved back all the same."""
+    """Millimetres with atol = 1 m: steps lead to deflections whose foreshortening was nothing before, and are moved back."""
     system, scale = in_units("flexible_four_bar"), GIGA[0]
     q, u = system.start()
     sol = kn.simulate(

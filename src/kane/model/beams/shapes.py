@@ -37,7 +37,7 @@ class ModeShapes(Immutable):
         return f"ModeShapes({self.label}, {self.count})"
 
     def at(self, xi: float, order: int = 0) -> Array:
-        """The values, or derivatives by ξ, at one place (count); zero where they vanish but for rounding: a pinned tip does not move."""
+        """The values, or derivatives by ξ, at a place (count); zero where they vanish but for rounding: a pinned tip does not move."""
         values: Array = self.evaluate(np.array([float(xi)]), order)[0]
         size = np.abs(self.evaluate(_GRID, order)).max(axis=0)
         return np.where(np.abs(values) > _ROUNDING * size, values, 0.0)
