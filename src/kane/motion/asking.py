@@ -19,7 +19,7 @@ def filling(now: Routines) -> Fill:
     laws: dict[Law, list[tuple[int, int]]] = {}
     others: list[tuple[int, Callable[[Any], Any]]] = []
     written = any(isinstance(f, Formula) for f in now.drives)
-    for k, f in enumerate(now.drives):
+    for k, f in enumerate(list[Any](now.drives)):
         if isinstance(f, LawInput):
             laws.setdefault(f.law, []).append((k, f.place))
         elif not isinstance(f, Formula):

@@ -58,7 +58,9 @@ class Hook:
 
 def doubles(address: int, count: int) -> Array:
     """So many numbers at an address, as an array that is these and no copy."""
-    return np.frombuffer((ctypes.c_double * count).from_address(address))
+    block: Any = (ctypes.c_double * count).from_address(address)
+    found: Array = np.frombuffer(block)
+    return found
 
 
 def entry(routine: CompiledRoutine) -> Entry:
