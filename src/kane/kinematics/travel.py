@@ -28,12 +28,16 @@ class Rates(NamedTuple):
 
 
 class Biases(NamedTuple):
-    """What the accelerations have beside ẇ: of the origin along A, and along B where the slide is; of ω along the basis of work."""
+    """What the accelerations have beside ẇ: of the origin along A, and along B where the slide is; of ω along the basis of work.
+
+    `coriolis` is what of the first a slide along A adds.
+    """
 
     arm: Triple
     shift: Triple
     sliding: Triple
     spin: Triple
+    coriolis: Triple = NOTHING
 
 
 class Travel(NamedTuple):
@@ -125,6 +129,7 @@ def biases(
             sliding = summed(swing, cross3(doubled, slide.total))
             found.append(Biases(arm, centripetal(at, arm, square), sliding, spin))
         else:
-            coriolis = times(TWO, cross3(at, slide.total))
-            found.append(Biases(arm, summed(summed(centripetal(at, arm, square), coriolis), swing), NOTHING, spin))
+            doubled = times(TWO, cross3(at, slide.total))
+            shift = summed(summed(centripetal(at, arm, square), doubled), swing)
+            found.append(Biases(arm, shift, NOTHING, spin, summed(doubled, swing)))
     return found

@@ -263,6 +263,14 @@ class Rigid(NamedTuple):
         j = (sub(a, common), b, c), (d, sub(e, common), f), (g, h, ZERO)
         return cross3(w, product(j, w)), centripetal(w, self.h, square)
 
+    def about(self, k: int) -> Expr:
+        """The moment of inertia about a basis axis."""
+        return self.j[k][k]
+
+    def turned_by(self, v: Triple) -> Triple:
+        """J v."""
+        return product(self.j, v)
+
     @property
     def is_nothing(self) -> bool:
         """Whether there is none."""

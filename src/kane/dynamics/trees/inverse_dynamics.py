@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import parts
-from kane.dynamics.routes.composite import Place, freedom_mass, working
+from kane.dynamics.routes.composite import freedom_mass
+from kane.dynamics.routes.places import Place, composites, working
 from kane.dynamics.terms import sum_of
 from kane.dynamics.trees.line import Line, Vectors, line_at, motions, passed_on, pressing
 from kane.expr.build import add, mul, neg
@@ -18,6 +19,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import rate
 from kane.kinematics.constraints import constraint_rows
+from kane.space.moments import moments
 from kane.space.spatial import summed
 
 Exprs = tuple[Expr, ...]
@@ -52,8 +54,9 @@ def mass_matrix(derived: Derived) -> Matrix:
 
 def joint_mass(line: Line) -> Matrix:
     """M of the joint speeds, by number."""
-    bodies = [working(line.way.on, i, body) for i, body in enumerate(line.bodies)]
-    return Matrix(freedom_mass(line.way, bodies, len(line.places)))
+    bodies = [working(line.way.on, i, moments(body)) for i, body in enumerate(line.bodies)]
+    whole = composites(line.way, bodies)
+    return Matrix(freedom_mass(line.way, whole, len(line.places)))
 
 
 def joint_rows(line: Line, derived: Derived) -> Matrix:

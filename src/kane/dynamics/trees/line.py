@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import Wrenches, parts
 from kane.dynamics.routes.carried import falling, regrouped
-from kane.dynamics.routes.composite import Place, Way, way_along
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.flexible import RIGID
+from kane.dynamics.routes.places import Place, Way, way_along
 from kane.dynamics.routes.recursive import WAYS, carrying
 from kane.dynamics.terms import sum_of
 from kane.expr.build import add, mul
@@ -155,13 +155,16 @@ def entered(line: Line, i: int, *vectors: Triple) -> Vectors:
 
 
 def pressing(line: Line, i: int) -> Callable[..., Vectors]:
-    """What a segment alone presses on its origin with, along the basis of work, by its ω, α, a, and ω·ω where that is known."""
+    """What a segment alone presses on its origin with, along the basis of work, by its ω, α, a.
+
+    ω·ω may be known, and what is there at no α and a.
+    """
     turn, load = line.last_turn(i), line.loads.get(i, (NOTHING, NOTHING))
 
-    def own(w: Triple, alpha: Triple, a: Triple, square: Expr | None = None) -> Vectors:
+    def own(w: Triple, alpha: Triple, a: Triple, square: Expr | None = None, at_rest: Vectors | None = None) -> Vectors:
         body = line.bodies[i] if turn is None else line.bodies[i].before(turn)
         on_it = load if turn is None else (turn.up(load[0]), turn.up(load[1]))
-        n, f = body.bias(w, dot(w, w) if square is None else square)
+        n, f = at_rest or body.bias(w, dot(w, w) if square is None else square)
         n = summed(n, summed(product(body.j, alpha), cross3(body.h, a)))
         f = summed(f, summed(cross3(alpha, body.h), times(body.m, a)))
         return summed(n, negative(on_it[0])), summed(f, negative(on_it[1]))
