@@ -7,6 +7,7 @@ the segment and is multiplied by the change. M is composite, factored along the 
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple, TypeVar
 
@@ -15,8 +16,9 @@ from kane.dynamics.derivatives.stages import Stage, total
 from kane.dynamics.derivatives.wholes import Row, Whole, alone
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.articulated import parts
-from kane.dynamics.routes.composite import Place, working
+from kane.dynamics.routes.composite import accelerations
 from kane.dynamics.routes.order import sparse_order
+from kane.dynamics.routes.places import Place, working
 from kane.dynamics.terms import sum_of
 from kane.dynamics.trees.inverse_dynamics import joint_mass
 from kane.dynamics.trees.line import Line, Motion, Vectors, line_of, motions, passed_on, pressing
@@ -42,6 +44,8 @@ def acceleration_slopes(
     `route` is the recursion that found u̇, or would; λ are held, and u̇ follow from them.
     """
     line = line_of(derived, u_dot, route)
+    if route == "composite":
+        line = body_by_body(line)
     moving = motions(line)
     g = Tree(line, moving, changes(line, moving, symbols), symbols).left()
 
@@ -55,6 +59,13 @@ def acceleration_slopes(
         both = [None if change is None else last.along(change), last.slope(x)]
         columns.append(total(both) or [ZERO] * len(derived.speeds))
     return columns
+
+
+def body_by_body(line: Line) -> Line:
+    """The line with λ of what its bodies press with one by one, as they do in g, with which composite bodies would share nothing."""
+    way = line.way
+    rows = accelerations(way.on.steps, line.bodies, line.loads, line.ground, body_by_body=True).rows
+    return replace(line, lambdas=[x for _, x in rows])
 
 
 def _solved(line: Line, g: "Left") -> Iterator[Sequence[Expr] | None]:

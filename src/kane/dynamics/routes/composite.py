@@ -33,6 +33,8 @@ def accelerations(
     ground: Triple,
     asked: Iterable[int] = (),
     bent: Bent = RIGID,
+    *,
+    body_by_body: bool | None = None,
 ) -> Passed:
     """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state. What is transmitted is not found on this way."""
     on = travel(steps)
@@ -42,7 +44,7 @@ def accelerations(
     carried = [working(on, i, body) for i, body in enumerate(bodies)]
     count = len(places) + len(way.modes)
     felt = {i: to_rigid(own) for i, own in bending.items()}
-    if are_slender(bodies):
+    if are_slender(bodies) if body_by_body is None else body_by_body:
         trial, right = forces_at_trial(way, carried, loads, ground, count, bending)
         mass = freedom_mass(way, composites(way, with_more(carried, felt)), count, bending)
     else:
@@ -77,7 +79,10 @@ def with_more(bodies: Sequence[Body], more: Mapping[int, Body]) -> list[Body]:
 
 
 def freedom_mass(
-    way: Way, whole: Sequence[Composite[Body]], count: int, bending: Mapping[int, Inertia] = MappingProxyType({})
+    way: Way,
+    whole: Sequence[Composite[Rigid]] | Sequence[Composite[Moments]],
+    count: int,
+    bending: Mapping[int, Inertia] = MappingProxyType({}),
 ) -> list[list[Expr]]:
     """M of the freedoms, of the composite bodies of all segments."""
     rows = [[ZERO] * count for _ in range(count)]

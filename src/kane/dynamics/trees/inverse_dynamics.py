@@ -19,7 +19,6 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import rate
 from kane.kinematics.constraints import constraint_rows
-from kane.space.moments import moments
 from kane.space.spatial import summed
 
 Exprs = tuple[Expr, ...]
@@ -54,7 +53,7 @@ def mass_matrix(derived: Derived) -> Matrix:
 
 def joint_mass(line: Line) -> Matrix:
     """M of the joint speeds, by number."""
-    bodies = [working(line.way.on, i, moments(body)) for i, body in enumerate(line.bodies)]
+    bodies = [working(line.way.on, i, body) for i, body in enumerate(line.bodies)]
     whole = composites(line.way, bodies)
     return Matrix(freedom_mass(line.way, whole, len(line.places)))
 

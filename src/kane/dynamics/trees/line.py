@@ -155,16 +155,13 @@ def entered(line: Line, i: int, *vectors: Triple) -> Vectors:
 
 
 def pressing(line: Line, i: int) -> Callable[..., Vectors]:
-    """What a segment alone presses on its origin with, along the basis of work, by its ω, α, a.
-
-    ω·ω may be known, and what is there at no α and a.
-    """
+    """What a segment alone presses on its origin with, along the basis of work, by its ω, α, a, and ω·ω where that is known."""
     turn, load = line.last_turn(i), line.loads.get(i, (NOTHING, NOTHING))
 
-    def own(w: Triple, alpha: Triple, a: Triple, square: Expr | None = None, at_rest: Vectors | None = None) -> Vectors:
+    def own(w: Triple, alpha: Triple, a: Triple, square: Expr | None = None) -> Vectors:
         body = line.bodies[i] if turn is None else line.bodies[i].before(turn)
         on_it = load if turn is None else (turn.up(load[0]), turn.up(load[1]))
-        n, f = at_rest or body.bias(w, dot(w, w) if square is None else square)
+        n, f = body.bias(w, dot(w, w) if square is None else square)
         n = summed(n, summed(product(body.j, alpha), cross3(body.h, a)))
         f = summed(f, summed(cross3(alpha, body.h), times(body.m, a)))
         return summed(n, negative(on_it[0])), summed(f, negative(on_it[1]))
