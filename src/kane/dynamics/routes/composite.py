@@ -92,12 +92,13 @@ def freedom_mass(
                 rows[way.modes[b]][way.modes[other]] = x
             mode = Place(Freedom(NOTHING, {b: ONE}), way.modes[b], True)
             _entries(rows, mode, (), way.up(number, Wrench(column.n, column.f)))
-    for i, (work, along_a) in reversed([*enumerate(whole)][1:]):
+    for i in range(len(whole) - 1, 0, -1):
+        body = whole[i]
         for place in way.inner[i]:
-            _entries(rows, place, way.inner[i], way.up(i, _moved(work, place)))
+            _entries(rows, place, way.inner[i], way.up(i, _moved(body.work, place)))
         outer = (*way.outer[i], *way.shared[i])
         for place in outer:
-            _entries(rows, place, outer, way.from_outer(i, _moved(along_a, place)))
+            _entries(rows, place, outer, way.from_outer(i, _moved(body.along_a, place)))
     return rows
 
 
