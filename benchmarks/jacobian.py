@@ -9,16 +9,18 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from benchmarks.native import kernel_of
 from benchmarks.random_trees import Link, Mass
 from benchmarks.rhs_cases import optional
+from benchmarks.rounds import Loop, in_turn, summary
 from benchmarks.systems import arm
 from benchmarks.tree_cases import CASES, TreeCase
 
-_ROUNDS, _SECONDS = 31, 2e-3
+_ROUNDS, _SECONDS, _TOLERANCE = 31, 2e-3, 1e-9
 _WANTED = ("7R arm, general axes", "tree of 20 bodies", "four limbs of six joints on a floating base")
 
 
@@ -47,13 +49,13 @@ def depth_first(links: Sequence[Link]) -> list[int]:
     return order
 
 
-def compare(case: TreeCase) -> dict[str, float]:
-    """Nanoseconds of a call, the least of several rounds, and the largest difference over the largest derivative."""
+def compared_loops(case: TreeCase) -> tuple[dict[str, Loop], float]:
+    """The loops of a case, and the largest difference over the largest derivative."""
     eom, (trunk, links), (q, v) = case.eom, case.links(), case.state
     n, count = len(links), len(case.eom.coordinates)
     code = eom.compile()
     found = {"kane rhs": kernel_of(code.rhs, case.x), "kane jac": kernel_of(code.jac, case.x)}
-    loops = {name: kernel.loop for name, kernel in found.items()}
+    loops: dict[str, Loop] = {name: kernel.loop for name, kernel in found.items()}
     off = np.nan
     if pinocchio := optional("pinocchio_tree"):
         order = depth_first(links)
@@ -69,11 +71,40 @@ def compare(case: TreeCase) -> dict[str, float]:
         j = found["kane jac"].out.reshape(code.jac.shape)
         own = np.array([j[-n:, count - n : count], j[-n:, -n:]])[:, order][:, :, order]
         off = float(np.abs(own - theirs[:, -n:, -n:]).max() / np.abs(theirs).max())
+    return loops, off
+
+
+def measured(case: TreeCase, rounds: int) -> dict[str, Any]:
+    """Nanoseconds a call of all contenders, and two ratios, round by round.
+
+    Raises
+    ------
+    ArithmeticError
+        if derivatives differ by more than 1e-9 of the largest
+    """
+    loops, off = compared_loops(case)
+    if off > _TOLERANCE:
+        raise ArithmeticError(f"Pinocchio's derivatives differ from kane's of {case.name} by {off:.1e}.")
+    times = in_turn(loops, rounds)
+    own = times["kane jac"]
+    ratios = {"jac / rhs": (own, times["kane rhs"])}
+    if "Pinocchio derivatives" in times:
+        ratios["Pinocchio derivatives / jac"] = times["Pinocchio derivatives"], own
+    operations = {"rhs": case.eom.operations.state, "jac": case.eom.jacobian().operations.state}
+    return {
+        "operations": operations,
+        "ns": {name: summary(values, 1e-9) for name, values in times.items()},
+        "ratios": {name: summary([a / b for a, b in zip(x, y, strict=True)]) for name, (x, y) in ratios.items()},
+    }
+
+
+def compare(case: TreeCase) -> dict[str, float]:
+    """Nanoseconds of a call, the least of several rounds, and the largest difference over the largest derivative."""
+    loops, off = compared_loops(case)
     return {**{name: _least(loop) for name, loop in loops.items()}, "off": off}
 
 
-def _least(loop: object) -> float:
-    assert callable(loop)
+def _least(loop: Loop) -> float:
     calls = max(1, round(_SECONDS / max(loop(10) / 10, 1e-9)))
     return float(min(loop(calls) for _ in range(_ROUNDS)) / calls * 1e9)
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Trees beside robotics engines, and how cost grows with the number of bodies; `make bench-trees` writes trees.json and trees.md.
 
-Right-hand sides in native loops, all contenders of a case in turn in one process, two runs; derivation and compilation cold, each in a
-process of its own. `--once` prints one run as JSON, `--cold NAME n` one derivation with its compilation.
+Right-hand sides and their derivatives in native loops, all contenders of a case in turn in one process, two runs; derivation and
+compilation cold, each in a process of its own. `--once` prints one run as JSON, `--cold NAME n` one derivation with its compilation.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 import kane as kn
-from benchmarks import native, trees_table
+from benchmarks import jacobian, native, trees_table
 from benchmarks.machine import compiler, processor, versions
 from benchmarks.random_trees import random_tree
 from benchmarks.rounds import in_turn, summary
@@ -95,7 +95,11 @@ def growth() -> dict[str, Any]:
 
 def once() -> dict[str, Any]:
     """One run."""
-    return {"native": {case.name: measured(case) for case in CASES}, "growth": growth()}
+    return {
+        "native": {case.name: measured(case) for case in CASES},
+        "derivatives": {case.name: jacobian.measured(case, ROUNDS) for case in jacobian.cases()},
+        "growth": growth(),
+    }
 
 
 def _child(*arguments: str) -> str:
