@@ -12,6 +12,7 @@ library a linker of its own, so that all their memory is given back.
 import atexit
 import ctypes
 import os
+import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -23,7 +24,8 @@ from kane.errors import ProgramError
 from kane.program.native import store
 from kane.program.native.callers import warn
 
-_OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "jitdefault"}
+_OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
+"""A module's numbers lie beside its code, in reach of an offset, where LLVM links as on Linux: else each address is loaded as a number."""
 _LONG = 200_000
 """Characters of a text from which on LLVM selects and schedules by its level 1: a third sooner, and as fast code."""
 
