@@ -209,7 +209,9 @@ def test_calls_that_are_none():
         kn.simulate(EOM, (0, 1), inputs={(F, G): [1]}, **START)
     with pytest.raises(kn.ValueMissingError, match=r"got one for H|got one for 'H'"):
         kn.simulate(EOM, (0, 1), inputs={(F, "H"): [1, 2], G: 0}, **START)
-    with pytest.raises(kn.SimulationError, match=r"runs in machine code .* inputs are functions in Python"):
+    with pytest.raises(
+        kn.SimulationError, match=r"runs in machine code .* inputs are functions of time or state in Python"
+    ):
         kn.simulate(EOM, (0, 1), inputs=LAWS["function"], method="gauss16", **START)
 
 
@@ -258,7 +260,7 @@ def test_an_expression_of_the_state_beside_a_function_of_time_is_asked_at_the_st
     assert np.abs(sol.q[:, 0] - np.cos(np.sqrt(1.5) * sol.t)).max() < 1e-7
     assert np.abs(sol.u[:, 1] - 0.5 - np.sin(sol.t) / 2).max() < 1e-7
     assert sol.method == {"auto": "dop853"}.get(method, method)
-    with pytest.raises(kn.SimulationError, match="inputs are functions in Python"):
+    with pytest.raises(kn.SimulationError, match="inputs are functions of time or state in Python"):
         kn.simulate(EOM, (0, 3), inputs={F: -3 * x, G: lambda t: np.cos(t)}, method="gauss16", **START)
 
 

@@ -80,7 +80,8 @@ def test_inputs_in_python_are_asked_at_the_stages():
     assert jump.u[-1, 0] == pytest.approx(2.5, rel=1e-12)
     assert jump.work[-1] == pytest.approx(2.5**2 / 2, rel=1e-12)
     with pytest.raises(
-        SimulationError, match=r'method="gauss16", got one in which inputs are functions of time\. Take method="auto"'
+        SimulationError,
+        match=r'method="gauss16", got one in which inputs are functions of time or state in Python\. Take method="auto"',
     ):
         kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method="gauss16")
 

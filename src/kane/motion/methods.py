@@ -47,7 +47,7 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
     ),
     (lambda stepper, drives, by: jumps(stepper.eom) and not by.watches, "loads jump"),
     (lambda stepper, drives, by: unfit(stepper.eom), "loads jump by tables of steps, or beside choices of pivots"),
-    (lambda stepper, drives, by: asked(drives) and not by.driven, "inputs are functions in Python"),
+    (lambda stepper, drives, by: asked(drives) and not by.driven, "inputs are functions of time or state in Python"),
     (
         lambda stepper, drives, by: following(drives) and _blind(stepper, by),
         "inputs follow from the state of a large system",

@@ -152,8 +152,28 @@ def _repeatable(solution: Solution, start: Solution | None, given: dict[str, Any
     return replace(solution, _again=partial(_again, solution, start, given))
 
 
-def _again(solution: Solution, start: Solution | None, given: dict[str, Any], **more: Any) -> Solution:
-    """The same motion once more, at other tolerances; the longest step is half as long, as it may be what limits steps."""
+def _again(
+    solution: Solution, start: Solution | None, given: dict[str, Any], samples: Array | None = None, **more: Any
+) -> Solution:
+    """The same motion once more: at other times, or finer, at other tolerances."""
+    if samples is None:
+        given = _finer(solution, given)
+    else:
+        more |= {"rtol": solution.rtol, "atol": solution.atol}
+    # where others have led on, "auto" finds them again
+    method = AUTO if ", " in solution.method else solution.method
+    begin: dict[str, Any] = (
+        {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0]} if start is None else {"start": start}
+    )
+    times = np.unique(solution.t if samples is None else samples).tolist()
+    with warnings.catch_warnings():  # of what is wrong with the motion it has warned
+        warnings.simplefilter("ignore", KaneWarning)
+        span = float(solution.t[0]), float(solution.t[-1])
+        return simulate(solution.equations, span, samples=times, method=method, **begin, **given, **more)
+
+
+def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
+    """With a longest step that is half as long, as it may be what limits steps."""
     longest = given["max_step"]
     if longest is None and any(map(callable, (given["inputs"] or {}).values())):
         longest = (solution.t[-1] - solution.t[0]) / STEPS_ASKED
@@ -161,17 +181,7 @@ def _again(solution: Solution, start: Solution | None, given: dict[str, Any], **
         longest = float(longest) / 2
         first = given["first_step"]
         given = given | {"max_step": longest, "first_step": first if first is None else min(first, longest)}
-    # where others have led on, "auto" finds them again
-    method = AUTO if ", " in solution.method else solution.method
-    begin: dict[str, Any] = (
-        {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0]} if start is None else {"start": start}
-    )
-    with warnings.catch_warnings():  # of what is wrong with the motion it has warned
-        warnings.simplefilter("ignore", KaneWarning)
-        span = float(solution.t[0]), float(solution.t[-1])
-        return simulate(
-            solution.equations, span, samples=np.unique(solution.t).tolist(), method=method, **begin, **given, **more
-        )
+    return given
 
 
 def _check_kept(solution: Solution, functions: Sequence[Any]) -> None:

@@ -25,6 +25,7 @@ from kane.model.declarations import Event
 from kane.model.loads import Load
 from kane.motion import tables
 from kane.motion.accuracy import Accuracy, accuracy
+from kane.motion.between import between
 from kane.motion.checking import Drift, checking_functions, drifts
 from kane.motion.contents import contents, some
 from kane.motion.drives import constant
@@ -239,6 +240,20 @@ class Solution:
             if the name ends otherwise, or there is no such folder
         """
         write(path, contents(self, lambda at: np.asarray(some(self, at).rates())))
+
+    def at(self, times: Any) -> "Solution":
+        """The motion at a time, or at increasing times, between its samples, as exact as these are.
+
+        It takes the same steps once more, in about the time that the motion took, and reads the integrator's own polynomials. Where a
+        phase begins the value is the one after.
+
+        Raises
+        ------
+        SimulationError
+            if the motion was read from a file or a pickle, or a time lies beyond its ends
+        """
+        found: Solution = between(self, self._again, times)
+        return found
 
     def accuracy(self) -> Accuracy:
         """The errors of coordinates and speeds, estimated by the same motion at a tenth of the tolerances, or at half the steps.
