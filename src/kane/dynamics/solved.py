@@ -18,6 +18,7 @@ from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
+from kane.expr.linear_forms import joined
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.regular import Guards, extended, factors, guarding, unguarded
@@ -101,6 +102,10 @@ class Solved(Immutable):
     )
     right_hand_side = read[Exprs](
         lambda s: (*s.rates, *s.accelerations, *s.state_rates), "ẋ = (q̇, u̇, ȧ) as functions of the state."
+    )
+    shown = read[tuple[Exprs, Exprs]](
+        lambda s: (tuple(map(joined, s.accelerations)), tuple(map(joined, s.reactions))),
+        "u̇ and the reactions as each reads by itself; in the right-hand side they share more.",
     )
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),
@@ -195,7 +200,8 @@ class Solved(Immutable):
     def by_constraints(self) -> frozenset[Expr]:
         """What the constraints were solved for, or with: u̇, reactions, A_n and b_n, as far as they are no leaves."""
         e = self.embedding
-        found = (*self.accelerations, *self.reactions, *e.a_n.entries, *e.b_n) if e else ()
+        solved = (*self.accelerations, *self.reactions, *self.shown[0], *self.shown[1])
+        found = (*solved, *e.a_n.entries, *e.b_n) if e else ()
         return frozenset(x for x in found if x.args)
 
     @read

@@ -18,6 +18,7 @@ from kane.dynamics.routes.divisors import Poles
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.quotients import with_short_quotients
 from kane.dynamics.routes.reactions import LARGE
+from kane.dynamics.routes.short_forms import with_short_forms
 from kane.dynamics.routes.short_rates import with_short_rates
 from kane.dynamics.routes.trees import compared, is_grown, loops, trees
 from kane.dynamics.routes.ways import (
@@ -45,7 +46,7 @@ def shortest(derived: Derived, partition: Partition | None) -> Solved:
     found = trees(derived) if partition is None else loops(derived, partition)
     if found and is_grown(derived, partition):
         return compared(found)
-    usual = with_short_rates(with_short_quotients(_by_speeds(derived, partition))).guarded()
+    usual = with_short_forms(with_short_rates(with_short_quotients(_by_speeds(derived, partition)))).guarded()
     return compared([usual, *found]) if found else usual
 
 

@@ -22,14 +22,17 @@ from kane.dynamics.routes.pivoted import about_points_at_rest
 from kane.dynamics.routes.power import homogeneous, power
 from kane.dynamics.routes.rates import ConstraintRates
 from kane.dynamics.routes.reactions import reactions
+from kane.dynamics.routes.short_forms import LONG, short_forms
 from kane.dynamics.routes.squares import squares
 from kane.dynamics.solved import Solved
-from kane.expr.count import Prices
+from kane.expr.count import Prices, price
 from kane.expr.node import Expr
 from kane.kinematics.motion import Contact
 from kane.space.point import Point
 
 Exprs = tuple[Expr, ...]
+_NEAR = 1.05
+"""Share of the fewest operations up to which ways are compared by what they take in the end."""
 
 
 class Found(NamedTuple):
@@ -135,8 +138,7 @@ def with_reactions(
         held = _as_it_is if w is None else w.held
         ways += reactions(s.derived, s.embedding, way.moving, values, s.reaction_matrix, held, differentiated)
     rates = derived.rates
-    # of equal ones the last, which is collected
-    best = min(reversed(ways), key=Prices((*rates, *u_dot))) if len(ways) > 1 else ways[0]
+    best = _cheapest(ways, (*rates, *u_dot), derived, e if differentiated else None)
     whole = replace(s, accelerations=u_dot, reactions=best)
     if e is None or s.embedding is None:
         return whole
@@ -152,6 +154,18 @@ def with_reactions(
         embedding=known,
         shorter_rates=own if shorter else None,
     )
+
+
+def _cheapest(ways: Sequence[Exprs], beside: Exprs, derived: Derived, e: Embedding | None) -> Exprs:
+    """The way that takes the fewest operations; of those that take few, by what they take in the end, where `e` is given."""
+    prices = list(map(Prices(beside), ways))
+    least = min(prices)
+    # of equal ones the last, which is collected
+    near = [x for p, x in zip(prices, ways, strict=True) if p <= least * _NEAR][::-1]
+    if e is None or len(near) == 1 or least > LONG:
+        return next(x for p, x in zip(reversed(prices), reversed(ways), strict=True) if p == least)
+    distinct = {tuple(map(id, x)): x for x in near}
+    return min(distinct.values(), key=lambda x: price(short_forms((*x, *beside), derived, e)))
 
 
 def _as_it_is(e: Expr) -> Expr:
