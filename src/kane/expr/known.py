@@ -25,7 +25,7 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Ex
             if node is e or (e.op is NEG and node is e.args[0]):
                 replaced[node] = name if node is e else neg(name)
             elif (node.op is MUL or node.op is DIV) and len(factors) > 1:
-                rest = _without(node, factors)
+                rest = _without(node, factors, kept)
                 if rest is not None:
                     replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
     memo: dict[Expr, Expr] = {}
@@ -45,7 +45,7 @@ def _factors(e: Expr) -> list[Expr]:
     return found
 
 
-def _without(e: Expr, factors: Sequence[Expr]) -> Expr | None:
+def _without(e: Expr, factors: Sequence[Expr], kept: Collection[Expr]) -> Expr | None:
     """What is left of a product, in its order, without some factors; None where it has not all of them."""
     left = list(factors)
 
@@ -54,6 +54,8 @@ def _without(e: Expr, factors: Sequence[Expr]) -> Expr | None:
         if place is not None:
             del left[place]
             return ONE
+        if x in kept:
+            return x
         if x.op is MUL:
             return mul(*map(rest, x.args))
         return div(rest(x.args[0]), x.args[1]) if x.op is DIV else x

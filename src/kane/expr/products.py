@@ -37,7 +37,7 @@ def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
     same = {e: e for e in kept}
     while not done:
         done = True
-        for replaced in _replacements(_products(best)):
+        for replaced in _replacements(_products(best, same)):
             memo: dict[Expr, Expr] = {}
             found = tuple(substitute(r, replaced | same, memo) for r in best)
             cost = price(found)
@@ -47,7 +47,7 @@ def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
     return best
 
 
-def _products(roots: Sequence[Expr]) -> dict[Expr, _Product]:
+def _products(roots: Sequence[Expr], kept: Collection[Expr]) -> dict[Expr, _Product]:
     """The products in `roots` that are used by something else than one product, and what they are products of."""
     uses: dict[Expr, int] = dict.fromkeys(roots, 2)
     order = postorder(roots)
@@ -56,7 +56,7 @@ def _products(roots: Sequence[Expr]) -> dict[Expr, _Product]:
             uses[a] = uses.get(a, 0) + (1 if node.op is MUL or node.op is DIV else 2)
     found: dict[Expr, _Product] = {}
     for node in order:
-        if node.op is MUL or node.op is DIV:
+        if (node.op is MUL or node.op is DIV) and node not in kept:
             found[node] = _product(node, found, uses)
     return {node: product for node, product in found.items() if uses[node] > 1}
 

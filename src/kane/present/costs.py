@@ -24,7 +24,7 @@ class Costs:
 
 def costs(eom: Equations) -> Costs:
     """What one evaluation of the right-hand side and the reactions costs."""
-    roots = (*eom.right_hand_side, *eom.reaction_values)
+    roots = (*eom.right_hand_side, *eom.solved.reactions)
     hoisted = dict(count_operations(_of_parameters(roots)).by_operation)
     counts = dict(eom.operations.by_operation)
     lines = tuple(
@@ -47,7 +47,7 @@ def _of_parameters(roots: Iterable[Expr]) -> list[Expr]:
 def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, int]]:
     """Only nodes that the whole evaluation has count as added, so that the additions sum to its total."""
     whole = set(postorder(list(roots)))
-    solved = ((r"$\dot{u}$, solved", eom.accelerations), ("reactions, solved", eom.reaction_values))
+    solved = ((r"$\dot{u}$, solved", eom.solved.accelerations), ("reactions, solved", eom.solved.reactions))
     if eom.operations.total == count_operations(eom.right_hand_side).total:  # u̇ is found by way of the reactions
         solved = solved[::-1]
     parts: tuple[tuple[str, tuple[Expr, ...]], ...] = (
