@@ -47,7 +47,7 @@ enum {
     DISK_PARAMETERS = 4,
     DISK_STATES = 10,
     DISK_INPUTS = 0,
-    DISK_HOISTED = 4,
+    DISK_HOISTED = 1,
     DISK_RHS_SIZE = 10
 };
 
@@ -155,23 +155,16 @@ static void kane_sincos(double x, double *s, double *c)
     memcpy(c, &c_bits, sizeof *c);
 }
 
-/* What depends on parameters alone; 5 operations. */
+/* What depends on parameters alone; 1 operations. */
 void disk_hoist(const double *p, double *h)
 {
     const double R = p[0];
-    const double m = p[1];
-    const double z1 = R * m;
-    const double z2 = 0.25 * z1;
-    const double z3 = 0.5 * z1;
-    const double z4 = 1.0 / z3;
-    const double z5 = 1.0 / m;
-    h[0] = z2;
-    h[1] = z3;
-    h[2] = z4;
-    h[3] = z5;
+    const double g = p[3];
+    const double z1 = g / R;
+    h[0] = z1;
 }
 
-/* rhs: 10; 88 operations. */
+/* rhs: 10; 80 operations. */
 void disk_rhs(double t, const double *x, const double *p, const double *r, const double *h, double *out)
 {
     (void)t;
@@ -184,13 +177,8 @@ void disk_rhs(double t, const double *x, const double *p, const double *r, const
     const double u4 = x[8];
     const double u5 = x[9];
     const double R = p[0];
-    const double m = p[1];
     const double mu_k = p[2];
-    const double g = p[3];
     const double h0 = h[0];
-    const double h1 = h[1];
-    const double h2 = h[2];
-    const double h3 = h[3];
     double z6, z1;
     kane_sincos(q2, &z6, &z1);
     const double z2 = fabs(z1) > 1.1368683772161603e-13 * 1.0 ? z1 : (double)NAN;
@@ -199,99 +187,90 @@ void disk_rhs(double t, const double *x, const double *p, const double *r, const
     const double z5 = -u1;
     const double z7 = z6 * z3;
     const double z8 = u2 * z7;
-    const double z9 = z8 - u3;
-    const double z10 = -z9;
-    double z11, z17;
-    kane_sincos(q1, &z11, &z17);
-    const double z12 = R * z11;
-    const double z13 = z12 * z9;
-    const double z14 = z13 - u5;
-    const double z15 = z14 * z14;
-    const double z16 = u3 - z8;
-    const double z18 = z17 * R;
-    const double z19 = z18 * z16;
-    const double z20 = z19 + u4;
-    const double z21 = z20 * z20;
-    const double z22 = z15 + z21;
-    const double z23 = sqrt(z22);
-    const double z24 = mu_k / z23;
-    const double z25 = z14 * z24;
-    const double z26 = z17 * z25;
-    const double z27 = z24 * z20;
-    const double z28 = z11 * z27;
-    const double z29 = z26 + z28;
-    const double z30 = z1 * z29;
-    const double z31 = R * z6;
-    const double z32 = m * z31;
-    const double z33 = z32 * z6;
-    const double z34 = z33 + h0;
-    const double z35 = 1.0 / z34;
-    const double z36 = z32 * z35;
-    const double z37 = z36 * z30;
-    const double z38 = 1.0 - z37;
-    const double z39 = z8 * h0;
-    const double z40 = h1 * u3;
-    const double z41 = z39 - z40;
-    const double z42 = u2 * z41;
-    const double z43 = u1 * R;
-    const double z44 = z43 * u1;
-    const double z45 = z44 * z1;
-    const double z46 = g - z45;
-    const double z47 = m * z46;
-    const double z48 = z6 * z47;
-    const double z49 = z42 - z48;
-    const double z50 = z36 * z49;
-    const double z51 = z50 + z47;
-    const double z52 = z51 / z38;
-    const double z53 = z30 * z52;
-    const double z54 = z49 + z53;
-    const double z55 = z54 * z35;
-    const double z56 = 2.0 * u3;
-    const double z57 = z8 - z56;
-    const double z58 = u1 * z57;
-    const double z59 = -z58;
-    const double z60 = z11 * z25;
-    const double z61 = z17 * z27;
-    const double z62 = z60 - z61;
-    const double z63 = z62 * h2;
-    const double z64 = z63 * z52;
-    const double z65 = z55 * R;
-    const double z66 = z8 * R;
-    const double z67 = z66 * u2;
-    const double z68 = z67 + z65;
-    const double z69 = z1 * z68;
-    const double z70 = z8 * z66;
-    const double z71 = z70 + z44;
-    const double z72 = z6 * z71;
-    const double z73 = z69 + z72;
-    const double z74 = z11 * z73;
-    const double z75 = z52 * h3;
-    const double z76 = z27 * z75;
-    const double z77 = z58 * z7;
-    const double z78 = z2 * z2;
-    const double z79 = u1 / z78;
-    const double z80 = u2 * z79;
-    const double z81 = z77 + z80;
-    const double z82 = R * z81;
-    const double z83 = z43 * u2;
-    const double z84 = z82 + z83;
-    const double z85 = z17 * z84;
-    const double z86 = z85 + z76;
-    const double z87 = z74 + z86;
-    const double z88 = -z87;
-    const double z89 = z17 * z73;
-    const double z90 = z25 * z75;
-    const double z91 = z11 * z84;
-    const double z92 = z90 - z91;
-    const double z93 = z89 + z92;
+    const double z9 = u3 - z8;
+    double z10, z15;
+    kane_sincos(q1, &z10, &z15);
+    const double z11 = z10 * z9;
+    const double z12 = z11 * R;
+    const double z13 = u5 + z12;
+    const double z14 = z13 * z13;
+    const double z16 = z15 * R;
+    const double z17 = z16 * z9;
+    const double z18 = z17 + u4;
+    const double z19 = z18 * z18;
+    const double z20 = z14 + z19;
+    const double z21 = sqrt(z20);
+    const double z22 = mu_k / z21;
+    const double z23 = z13 * z22;
+    const double z24 = z23 * z15;
+    const double z25 = z18 * z22;
+    const double z26 = z25 * z10;
+    const double z27 = z24 - z26;
+    const double z28 = z1 * z27;
+    const double z29 = z6 * z6;
+    const double z30 = 0.25 + z29;
+    const double z31 = 1.0 / z30;
+    const double z32 = z6 * z31;
+    const double z33 = z28 * z32;
+    const double z34 = 1.0 + z33;
+    const double z35 = z8 * u2;
+    const double z36 = 0.25 * z35;
+    const double z37 = u1 * u1;
+    const double z38 = z1 * z37;
+    const double z39 = z38 - h0;
+    const double z40 = z6 * z39;
+    const double z41 = 0.5 * u3;
+    const double z42 = z41 * u2;
+    const double z43 = z42 - z40;
+    const double z44 = z43 - z36;
+    const double z45 = z44 * z32;
+    const double z46 = z45 + z39;
+    const double z47 = z46 / z34;
+    const double z48 = z28 * z47;
+    const double z49 = z44 - z48;
+    const double z50 = z49 * z31;
+    const double z51 = -z50;
+    const double z52 = 2.0 * u3;
+    const double z53 = z8 - z52;
+    const double z54 = u1 * z53;
+    const double z55 = -z54;
+    const double z56 = z15 * z25;
+    const double z57 = z23 * z10;
+    const double z58 = z56 + z57;
+    const double z59 = 2.0 * z58;
+    const double z60 = z59 * z47;
+    const double z61 = z50 - z35;
+    const double z62 = z1 * z61;
+    const double z63 = z8 * z8;
+    const double z64 = z63 + z37;
+    const double z65 = z64 * z6;
+    const double z66 = z65 - z62;
+    const double z67 = z10 * z66;
+    const double z68 = z47 * z25;
+    const double z69 = z54 * z7;
+    const double z70 = u2 * u1;
+    const double z71 = z70 * z3;
+    const double z72 = z71 * z3;
+    const double z73 = z70 + z72;
+    const double z74 = z73 + z69;
+    const double z75 = z15 * z74;
+    const double z76 = z68 - z75;
+    const double z77 = z76 - z67;
+    const double z78 = R * z77;
+    const double z79 = z15 * z66;
+    const double z80 = z23 * z47;
+    const double z81 = z10 * z74;
+    const double z82 = z80 - z81;
+    const double z83 = z82 + z79;
+    const double z84 = R * z83;
     out[0] = z4; /* q1' */
     out[1] = z5; /* q2' */
-    out[2] = z10; /* q3' */
+    out[2] = z9; /* q3' */
     out[3] = u4; /* q4' */
     out[4] = u5; /* q5' */
-    out[5] = z55; /* u1' */
-    out[6] = z59; /* u2' */
-    out[7] = z64; /* u3' */
-    out[8] = z88; /* u4' */
-    out[9] = z93; /* u5' */
+    out[5] = z51; /* u1' */
+    out[6] = z55; /* u2' */
+    out[7] = z60; /* u3' */
+    out[8] = z78; /* u4' */
+    out[9] = z84; /* u5' */
 }
