@@ -101,7 +101,7 @@ def test_checks_and_operations_show_their_figures(page: Page) -> None:
     assert ["second", "3.0e-02", "1e-06", "failed"] in page.rows
     o = eom.operations
     assert ["total", str(o.parameter), str(o.state), str(o.total)] in page.rows
-    assert ["×", "0", "50", str(dict(o.by_operation)["mul"])] in page.rows
+    assert ["÷", "1", "8", str(dict(o.by_operation)["div"])] in page.rows
     at = page.rows.index(["result", "on its own", "added to those above"])
     assert sum(int(row[2]) for row in page.rows[at + 1 : at + 6]) == o.total
     assert page.rows[at + 6] == ["total", "", str(o.total)]
