@@ -17,7 +17,8 @@ from kane.motion.contents import names, some
 from kane.motion.drives import a_constant
 from kane.motion.files import Contents, read
 from kane.motion.phases import Phase
-from kane.motion.solution import Recorded, Segment, Solution
+from kane.motion.recorded import Recorded
+from kane.motion.solution import Segment, Solution
 from kane.numeric.arrays import Array
 
 _SAME = 1e-6

@@ -22,7 +22,8 @@ from kane.motion.feedback import Held, HeldInput, value
 from kane.motion.formulas import Formula
 from kane.motion.joining import check_motion
 from kane.motion.phases import Phase
-from kane.motion.solution import Recorded, Solution
+from kane.motion.recorded import Recorded
+from kane.motion.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 

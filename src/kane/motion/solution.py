@@ -16,7 +16,7 @@ from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
-from kane.errors import ArgumentError, SimulationError
+from kane.errors import ArgumentError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
@@ -28,12 +28,13 @@ from kane.motion.accuracy import Accuracy, accuracy
 from kane.motion.between import between
 from kane.motion.checking import Drift, checking_functions, drifts
 from kane.motion.contents import contents, some
-from kane.motion.drives import constant
 from kane.motion.energy import EnergyCheck, energy_check
 from kane.motion.feedback import along
 from kane.motion.files import write
 from kane.motion.joining import check_follows, joined
 from kane.motion.phases import Indices, Jump, Phase, breaks, leaps
+from kane.motion.recorded import recorded
+from kane.motion.sides import sides
 from kane.motion.works import work_of
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
@@ -50,30 +51,6 @@ class Segment:
 
     start: float
     equations: Equations
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Recorded:
-    """The values of an input at the samples of a motion: what a file or a pickle keeps of its function."""
-
-    name: str
-    t: Array
-    values: Array
-
-    def __call__(self, t: Any) -> Any:
-        """The value at a sample's time."""
-        k = np.searchsorted(self.t, t)
-        if k < len(self.t) and self.t[k] == t:
-            return self.values[k]
-        raise SimulationError(
-            f"Expected a time among the samples for the input {self.name} of a motion that was saved or pickled, got t = {t:.6g}: of "
-            "its function the values there were kept. Simulate again with the function."
-        )
-
-
-def recorded(name: str, function: Callable[[Any], Any], t: Array, states: Array) -> Callable[[Any], Any]:
-    """An input as it is kept: a number as such, of a function its values at samples."""
-    return function if constant(function) is not None else Recorded(name, t, along(function, t, states))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -290,6 +267,14 @@ class Solution:
         pairs = zip(constraints, derived.constraint_rates, strict=True)
         roots = [c.expr if c.kind == "configuration" else rate for c, rate in pairs]
         return dict(zip(constraints, self._values(roots) if roots else [], strict=True))
+
+    @cached_property
+    def regimes(self) -> Mapping[str, Any]:
+        """The regime at each sample (n): of each switch of a load that jumps, as "sign(v)", the sign of what it turns on; 0 at zero.
+
+        Of declared friction, by its load's name, 1 where it slides and 0 at and below the threshold of its slip.
+        """
+        return sides(self)
 
     @cached_property
     def energy(self) -> Array:

@@ -76,6 +76,9 @@ def dataset(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
         dims = ["t", *(["axis"] if values.shape[1:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim)])]
         told = {"units": unit, "long_name": description or name}
         variables[name] = xarray.Variable(dims, values, {k: v for k, v in told.items() if v})
+    for text, values in motion.regimes.items():
+        told = {"long_name": f"regime of {text}: the sign of what it turns on, of friction 1 where it slides"}
+        variables[f"regime {text}"] = xarray.Variable("t", values, told)
     coordinates: dict[str, Any] = {"t": xarray.Variable("t", motion.t, {"units": "s", "long_name": "time"})}
     if any("axis" in v.dims for v in variables.values()):
         coordinates["axis"] = list(_AXES)
