@@ -25,7 +25,7 @@ from kane.program.native import store
 from kane.program.native.callers import warn
 
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
-"""A module's numbers lie beside its code, in reach of an offset, where LLVM links as on Linux: else each address is loaded as a number."""
+"""On Linux a module's numbers are linked beside its code, in reach of an offset; else each of their addresses is loaded."""
 _LONG = 200_000
 """Characters of a text from which on LLVM selects and schedules by its level 1: a third sooner, and as fast code."""
 
