@@ -184,6 +184,10 @@ def document(record: Mapping[str, Any]) -> str:
         "`computeABADerivatives`; nanoseconds a call, and ratios round by round. Derivatives agree to 1e-9 of the largest. "
         "In brackets the operations with the state, of derivatives and of the right-hand side; the first arm has aligned axes.\n\n"
         + _slopes(runs)
-        + "\n\n## Growth with the number of bodies\n\nCold: a fresh process each, the cache off, medians of up to "
-        "three; runs 1 and 2.\n\n" + _growth(runs) + "\n\n## Targets\n\n" + _targets(record["targets"]) + "\n"
+        + "\n\n## Growth with the number of bodies\n\nCold: a fresh process each, the cache off, seconds of processor "
+        "time, medians of up to three; runs 1 and 2.\n\n"
+        + _growth(runs)
+        + "\n\n## Targets\n\n"
+        + _targets(record["targets"])
+        + "\n"
     )

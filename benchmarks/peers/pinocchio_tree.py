@@ -65,14 +65,14 @@ class PinocchioTree:
         out = np.empty(self.freedoms)
         f = library().tree_aba
         arguments = (ctypes.c_void_p(self.handle), _doubles(q), _doubles(v), _doubles(out), ctypes.c_long(local))
-        return lambda n, _alive=(q, v): float(f(ctypes.c_long(n), *arguments)), out
+        return lambda n, _alive=(q, v, out): float(f(ctypes.c_long(n), *arguments)), out
 
     def derivatives(self, q: Array, v: Array) -> tuple[Callable[[int], float], Array]:
         """Seconds of n calls of `computeABADerivatives`, and ∂v̇/∂q, ∂v̇/∂v after them."""
         out = np.empty((2, self.freedoms, self.freedoms))
         f = library().tree_derivatives
         arguments = (ctypes.c_void_p(self.handle), _doubles(q), _doubles(v), _doubles(out))
-        return lambda n, _alive=(q, v): float(f(ctypes.c_long(n), *arguments)), out
+        return lambda n, _alive=(q, v, out): float(f(ctypes.c_long(n), *arguments)), out
 
 
 def tree(links: Sequence[Link], gravity: Array, trunk: Mass | None = None) -> PinocchioTree:
