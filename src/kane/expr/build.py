@@ -158,7 +158,7 @@ def _scaled_product(c: Number, x: Expr, y: Expr) -> Expr:
 def _scaled(c: Expr, x: Expr) -> Expr:
     """c x for a constant c that is neither 0 nor 1: positive constants stay, the sign goes outwards."""
     value = number_of(c)
-    if value < 0:
+    if (value.numerator if type(value) is Fraction else value) < 0:
         return neg(mul(constant(-value), x))
     if x.op is NEG:
         return neg(mul(c, x.args[0]))

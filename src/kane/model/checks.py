@@ -18,7 +18,7 @@ from kane.expr.symbols import (
     declared,
     input_of,
 )
-from kane.model.bodies import Body
+from kane.model.bodies import Body, Particle, RigidBody
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
 from kane.model.joints.joint import Joint
@@ -65,7 +65,7 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
     if not bodies:
         raise ModelError("Expected at least one body, got none: nothing has mass.")
     for b in bodies:
-        if not isinstance(b, Body):
+        if not isinstance(b, RigidBody | Particle) and not isinstance(b, Body):
             raise ModelError(
                 f"Expected bodies from kn.RigidBody or kn.Particle, got {cut(repr(b))}. A point or frame has no mass: "
                 "make a body of it."

@@ -164,7 +164,7 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
         yield f"the acceleration of {g.name!r}", ACCELERATION, g.acceleration.scalars()
     for u, definition in system.speeds.items():
         declared = f" [{u.unit}]" if u.unit else ""
-        yield f"the definition of {u}{declared}", parse(u.unit) if u.unit else None, (definition,)
+        yield f"the definition of {u.name}{declared}", parse(u.unit) if u.unit else None, (definition,)
     for a, rate_of in system.states.items():
         unit = per_second(a.unit)
         yield f"the rate of the state {a}{f' [{a.unit}]' if unit else ''}", parse(unit) if unit else None, (rate_of,)

@@ -316,15 +316,16 @@ class Inertia(NamedTuple):
         """About the point from which this origin lies at r."""
         if r is NOTHING or all(x is ZERO for x in r):
             return self
-        cross = skew(r)
-        g = [[add(self.h[a][b], dot(cross[a], self.m[b])) for b in range(3)] for a in range(3)]
-        columns = transposed(cross)
+        (m_0, m_1, m_2), (h_0, h_1, h_2) = self.m, self.h
+        g = summed_rows(self.h, transposed((cross3(r, m_0), cross3(r, m_1), cross3(r, m_2))))  # H + [r×] M
+        left = cross3(r, h_0), cross3(r, h_1), cross3(r, h_2)  # the columns of [r×] Hᵀ
+        right = cross3(g[0], r), cross3(g[1], r), cross3(g[2], r)  # the rows of G [r×]
         rows = [list(row) for row in self.j]
         for a in range(3):
             for b in range(a, 3):
-                rows[a][b] = rows[b][a] = sub(add(self.j[a][b], dot(cross[a], self.h[b])), dot(g[a], columns[b]))
+                rows[a][b] = rows[b][a] = sub(add(rows[a][b], left[b][a]), right[a][b])
         n = summed(self.n, cross3(r, self.f))
-        return Inertia(as_rows(rows), as_rows(g), self.m, n, self.f, moved(self.columns, r))
+        return Inertia(as_rows(rows), g, self.m, n, self.f, moved(self.columns, r))
 
     def at(self, alpha: Triple, a: Triple) -> "Inertia":
         """The same with what known parts of the acceleration add to n and f."""

@@ -19,6 +19,7 @@ from kane.dynamics.routes.sharing import (
     columns_less,
     found_modes,
     lowered,
+    over,
     shared,
     shares_of,
     without_modes,
@@ -265,21 +266,24 @@ def parts(freedom: Freedom, turning: bool) -> tuple[Triple, Triple]:
 
 def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Pivot]) -> Inertia:
     """What is felt before a freedom."""
-    s = freedom.axis
     spin, slide = parts(freedom, turning)
-    u_n = summed(product(felt.j, spin), product(felt.h, slide))
-    u_f = summed(product(transposed(felt.h), spin), product(felt.m, slide))
-    d, pressed = add(dot(spin, u_n), dot(slide, u_f)), add(dot(spin, felt.n), dot(slide, felt.f))
+    k = unit(freedom.axis) if freedom.slide is NOTHING else None
+    if k is None:
+        u_n = summed(product(felt.j, spin), product(felt.h, slide))
+        u_f = summed(product(transposed(felt.h), spin), product(felt.m, slide))
+        d, pressed = add(dot(spin, u_n), dot(slide, u_f)), add(dot(spin, felt.n), dot(slide, felt.f))
+    else:  # one of the entries is all that a product with a unit vector has
+        u_n, u_f = transposed(felt.j if turning else felt.h)[k], (felt.h if turning else felt.m)[k]
+        d, pressed = (u_n[k], felt.n[k]) if turning else (u_f[k], felt.f[k])
     if d is ZERO:
         raise SingularError("Expected every joint speed to move some mass.")
-    t_n, t_f = (triple(div(x, d) for x in u) for u in (u_n, u_f))
+    t_n, t_f = over(u_n, d), over(u_f, d)
     rest = neg(div(pressed, d))
     pivots.append(Pivot(freedom, turning, t_n, t_f, rest, d))
     j, h, m = lowered(felt.j, t_n, u_n, True), lowered(felt.h, t_n, u_f, False), lowered(felt.m, t_f, u_f, True)
     n, f = summed(felt.n, times(rest, u_n)), summed(felt.f, times(rest, u_f))
     left = columns_less(felt.columns, (spin, slide), (t_n, t_f), d, rest)
-    k = unit(s)
-    if k is None or freedom.slide is not NOTHING:
+    if k is None:
         return Inertia(j, h, m, n, f, left)
     if turning:
         return Inertia(_without(j, k, True), _without(h, k, False), m, _zero(n, k), f, left)

@@ -24,7 +24,7 @@ from kane.dynamics.routes.gauged import bent_frames, gauged, shared_rates
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.affine import affine_forms
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluate import Walk
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.visit import substitute
@@ -148,12 +148,13 @@ def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> 
 
     What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.
     """
-    symbols = free_symbols(pivots)
+    walk = Walk(pivots)
+    symbols = walk.symbols
     others, groups = draws(_TIMES, symbols), [s.coordinates for s in sets]
     for seed in _SEEDS:
         beside = {s: value_of(s, seed) * (1 + _BESIDE * drawn) for s, drawn in zip(symbols, others, strict=True)}
         with np.errstate(all="ignore"):
-            values = np.array([np.broadcast_to(x, _TIMES) for x in evaluate(list(pivots), unit(beside, groups))])
+            values = np.array([np.broadcast_to(x, _TIMES) for x in walk(unit(beside, groups))])
         if bool(np.all(np.ptp(values, axis=1) < _KEPT * np.abs(values[:, 0]))):
             return True
     return False
