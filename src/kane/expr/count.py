@@ -4,8 +4,9 @@
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from operator import attrgetter
 
-from kane.expr.node import Expr, as_exprs, postorder
+from kane.expr.node import Expr, as_exprs, nodes, postorder
 from kane.expr.symbols import Parameter, Symbol
 
 
@@ -61,21 +62,16 @@ class Prices:
     """The `price` of expressions beside others that are there in any case, which are walked once."""
 
     def __init__(self, known: Iterable[Expr]) -> None:
-        self._seen: set[Expr] = set()
-        self._own = 0
-        self._own = self._walked(known, self._seen)
+        self._known = nodes(known)
+        self._own = _cost(self._known)
 
     def __call__(self, roots: Iterable[Expr]) -> int:
         """Of the known ones and `roots` together."""
-        return self._walked(roots, set())
+        return self._own + _cost(nodes(roots, self._known))
 
-    def _walked(self, roots: Iterable[Expr], seen: set[Expr]) -> int:
-        known, total, waiting = self._seen, self._own, list(roots)
-        while waiting:
-            node = waiting.pop()
-            if node not in seen and node not in known:
-                seen.add(node)
-                if node.args:
-                    total += node.op.cost
-                    waiting.extend(node.args)
-        return total
+
+_cost_of = attrgetter("op.cost")
+
+
+def _cost(of: Iterable[Expr]) -> int:
+    return sum(map(_cost_of, of))

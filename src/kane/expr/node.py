@@ -14,8 +14,9 @@ from __future__ import annotations
 import hashlib
 import sys
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Set
 from fractions import Fraction
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 
 import numpy as np
@@ -148,6 +149,7 @@ class Constant(Expr):
     value: Number
 
 
+_args_of = attrgetter("args")
 BUILDERS: dict[str, Callable[..., Expr]] = {}
 """Builder of each operation by name; filled by expr.operators."""
 
@@ -396,15 +398,14 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
     return order
 
 
-def nodes(roots: Iterable[Expr]) -> set[Expr]:
-    """Every node below `roots`, sooner than in order."""
+def nodes(roots: Iterable[Expr], known: Set[Expr] = frozenset()) -> set[Expr]:
+    """Every node below `roots`, sooner than in order; without those that are `known`, with all below them."""
+    front = set(roots) - known
     seen: set[Expr] = set()
-    waiting = list(roots)
-    while waiting:
-        node = waiting.pop()
-        if node not in seen:
-            seen.add(node)
-            waiting.extend(node.args)
+    while front:  # a layer at a time, as sets do most of it
+        seen |= front
+        front = set[Expr]().union(*map(_args_of, front)) - seen
+        front -= known
     return seen
 
 

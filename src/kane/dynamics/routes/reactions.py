@@ -22,6 +22,7 @@ from kane.expr.collect import collected
 from kane.expr.count import Prices, price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
+from kane.expr.remembered import remembered
 from kane.kinematics.motion import Following, Kinematics, Motion
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
@@ -88,13 +89,14 @@ def _mixed(
     given: dict[Expr, Following] = {u: Following({}, ZERO, u_dot.get(u, ZERO)) for u in derived.speeds}
     known = derived.kinematics.with_following(given, moving.kinematics.contacts)
     bodies, best = list(moving.bodies), reactions_of(moving.bodies)
+    least = cost(best)
     for k, b in enumerate(moving_parts(derived.inertias, known)):
         at_rest = replace(b.center, bias=b.center.bias.express(derived.system.inertial))
         for other in (b, b._replace(center=at_rest)):
             tried = [*bodies[:k], other, *bodies[k + 1 :]]
             found = reactions_of(tried)
-            if cost(found) < cost(best):
-                bodies, best = tried, found
+            if any(x is not y for x, y in zip(found, best, strict=True)) and (price_of := cost(found)) < least:
+                bodies, best, least = tried, found, price_of
     yield best
 
 
@@ -144,10 +146,11 @@ def _remainders(
         rho(derived.speeds[d]) if any(x is not ZERO for x in e.a_na.rows[k]) else ZERO
         for k, d in enumerate(e.partition.dependent)
     ]
-    return (Matrix.column(own) + _carried(e, held)).entries
+    return (Matrix.column(own) + _carried(e, tuple(held))).entries
 
 
-def _carried(e: Embedding, held: Sequence[Expr]) -> Matrix:
+@remembered
+def _carried(e: Embedding, held: tuple[Expr, ...]) -> Matrix:
     """A_naᵀ ρ_D, by −A_aᵀ λ with A_Dᵀ λ = ρ_D where that takes less and divides by nothing else."""
     usual = e.a_na.T @ Matrix.column(held)
     if {d.value for d in e.transposed.divisors} <= {d.value for d in e.divisors}:
