@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -81,6 +82,12 @@ class Walk:
             self._walked = True
             return self._through(given, FLOAT, float)
 
+    def rows(self, leaves: Sequence[Expr], rows: Iterable[Sequence[float]]) -> list[list[float]]:
+        """The roots at several rows of floats for `leaves`, which hold all symbols."""
+        places = [(s, k) for k, s in enumerate(leaves) if s in self.leaves]
+        with np.errstate(all="ignore"):
+            return [self._in_batches({s: row[k] for s, k in places}) for row in rows]
+
     def _through(self, given: dict[Expr, Any], functions: dict[Op, Callable[..., Any]], number: Any) -> list[Any]:
         found = {leaf: number(given[leaf] if value is None else value) for leaf, value in self.leaves.items()}
         for node in self.order:
@@ -106,14 +113,30 @@ def _plain(value: Any) -> Any:
     return array if array.ndim else float(array)
 
 
-def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Callable[[Sequence[Any]], list[Any]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """A function from the values of `leaves` (numbers or broadcastable arrays) to those of the roots of a walk."""
+
+    walk: Walk
+    leaves: Sequence[Expr]
+
+    def __call__(self, values: Sequence[Any]) -> list[Any]:
+        """The values of the roots."""
+        return self.walk(dict(zip(self.leaves, values, strict=True)))
+
+    def rows(self, rows: Iterable[Sequence[float]]) -> list[list[float]]:
+        """Those at several rows of floats, the same bit by bit."""
+        return self.walk.rows(self.leaves, rows)
+
+
+def compile_reference(roots: Iterable[Expr], leaves: Sequence[Expr]) -> Reference:
     """A function from the values of `leaves` (numbers or broadcastable arrays) to the values of `roots`.
 
     Threads may call it at the same time.
     """
     walk = Walk(roots)
     walk.check(dict.fromkeys(leaves))
-    return lambda values: walk(dict(zip(leaves, values, strict=True)))
+    return Reference(walk, leaves)
 
 
 def evaluate(exprs: Any, values: Values) -> Any:
@@ -195,10 +218,11 @@ def free_symbols(roots: Expr | Iterable[Expr]) -> tuple[Symbol, ...]:
         node = waiting.pop()
         if node not in seen:
             seen.add(node)
-            if isinstance(node, Symbol):
+            args = node.args
+            if args:
+                waiting += args[::-1]
+            elif isinstance(node, Symbol):
                 found.append(node)
-            else:
-                waiting.extend(node.args[::-1])
     return tuple(found)
 
 

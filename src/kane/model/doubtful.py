@@ -124,6 +124,8 @@ def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:
     """Whether the velocity of the point along e is that of the body's particle there, at random states."""
     assert body.frame is not None
     center = body.mass_center
+    if p.body is body.frame and p.parent is center:  # by what a particle is
+        return True
     turned = body.frame.angular_velocity(inertial).cross(p.position(center))
     numbers = [p.velocity(inertial).dot(e), center.velocity(inertial).dot(e), turned.dot(e)]
     rows = [sample(numbers, seed) for seed in _SEEDS]
