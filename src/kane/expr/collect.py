@@ -39,12 +39,12 @@ Term = tuple[Number, Powers]
 def ordered(factors: Iterable[Expr]) -> list[Expr]:
     """Factors in the order in which they stand in a product."""
     found = sorted(factors, key=_KEY)
-    if len(found) < 2:
-        return found
-    keys = [f.key for f in found]
-    if len(set(keys)) == len(keys) and all(f.op is not CONST for f in found):
-        return found
-    return sorted(found, key=_ORDER)
+    before = None
+    for f in found:
+        if f.key == before or f.op is CONST:
+            return sorted(found, key=_ORDER)
+        before = f.key
+    return found
 
 
 def collected(e: Expr) -> Expr:

@@ -145,6 +145,7 @@ class _Maker:
         self.bases: dict[Basis, int] = {}
         self.early: dict[int, Forms | None] = {}
         self.alike: dict[tuple[int, Parts], int] = {}
+        self.keys: dict[tuple[Basis, int, Parts], tuple[int, Parts]] = {}
         self.shared: dict[tuple[int, Triple], tuple[int, Triple]] = {}
 
     def count(self, links: Iterable[Link]) -> None:
@@ -152,6 +153,7 @@ class _Maker:
         for link in links:
             if link.parent is not None:
                 key = link.parent, link.offset.map(time_derivative).parts
+                self.keys[link.basis, link.parent, link.offset.parts] = key
                 self.alike[key] = self.alike.get(key, 0) + 1
 
     def add(self, link: Link) -> None:
@@ -159,7 +161,7 @@ class _Maker:
         if link.parent is None:
             self._append(Segment(0, (), NOTHING, None), link.basis)
         else:
-            key = link.parent, link.offset.map(time_derivative).parts
+            key = self.keys[link.basis, link.parent, link.offset.parts]
             self._below(self.ends[link.parent], link, self.alike[key] > 1)
         if len(self.ends) in self.homes:
             self.bearing[len(self.steps) - 1] = self.homes[len(self.ends)]

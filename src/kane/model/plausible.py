@@ -139,6 +139,10 @@ def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
     n = _numbers(inertia, frames[0], one=len(frames) == 1) if frames else None
     if n is None:
         return False
+    if not any(n[i][j] or n[j][i] for i, j in _PAIRS):  # those of most bodies are principal ones as they stand
+        _, middle, high = sorted(n[i][i] for i in range(3))
+        if not (high > 0 and middle <= SLACK * high):
+            return False
     (_, middle, high), axes = np.linalg.eigh(n)
     if not (high > 0 and middle <= SLACK * high):
         return False

@@ -322,6 +322,9 @@ def turning_axes(sequence: str, angles: Sequence[Any]) -> tuple[int, int, int]:
 
 def _number(e: Expr) -> float | None:
     """The value of `e`, parameters at their defaults; None where one has none."""
+    number = constant_value(e)
+    if number is not None:
+        return float(number)
     if any(s.default is None for s in free_symbols([e])):
         return None
     return float(evaluate(e, {}))
