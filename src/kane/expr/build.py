@@ -12,7 +12,19 @@ from fractions import Fraction
 import numpy as np
 
 from kane.errors import ExpressionError, cut
-from kane.expr.node import ONE, TWO, ZERO, Expr, Number, constant, constant_value, intern_node, intern_pair, precedes
+from kane.expr.node import (
+    ONE,
+    TWO,
+    ZERO,
+    Expr,
+    Number,
+    constant,
+    constant_value,
+    intern_node,
+    intern_pair,
+    intern_single,
+    precedes,
+)
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
 from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2, turns_sine
 from kane.expr.surd import Surd, root, times
@@ -105,7 +117,7 @@ def neg(a: Expr) -> Expr:
         return a.args[0]
     if op is CONST:
         return a if a is ZERO else constant(-number_of(a))
-    return intern_node(NEG, a)
+    return intern_single(NEG, a)
 
 
 def mul(a: Expr, b: Expr) -> Expr:

@@ -198,6 +198,23 @@ def intern_pair(op: Op, a: Expr, b: Expr) -> Expr:
     return first
 
 
+def intern_single(op: Op, a: Expr) -> Expr:
+    """`intern_node` of an operation on one."""
+    name = (op, a)
+    node = _table.get(name)
+    if node is not None:
+        return node
+    node = _new(Expr)
+    _set_op(node, op)
+    _set_args(node, (a,))
+    _set_key(node, hash((op.code, a.key)))
+    with _lock:
+        first = _table.setdefault(name, node)
+        if len(_table) > _limit:
+            sweep()
+    return first
+
+
 def leaf(kind: type[Leaf], op: Op, key: int) -> Leaf:
     """A new node without arguments, not yet in the table."""
     node = _new(kind)

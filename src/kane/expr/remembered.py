@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -36,17 +36,17 @@ def remembering() -> Iterator[None]:
 
 
 def remembered(function: Callable[P, R]) -> Callable[P, R]:
-    """A pure function of arguments that never change, known by their hash; never None."""
+    """A pure function of arguments that never change, known by their hash and given by place; never None."""
 
-    @wraps(function)
-    def known(*args: P.args, **kwargs: P.kwargs) -> R:
+    def known(*args: Any) -> Any:
         table = _scope.found
         if table is None:
-            return function(*args, **kwargs)
-        key = (function, *args)
+            return call(*args)
+        key = (call, *args)
         result = table.get(key)
         if result is None:
-            result = table[key] = function(*args, **kwargs)
+            result = table[key] = call(*args)
         return result
 
-    return known
+    call: Callable[..., Any] = function
+    return cast(Callable[P, R], wraps(function)(known))

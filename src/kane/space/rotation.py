@@ -150,6 +150,11 @@ def product(rows: Cosines, v: Triple) -> Triple:
 def cross3(a: Triple, b: Triple) -> Triple:
     """Measure numbers of a × b in one right-handed basis."""
     (a1, a2, a3), (b1, b2, b3) = a, b
+    k = single(a)
+    if k is not None:  # an arm along an axis: the other products are zero
+        if k == 0:
+            return ZERO, neg(mul(a1, b3)), mul(a1, b2)
+        return (mul(a2, b3), ZERO, neg(mul(a2, b1))) if k == 1 else (neg(mul(a3, b2)), mul(a3, b1), ZERO)
     return (
         sub(mul(a2, b3), mul(a3, b2)),
         sub(mul(a3, b1), mul(a1, b3)),

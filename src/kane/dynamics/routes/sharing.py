@@ -121,7 +121,7 @@ def lowered(rows: Cosines, t: Triple, u: Triple, symmetric: bool) -> Cosines:
     out = [list(row) for row in rows]
     for a in range(3):
         for b in range(a if symmetric else 0, 3):
-            x = sub(rows[a][b], mul(t[a], u[b]))
+            x = rows[a][b] if t[a] is ZERO or u[b] is ZERO else sub(rows[a][b], mul(t[a], u[b]))
             out[a][b] = x
             if symmetric:
                 out[b][a] = x
