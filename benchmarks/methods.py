@@ -43,8 +43,8 @@ _HEAD = """\
 Operations of one evaluation of a method's own right-hand side, of worked systems: (q̇, u̇) by Kane's and by Boltzmann and Hamel's,
 q̈ by Lagrange's and by virtual work and power, q̈ and λ by Lagrange's of the first kind, (q̇, ṗ) by Hamilton's, q̈ and all forces of
 constraints by Newton and Euler's. The results agree (`tests/laws/test_methods.py`). All are derived on one expression graph and solved
-by one elimination; those by Kane's are taken by the shortest of its ways and finished as by hand. `python -m benchmarks.methods` counts
-anew. A dash means that the method does not take the system: the theory page on other methods says why.
+by one elimination; those by Kane's are taken by the shortest of its ways and finished as by hand. `python -m benchmarks.methods`
+counts anew. A dash means that the method does not take the system: the theory page on other methods says why.
 """
 
 
