@@ -14,10 +14,10 @@ in the lanes of a vector.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from kane.expr.ops import COS, SIN, Op
+from kane.expr.ops import COS, DIV, REGULAR, SIN, Op
 from kane.program.emit import walk
 from kane.program.emit.llvm_entries import batch_entry, call_entry, pointer, shared
-from kane.program.emit.llvm_forms import INTRINSICS, LIBRARY, lines
+from kane.program.emit.llvm_forms import INTRINSICS, LIBRARY, divided, guard, lines
 from kane.program.emit.llvm_lanes import Lanes, bits
 from kane.program.emit.llvm_limbs import limbs_text
 from kane.program.emit.llvm_sincos import llvm_sincos
@@ -28,6 +28,8 @@ _ONE = Lanes(1)
 _WHOLE, _MATRIX = 2_500, 8_000
 """Instructions up to which a routine is one function, and one whose results are a matrix: it runs up to a fifth faster than in pieces,
 and is compiled as soon up to there; the columns of a matrix have little to tell each other."""
+_SHORT = 600
+"""Statements up to which the time of a piece is that of what waits for each other."""
 
 
 def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4) -> str:
@@ -141,12 +143,22 @@ class _Writer:
         self.names = _Names(common)
         # Else LLVM would load neighbours as one vector, which waits where they have just been stored one by one.
         self.volatile = {a for s in body if isinstance(s, walk.SinCos) for a in s.angles}
+        # A divisor's guard is looked at while the quotient is on its way. In long code nothing waits, and registers are wanted.
+        self.late, self.answers = _divisors(body) if len(body) <= _SHORT else set[int](), dict[int, str]()
 
     def write(self, s: walk.Statement) -> None:
         """The lines of one statement."""
         if isinstance(s, walk.Compute):
             name = self.names[s.value] = f"%v{s.value}"
-            self._compute(name, s.op, [self.names[a] for a in s.arguments])
+            operands = [self.names[a] for a in s.arguments]
+            if s.value in self.late:
+                found, self.answers[s.value] = guard(name, operands)
+                self.names[s.value] = operands[0]
+            elif s.op is DIV and s.arguments[1] in self.answers:
+                found = divided(name, operands, self.answers[s.arguments[1]], self.flags)
+            else:
+                found = self._compute(name, s.op, operands)
+            self.lines += [f"  {line}" for line in found]
         elif isinstance(s, walk.Read):
             name = self.names[s.value] = f"%v{s.value}"
             address = self._address(f"%a{s.value}", s)
@@ -158,13 +170,12 @@ class _Writer:
         else:
             self._sincos(s.angles, s.values)
 
-    def _compute(self, name: str, op: Op, operands: Sequence[str]) -> None:
+    def _compute(self, name: str, op: Op, operands: Sequence[str]) -> list[str]:
         called = LIBRARY.get(op) or (f"{INTRINSICS[op]}.f64" if op in INTRINSICS else "")
-        if called:
-            self.module.called[called] = op.arity
-            self.lines.append(f"  {name} = call double @{called}({', '.join(f'double {o}' for o in operands)})")
-        else:
-            self.lines += [f"  {line}" for line in lines(op, name, operands, _ONE, self.flags)]
+        if not called:
+            return lines(op, name, operands, _ONE, self.flags)
+        self.module.called[called] = op.arity
+        return [f"{name} = call double @{called}({', '.join(f'double {o}' for o in operands)})"]
 
     def _address(self, name: str, s: walk.Read | walk.Write) -> str:
         """`name`, after the line that makes it the address of what is read or written."""
@@ -196,3 +207,14 @@ class _Writer:
                 else:
                     self.names[i] = f"%v{i}"
                     self.lines.append(f"  %v{i} = extractelement {kind} {label}.{op.name}, i32 {k}")
+
+
+def _divisors(body: Sequence[walk.Statement]) -> set[int]:
+    """The guarded values that are read as divisors only."""
+    guarded = {s.value for s in body if isinstance(s, walk.Compute) and s.op is REGULAR}
+    for s in body if guarded else ():
+        if isinstance(s, walk.Compute):
+            guarded.difference_update(s.arguments[:1] if s.op is DIV else s.arguments)
+        elif isinstance(s, walk.Write):
+            guarded.discard(s.value)
+    return guarded

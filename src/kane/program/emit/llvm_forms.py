@@ -7,7 +7,7 @@ from functools import cache
 
 from kane.expr import ops
 from kane.expr.ops import OPS, Op
-from kane.program.emit.llvm_lanes import Lanes
+from kane.program.emit.llvm_lanes import Lanes, bits
 
 _BINARY = {ops.ADD: "fadd", ops.SUB: "fsub", ops.MUL: "fmul", ops.DIV: "fdiv"}
 LIBRARY = {OPS[n]: n for n in ["pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"]}
@@ -18,6 +18,11 @@ _ORDERED = (
     "{r}.c = or {b} {r}.a, {r}.b\n{r} = select {b} {r}.c, {t} {0}, {t} {1}"
 )
 """The argument that compares so with the other; a NaN is passed on, as NumPy does."""
+_GUARD = (
+    "{r}.gone = fmul double {1}, {gone}\n{r}.bits = bitcast double {0} to i64\n{r}.unsigned = and i64 {r}.bits, {unsigned}\n"
+    "{r}.size = bitcast i64 {r}.unsigned to double\n{r}.ok = fcmp ogt double {r}.size, {r}.gone"
+)
+_DIVIDED = "{r}.quotient = fdiv {f}double {0}, {1}\n{r} = select i1 {2}, double {r}.quotient, double {nan}"
 _FORMS = {
     ops.NEG: "{r} = fneg {f}{t} {0}",
     OPS["min"]: _ORDERED % "olt",
@@ -45,6 +50,17 @@ def lines(op: Op, result: str, operands: Sequence[str], lanes: Lanes, flags: str
     if word:  # nearly all there is, written sooner
         return [f"{result} = {word} {flags}{lanes.double} {operands[0]}, {operands[1]}"]
     return _FORMS[op].format(*operands, r=result, f=flags, **_fields(lanes)).split("\n")
+
+
+def guard(result: str, operands: Sequence[str]) -> tuple[list[str], str]:
+    """The lines that say whether REGULAR passes on its first operand, a double, and the name of the answer."""
+    text = _GUARD.format(*operands, r=result, gone=bits(ops.GONE), unsigned=2**63 - 1)
+    return text.split("\n"), f"{result}.ok"
+
+
+def divided(result: str, operands: Sequence[str], answer: str, flags: str) -> list[str]:
+    """The lines of a division by what a guard passes on, that asks for the answer when the quotient is known."""
+    return _DIVIDED.format(*operands, answer, r=result, f=flags, nan=bits(math.nan)).split("\n")
 
 
 @cache

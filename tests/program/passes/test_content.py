@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parameters leave products and sums: the same values, fewer operations with the state, fewer divisions."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kane as kn
+from kane.equations.routines import program
+from kane.expr.ops import DIV
+from kane.gallery import four_bar, slider_crank
+from kane.program.passes.content import without_content
+from kane.program.passes.optimize import rewritten
+from kane.program.passes.rounding import rounding
+from kane.program.passes.tiers import assembled
+from kane.program.receipt import receipt
+from tests.examples import examples
+from tests.program.passes.codes import (
+    ARITHMETIC,
+    EPS,
+    NUMBERS,
+    PARAMETERS,
+    STATES,
+    SYMBOLS,
+    code,
+    exact,
+    expressions,
+)
+
+a, b, c, d = STATES
+k, l, m = PARAMETERS
+FUNCTIONS = (*ARITHMETIC, *ARITHMETIC, "sqrt", "sin", "abs", "min", "max")
+
+
+def state(*roots):
+    """Operations with the state of roots without contents, and divisions among them."""
+    made = assembled(rewritten(without_content(code(roots))))
+    body = made.routines[0].body
+    return sum(made.op(i).cost for i in body), sum(made.op(i) is DIV for i in body)
+
+
+@examples(0.5)
+@given(
+    st.lists(expressions(FUNCTIONS), min_size=1, max_size=2),
+    st.lists(NUMBERS, min_size=len(SYMBOLS), max_size=len(SYMBOLS)),
+    st.booleans(),
+)
+def test_values_stay_within_the_bound(routines, values, reciprocals):
+    made = code(*routines, reciprocals=reciprocals)
+    for found in (without_content(made), rewritten(without_content(made))):
+        for (value, error), right in zip(rounding(found, values), exact(made, values), strict=True):
+            if right is not None and error * EPS < 1e-3 * abs(value):
+                assert abs(value - right) <= 1.01 * error * EPS / 2 + 1e-300
+
+
+def test_divisors_share_what_varies():
+    assert state(a / (k * (b + c)), d / (l * (b + c))) == (6, 1)
+
+
+def test_a_length_that_is_divided_out_comes_back_free():
+    x = a / (k * b)
+    assert state(kn.sin(k * x) + k * x * c) == state(kn.sin(a / b) + a / b * c)
+
+
+def test_parameters_meet_where_they_are_hoisted():
+    y = k * a + k * b
+    assert state(l * y * c, m * y * d) == (5, 0)  # y = a + b, (k l) (y c), (k m) (y d)
+    assert state(k * k * a * b + k * l * c * d) == (6, 0)  # k (k a b + l c d)
+
+
+def test_a_sum_of_parameters_is_a_factor_too():
+    moment = (k * k + l * l) * m
+    assert state(moment * a / (moment * b)) == (1, 1)
+
+
+def test_the_four_bar_divides_twice():
+    """By the sine of the angle between crank and rocker, and by the reduced mass, whose factor b² leaves the fraction."""
+    made = program(kn.derive(four_bar.system()).solved, ("rhs",))
+    body = made.routine("rhs").body
+    assert sum(made.op(i) is DIV for i in body) == 2
+    assert receipt(made)["rhs"].state <= 90
+    assert receipt(program(kn.derive(slider_crank.system()).solved, ("rhs",)))["rhs"].state <= 77
