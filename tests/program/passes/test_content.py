@@ -79,3 +79,9 @@ def test_the_four_bar_divides_twice():
     assert sum(made.op(i) is DIV for i in body) == 2
     assert receipt(made)["rhs"].state <= 90
     assert receipt(program(kn.derive(slider_crank.system()).solved, ("rhs",)))["rhs"].state <= 77
+
+
+def test_numbers_in_brackets_may_share_factors_again():
+    """cos a (k l m + k m²) + …: the bracket is factored once more, and is not found in itself."""
+    made = code([k * l * m * kn.cos(a) + k * m * m * kn.cos(a) + b * c])
+    assert sum(op.cost for op in rewritten(without_content(made)).ops) <= 7

@@ -6,8 +6,10 @@ import heapq
 from kane.expr.ops import ADD, MUL
 from kane.program.passes.nary import MOST, Flat
 
-Brackets = dict[tuple[int, ...], int]
-"""Sums in brackets by their parts: what stands in two of them becomes a factor that terms share."""
+Brackets = dict[tuple[tuple[int, ...], ...], int]
+"""Sums in brackets by their parts, each with its own: what stands in two of them becomes a factor that terms share.
+
+A product that a factor is taken out of keeps its number, so that numbers alone would find the sum from which it was taken."""
 
 
 def factored(flat: Flat) -> None:
@@ -87,7 +89,7 @@ def _taken_out(flat: Flat, terms: list[int], waiting: list[int], brackets: Brack
             uses[inner] = 0
         else:
             bracket.append(left[0] ^ sign)
-    key = tuple(sorted(bracket))
+    key = tuple(sorted((p, *(parts[p >> 1] if flat.kinds[p >> 1] is MUL else ())) for p in bracket))
     known = brackets.get(key)
     if known is None or not uses[known]:
         varies = any(flat.varies[p >> 1] for p in bracket)
