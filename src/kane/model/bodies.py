@@ -9,7 +9,7 @@ from kane.errors import ModelError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Coordinate, Parameter, Speed
+from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.model.inertia import central_inertia
 from kane.model.plausible import check_inertia, check_mass
 from kane.space.frame import Frame
@@ -50,6 +50,8 @@ class Deforming(Body, Protocol):
 
     coordinates: tuple[Coordinate, ...]
     speeds: Mapping[Speed, Expr]
+    named: frozenset[Symbol]
+    """Its symbols that got units without being asked."""
 
     @property
     def own_loads(self) -> tuple[Any, ...]:

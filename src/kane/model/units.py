@@ -15,7 +15,7 @@ from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
 from kane.model.actions import target
-from kane.model.bodies import parts_of
+from kane.model.bodies import deforming, parts_of
 from kane.model.declarations import Declarations, Event
 from kane.model.reactions import cut_of
 from kane.space.point import Point
@@ -57,7 +57,8 @@ def check_units(system: Declarations, symbols: Iterable[Symbol]) -> None:
     everything = dict.fromkeys((*symbols, *system.coordinates, *system.speeds, *system.reactions))
     carriers = [s for s in everything if s.unit]
     unasked = _unasked(system)
-    if all(isinstance(s, _GIVEN) or s in unasked for s in carriers):
+    chosen = {s for body in deforming(system.bodies) for s in (*body.named, *body.speeds, *map(rate, body.coordinates))}
+    if all(isinstance(s, _GIVEN) or s in unasked or s in chosen for s in carriers):
         return
     _check_scales(carriers, unasked)
     _check_quantities(system, unasked)

@@ -105,3 +105,31 @@ def test_cures_work() -> None:
     beam(modes=[lambda x: x**2, lambda x: x**3])
     assert len(beam(modes=lambda x: x**2).coordinates) == 1
     beam(EA=1.0, stretch=kn.mode_shapes("rod", 2))
+
+
+def test_units_that_a_beam_chose_ask_nothing_of_a_model_without_units():
+    """Where nobody else has units a spring of 5 N/m on a deflection, sin 3t beside a symbol and a threshold of 0.01 are all right."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    q, f = kn.coordinate("q"), kn.parameter("f", 0.1)
+    A = N.rotate("A", q, N.z)
+    beam = kn.Beam(
+        "b",
+        O,
+        frame=A,
+        axis=A.x,
+        length=1.0,
+        EI=kn.parameter("k", 4.0),
+        mass_per_length=0.3,
+        modes=1,
+        damping={"ratio": 0.01},
+    )
+    (v,) = beam.coordinates
+    loads = [kn.Torque(A, (f + kn.sin(3 * kn.time)) * A.z), kn.Force(beam.point_at(1), -5 * v * A.y)]
+    events = [kn.Event("far", v, threshold=0.01)]
+    system = kn.System(N, bodies=[beam], loads=loads, speeds={kn.speed("u"): q.dt}, events=events)
+    assert len(system.speeds) == 2
+    assert {s.name for s in beam.named} == {"v1_b", "L_b", "rhoA_b", "zeta_b"}
+    metres = kn.parameter("g", 9.81, "m/s^2")
+    with pytest.raises(kn.UnitError, match="angle"):
+        kn.System(N, bodies=[beam], loads=[*loads, kn.gravity(-metres * N.y)], speeds={kn.speed("u"): q.dt})

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`Beam`: a straight flexible beam by assumed modes, a body like any other."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +12,7 @@ from kane.expr.build import div, mul
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant, constant_value
-from kane.expr.symbols import Coordinate, Speed, rate
+from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
 from kane.model.beams.arguments import axial, bending, directions, shearing, turning
 from kane.model.beams.damping import damping_of
 from kane.model.beams.deformation import Fields, section_frame
@@ -75,6 +75,7 @@ class Beam(Immutable):
     form: str
     coordinates: tuple[Coordinate, ...]
     speeds: Mapping[Speed, Expr]
+    named: frozenset[Symbol]
     own_loads: tuple[Load, ...]
     _parts: tuple[Part, ...]
     _arguments: Mapping[str, Any]
@@ -122,6 +123,10 @@ class Beam(Immutable):
         speeds = {Speed.declare(f"u_{q.name}", None, _rate_unit(q), ""): rate(q) for q in coordinates}
         gauges = Gauges(name, root, L, fields)
         loads = (elasticity(name, gauges, L, fields), *damping_of(name, gauges, whole, matter, damping))
+        properties = [
+            L,
+            *(x.value for x in (matter.mass, matter.polar, *rotaries, *(f.stiffness for f in fields)) if x),
+        ]
         values: tuple[Any, ...] = (
             name,
             root,
@@ -133,6 +138,7 @@ class Beam(Immutable):
             form,
             coordinates,
             speeds,
+            _named(coordinates, properties, loads, arguments),
             loads,
             parts,
             arguments,
@@ -211,6 +217,27 @@ class Beam(Immutable):
     def __repr__(self) -> str:
         n = ", ".join(f"{len(f.coordinates)} of {f.stem}" for f in self.deformation.fields)
         return f"Beam({self.name!r}, from {self.root.name} in {self.frame.name}; {n})"
+
+
+def _named(
+    coordinates: Sequence[Coordinate], properties: Sequence[Expr], loads: Sequence[Load], arguments: Mapping[str, Any]
+) -> frozenset[Symbol]:
+    """What got its unit without being asked: the coordinates, and the parameters that numbers became."""
+    vectors = [v for load in loads for _, v in (*load.forces, *load.torques)]
+    held = free_symbols([*properties, *(x for v in vectors for x in v.scalars())])
+    given = set(free_symbols(_given(arguments.values())))
+    return frozenset((*coordinates, *(p for p in held if isinstance(p, Parameter) and p not in given)))
+
+
+def _given(arguments: Iterable[Any]) -> Iterator[Expr]:
+    """The expressions among arguments, in tuples and mappings too."""
+    for x in arguments:
+        if isinstance(x, Expr):
+            yield x
+        elif isinstance(x, Mapping):
+            yield from _given(x.values())
+        elif isinstance(x, tuple | list):
+            yield from _given(x)
 
 
 def _restored(name: str, root: Point, arguments: Mapping[str, Any]) -> Beam:
