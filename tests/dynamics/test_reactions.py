@@ -500,6 +500,48 @@ class TestFriction:
         assert sol.status == "event"
         assert "Painlevé" in sol.event.name
 
+    def test_it_does_not_depend_on_which_speeds_are_dependent(self):
+        """A block slides under the force that a connecting rod presses it down with; its motion is read in either speed's terms.
+        Without friction the factor of R is 1.
+        """
+        q1, q2, s = kn.coordinates("q1 q2 s")
+        u1, u2, u3 = kn.speeds("u1:4")
+        a, b, mu, smooth = 0.15, 0.4, kn.parameter("mu", 0.3), 0.05
+        A, B = N.rotate("A", q1, N.z), N.rotate("B", q2, N.z)
+        P, S = O.at("P", a * A.x), O.at("S", s * N.x)
+        crank = kn.RigidBody(
+            "crank", frame=A, mass_center=O.at("Ac", a * A.x / 2), mass=0.5, inertia=kn.rod(A, 0.5, a, A.x)
+        )
+        rod = kn.RigidBody(
+            "rod", frame=B, mass_center=P.at("Bc", b * B.x / 2), mass=0.12, inertia=kn.rod(B, 0.12, b, B.x)
+        )
+        tip, block = P.at("T", b * B.x), kn.Particle("block", S, 0.7)
+        found = []
+        for definitions in (
+            {u1: q1.dt, u2: q2.dt, u3: s.dt},
+            {u1: q1.dt + 0.2 * q2.dt, u2: q2.dt, u3: s.dt + 0.1 * q1.dt},
+        ):
+            for dependent in ((u2, u3), (u1, u2), (u1, u3)):
+                R = kn.reaction("R", at=S, along=N.y)
+                eom = kn.derive(
+                    kn.System(
+                        N, bodies=[crank, rod, block], speeds=definitions, reactions=[R], dependent_speeds=dependent,
+                        holonomic=kn.coincident(tip, S, along=(N.x, N.y)),
+                        loads=[kn.gravity(-G * N.y), kn.friction(S, R, mu, along=N.y, smooth=smooth)],
+                    )
+                )  # fmt: skip
+                (watched,) = [e for e in eom.events if e.name.startswith("Painlev")]
+                for q in (0.7, 1.2, 1.5, 2.5):
+                    at = kn.assemble(eom, q={q1: q, q2: kn.guess(-0.3), s: kn.guess(0.4)}, rates={q1: 8.0})
+                    values = [
+                        eom.evaluate(watched.quantity, q=at.q, u=at.u, parameters={mu: x}) for x in (0.0, 0.3, 0.9)
+                    ]
+                    found.append([*map(float, values), float(eom.evaluate(R, q=at.q, u=at.u))])
+        cases = np.array(found).reshape(6, 4, 4)
+        np.testing.assert_allclose(cases[:, :, 0], 1.0, rtol=1e-12)
+        np.testing.assert_allclose(cases, np.broadcast_to(cases[0], cases.shape), rtol=1e-9)
+        assert (cases[0, :, 1:3] > 0.01).all()  # the rod never wedges
+
 
 class TestErrors:
     q, x = kn.coordinates("q x")

@@ -44,3 +44,10 @@ def test_a_system_s_events():
         system.replace(events=[kn.Event("e", q), kn.Event("e", q, 1.0)])
     with pytest.raises(kn.ModelError, match=r"events= made by kn.Event.name, quantity., got 'e'"):
         system.replace(events=["e"])
+
+
+def test_an_event_shows_what_it_waits_for_in_a_line():
+    x, v = kn.coordinate("x"), kn.speed("v")
+    assert repr(kn.Event("floor", x, direction=-1, then={v: -v})) == "Event('floor', x falls below 0: v := -v)"
+    assert repr(kn.Event("far", x, threshold=2)) == "Event('far', x crosses 2: ends the simulation)"
+    assert len(repr(kn.Event("long", sum((k * kn.cos(k * x) for k in range(40)), x), direction=1))) < 200

@@ -33,7 +33,10 @@ _FEW = 6
 
 
 class Blocks(NamedTuple):
-    """M (n × n), f (n) and G (n × reactions) of the generalized speeds; M_a, f_a and G_a of the auxiliary ones."""
+    """M (n × n), f (n) and G (n × reactions) of the generalized speeds; M_a, f_a and G_a of the auxiliary ones.
+
+    `evident` is G_a without the loads that hold reactions.
+    """
 
     mass: Matrix
     forcing: tuple[Expr, ...]
@@ -41,6 +44,7 @@ class Blocks(NamedTuple):
     mass_a: Matrix
     forcing_a: tuple[Expr, ...]
     coupling_a: Matrix
+    evident: Matrix
 
 
 def blocks(
@@ -53,17 +57,15 @@ def blocks(
     """The rows of M and of f + G R, those of the auxiliary speeds last and with the reactions that these bring into evidence."""
     n, r = len(mass) - len(auxiliary), len(reactions)
     forcing, coupling = _reaction_form(right, reactions)
-    evident = [
-        [add(c, pairs.get((s, x), ZERO)) for c, x in zip(row, reactions, strict=True)]
-        for s, row in zip(auxiliary, coupling[n:], strict=True)
-    ]
+    evident = Matrix([[pairs.get((s, x), ZERO) for x in reactions] for s in auxiliary], (len(auxiliary), r))
     return Blocks(
         Matrix(mass[:n], (n, n)),
         tuple(forcing[:n]),
         Matrix(coupling[:n], (n, r)),
         Matrix(mass[n:], (len(auxiliary), n)),
         tuple(forcing[n:]),
-        Matrix(evident, (len(auxiliary), r)),
+        Matrix(coupling[n:], (len(auxiliary), r)) + evident,
+        evident,
     )
 
 

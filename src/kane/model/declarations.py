@@ -58,6 +58,11 @@ class Event(Immutable):
         done = done or (f"calls {getattr(self.then, '__name__', 'a function')}" if self.then is not None else "")
         return ", ".join(x for x in (done, "ends the simulation" if self.terminal else "") if x)
 
+    def __repr__(self) -> str:
+        passes = {-1: "falls below", 0: "crosses", 1: "rises above"}[self.direction]
+        done = f": {cut(self.consequence)}" if self.consequence else ""
+        return f"Event({self.name!r}, {cut(self.quantity)} {passes} {self.threshold:g}{done})"
+
 
 def check_event(name: Any, quantity: Any, threshold: Any, direction: Any, terminal: Any, message: Any) -> None:
     """A ModelError names the first argument of an event that cannot be what it is to be."""

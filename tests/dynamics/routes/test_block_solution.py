@@ -20,7 +20,7 @@ def symbols(name, rows, columns):
 def blocks(mass, forcing, coupling, mass_a, forcing_a, coupling_a):
     n, r = len(forcing), len(forcing_a)
     g, m_a, g_a = kn.Matrix(coupling, (n, r)), kn.Matrix(mass_a, (r, n)), kn.Matrix(coupling_a, (r, r))
-    return Blocks(kn.Matrix(mass), tuple(forcing), g, m_a, tuple(forcing_a), g_a)
+    return Blocks(kn.Matrix(mass), tuple(forcing), g, m_a, tuple(forcing_a), g_a, g_a)
 
 
 def values_of(block, numbers):

@@ -26,7 +26,10 @@ from kane.expr.solve import finish, forward, ldl, solve_lu
 
 
 class BlockSolution(NamedTuple):
-    """u̇ and R, the pivots of M, G_a − Xᵀ D⁻¹ Z, and G_a, which it is where no load holds a reaction."""
+    """u̇ and R, the pivots of M, G_a − Xᵀ D⁻¹ Z, and what that is without loads that hold reactions.
+
+    Where reactions are named in loads alone, these cannot be told from others: the latter is G_a with them.
+    """
 
     accelerations: tuple[Expr, ...]
     reactions: tuple[Expr, ...]
@@ -88,7 +91,10 @@ def _in_order(blocks: Blocks) -> BlockSolution:
         for reaction, column in zip(reactions, z, strict=True):
             y = [v if c is ZERO else add(v, mul(c, reaction)) for v, c in zip(y, column, strict=True)]
         u_dot = finish(factors, y)
-    return BlockSolution(tuple(u_dot), tuple(reactions), tuple(d), matrix, blocks.coupling_a)
+    known = all(any(x is not ZERO for x in row) for row in blocks.evident.rows)
+    return BlockSolution(
+        tuple(u_dot), tuple(reactions), tuple(d), matrix, blocks.evident if known else blocks.coupling_a
+    )
 
 
 def solved_reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:

@@ -66,6 +66,7 @@ def _reduced(e: Embedding, blocks: Blocks) -> Blocks:
         total(times_b(blocks.mass_a), spread),
         total(left_a, left).entries,
         total(blocks.coupling_a, blocks.coupling),
+        blocks.evident,
     )
 
 
