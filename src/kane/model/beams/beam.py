@@ -123,27 +123,10 @@ class Beam(Immutable):
         speeds = {Speed.declare(f"u_{q.name}", None, _rate_unit(q), ""): rate(q) for q in coordinates}
         gauges = Gauges(name, root, L, fields)
         loads = (elasticity(name, gauges, L, fields), *damping_of(name, gauges, whole, matter, damping))
-        properties = [
-            L,
-            *(x.value for x in (matter.mass, matter.polar, *rotaries, *(f.stiffness for f in fields)) if x),
-        ]
-        values: tuple[Any, ...] = (
-            name,
-            root,
-            frame,
-            L,
-            matter.mass,
-            whole,
-            support == "clamped",
-            form,
-            coordinates,
-            speeds,
-            _named(coordinates, properties, loads, arguments),
-            loads,
-            parts,
-            arguments,
-            {},
-        )
+        given = (matter.mass, matter.polar, *rotaries, *(f.stiffness for f in fields))
+        named = _named(coordinates, [L, *(x.value for x in given if x)], loads, arguments)
+        first = (name, root, frame, L, matter.mass, whole, support == "clamped", form, coordinates, speeds, named)
+        values: tuple[Any, ...] = (*first, loads, parts, arguments, {})
         for slot, value in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, slot, value)
 
