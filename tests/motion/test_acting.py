@@ -315,3 +315,19 @@ def test_a_prescribed_motion_does_not_jump():
     assert sol.keeps_energy
     with pytest.raises(kn.SimulationError, match=r"Expected the prescribed motion r.* without a jump at t = 0\.5"):
         kn.simulate(moved({r: 3.0}), (0, 1), q=[0], u=[0], inputs={r: t**2})
+
+
+@pytest.mark.parametrize("method", ["auto", "DOP853"])
+def test_steps_are_counted_over_all_phases(method):
+    """What is said where steps run out is how many there were to be, not how many the last phase had left."""
+    x, v = kn.coordinate("x"), kn.speed("v")
+    N = kn.Frame("N")
+    p = kn.Point("O", fixed_in=N).at("p", x * N.x)
+    bounce = kn.Event("bounce", x, direction=-1, then={v: -0.9 * v})
+    system = kn.System(
+        N, bodies=[kn.Particle("p", p, 1)], speeds={v: x.dt}, loads=[kn.Force(p, -9.81 * N.x)], events=[bounce]
+    )
+    sol = kn.simulate(kn.derive(system), (0, 5), q=[1], u=[0], method=method, max_step=0.05, max_steps=40)
+    assert (sol.status, sol.steps) == ("stopped", 40)
+    assert len(sol.phases) > 2
+    assert sol.message.startswith("40 steps were not enough")

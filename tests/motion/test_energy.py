@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.energy import energy_check
+from kane.motion.energy import energy_check, taken
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -78,3 +80,42 @@ def test_an_orbit_that_all_but_collides():
     assert sol.status == "finished"
     assert sol.energy_check.relative > 0.1 * abs(energy[-1] / energy[0] - 1) > 1e-3
     assert kepler(0.5, 1e-9).energy_check.relative < 1e-7
+
+
+def test_what_dampers_take():
+    """Their power is below zero at every sample; that of springs and drives is not, and few samples tell nothing."""
+    damper, spring = -2 * np.sin(T) ** 2, np.sin(2 * T)
+    found = taken(T, [damper, spring, np.full_like(T, np.nan), np.zeros_like(T)])
+    np.testing.assert_allclose(found, T - np.sin(2 * T) / 2, atol=1e-3)
+    assert not taken(T[:19], [damper[:19]]).any()
+    assert not taken(T, []).any()
+
+
+def test_what_dampers_take_hides_no_jump():
+    """A thousand times what there is has been taken: D may have added up to more, but not at once."""
+    steady = checked(1.0, lambda t: 1e-5 * t)
+    given = T, np.ones_like(T), 1 + 1e-5 * T, 0 * T, 0 * T
+    assert energy_check(*given, [np.full_like(T, -1e2)]).relative == pytest.approx(1e-5)
+    assert steady.relative == pytest.approx(1e-4)
+    jumps = T, np.ones_like(T), 1 + 1e-4 * (T > 5), 0 * T, 0 * T
+    assert energy_check(*jumps, [np.full_like(T, -1e2)]).relative == pytest.approx(1e-4)
+
+
+def test_a_long_motion_whose_dampers_forget():
+    """A forced oscillation for 2.2e5 s, right to 1e-9: what adds up in the work is no warning, what is wrong in the state is one."""
+    x, v = kn.coordinate("x"), kn.speed("v")
+    p = O.at("p", x * N.x)
+    loads = [
+        kn.Force(p, kn.cos(1.3 * kn.time) * N.x),
+        kn.Force(p, -x * N.x),
+        kn.Force(p, -0.1 * v * N.x),
+    ]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", p, 1)], speeds={v: x.dt}, loads=loads))
+    c = 1 / (1 - 1.3**2 + 0.13j)
+    sol = kn.simulate(eom, (0, 2.2e5), q=[c.real], u=[-1.3 * c.imag])
+    np.testing.assert_allclose(sol["x"], (c * np.exp(1.3j * sol.t)).real, atol=1e-9)
+    assert sol.energy_check.drift > 1e-5 * 2  # J of 2 J
+    assert sol.keeps_energy
+    for wrong in (1e-4, 1e-3):
+        bent = replace(sol, states=sol.states * np.where(sol.t > 1.1e5, 1 + wrong, 1.0)[:, None])
+        assert not bent.keeps_energy

@@ -4,8 +4,13 @@
 A scale over the whole motion would hide behind one spike, as where two bodies all but collide, what is left wrong after it. So the
 drift D(t) = E(t) − E(0) − ∫P dt is divided by the largest, at t, of K, |E − E(0)|, |∫P dt|, δE/rtol and the median of K
 and of the change of V over a tenth of the motion about t, without which every rest on the way would count.
+
+What little each step leaves wrong in ∫P dt adds up over a long motion, while dampers forget what steps leave wrong in the state. So
+D(t) is divided by a hundredth of what dampers have taken where that is more, as after they have taken a hundred times what there is;
+D from sample to sample is not.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +23,8 @@ _WINDOWS = 12
 _STEPS, _DIGITS, _MOST = 1e3, 1e-5, 0.1
 """How many relative tolerances may be missed, and the shares of the scale below and above which none is asked for."""
 _SHARP = 0.1
+_TAKEN, _SURE = 0.01, 20
+"""Share of what dampers have taken by which that is measured what has added up, and samples that tell a damper from a spring."""
 _ROUNDING = 64 * np.finfo(float).eps
 """Share of K and V that is left of their sum by rounding."""
 
@@ -26,9 +33,10 @@ _ROUNDING = 64 * np.finfo(float).eps
 class EnergyCheck:
     """How well E − ∫P dt stayed constant.
 
-    `drift` is the largest |D| with D = E − E(0) − ∫P dt, `relative` the largest of |D| over the scale of its instant, and `at` that
-    instant (s). `scale` is the largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol. δE is what the absolute tolerance
-    leaves open: the change of E with coordinates and speeds off by `atol`, one at a time.
+    `drift` is the largest |D| with D = E − E(0) − ∫P dt, `relative` the largest of |D| over the scale of its instant, or a hundredth
+    of what dampers have taken, and of the change of D between samples over the scale alone; `at` is that instant (s). `scale` is the
+    largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol. δE is what the absolute tolerance leaves open: the change of E
+    with coordinates and speeds off by `atol`, one at a time.
     """
 
     drift: float
@@ -48,23 +56,42 @@ class EnergyCheck:
         return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of what there is at t = {self.at:.4g} s)"
 
 
-def energy_check(t: Array, kinetic: Array, total: Array, work: Array, open_: Array) -> EnergyCheck:
-    """The check of K, E and ∫P dt at times t, all (n); `open_` (n) is δE/rtol."""
+def energy_check(
+    t: Array, kinetic: Array, total: Array, work: Array, open_: Array, powers: Sequence[Array] = ()
+) -> EnergyCheck:
+    """The check of K, E and ∫P dt at times t, all (n); `open_` (n) is δE/rtol, `powers` those of loads without potential, each (n)."""
     with np.errstate(invalid="ignore"):  # at a pole of W there is no energy, and the check is NaN
-        return _checked(t, kinetic, total, work, open_)
+        return _checked(t, kinetic, total, work, open_, taken(t, powers))
 
 
-def _checked(t: Array, kinetic: Array, total: Array, work: Array, open_: Array) -> EnergyCheck:
+def taken(t: Array, powers: Sequence[Array]) -> Array:
+    """What loads have taken up to times t (n) whose powers, each (n), are above zero at no sample: dampers, friction, drag."""
+    found = np.zeros(len(t))
+    for power in powers if len(t) >= _SURE else ():
+        size = -np.nan_to_num(power, posinf=0.0, neginf=0.0)
+        if size.min() >= -_ROUNDING * size.max():
+            found[1:] += np.cumsum(np.diff(t) * (size[1:] + size[:-1]) / 2)
+    return found
+
+
+def _checked(t: Array, kinetic: Array, total: Array, work: Array, open_: Array, taken: Array) -> EnergyCheck:
     change = total - total[0]
     work = work - work[0]
-    drift = np.abs(change - work)
+    gone = change - work
+    drift = np.abs(gone)
     own = np.max([kinetic, np.abs(change), np.abs(work), open_], axis=0)
     terms = kinetic + np.abs(total - kinetic)
-    counts = np.maximum(drift - _ROUNDING * (terms + terms[0]), 0.0)
+    rounding = _ROUNDING * (terms + terms[0])
     local = np.maximum(own, _usual(kinetic, total - kinetic))
-    ratio = np.divide(counts, local, out=np.where(counts > 0, np.inf, 0.0), where=local > 0)
+    ratio = _ratio(drift - rounding, np.maximum(local, _TAKEN * taken))
+    ratio[1:] = np.maximum(ratio[1:], _ratio(np.abs(np.diff(gone)) - rounding[1:] - rounding[:-1], local[1:]))
     worst = int(np.argmax(ratio))
     return EnergyCheck(float(drift.max()), float(own.max()), float(ratio[worst]), float(t[worst]))
+
+
+def _ratio(drift: Array, scale: Array) -> Array:
+    counts = np.maximum(drift, 0.0)
+    return np.divide(counts, scale, out=np.where(counts > 0, np.inf, 0.0), where=scale > 0)
 
 
 def _usual(kinetic: Array, potential: Array) -> Array:

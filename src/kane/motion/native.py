@@ -147,7 +147,7 @@ class NativeCourse:
         if self.stepped is not None:
             return self._step_by_scipy(self.stepped)
         if self.steps >= self.method.max_steps:
-            return self._stopped(f"{self.method.max_steps} steps were not enough; at t = {self.s[At.TIME]:.6g}")
+            return self._stopped(self.method.spent(self.s[At.TIME]))
         late = self.pace.late(float(self.s[At.TIME])) or self.pace.crawls(float(self.s[At.TIME]), self.steps)
         if late:
             return self._stopped(late)
@@ -285,7 +285,7 @@ class NativeCourse:
 
     def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
-        method = replace(self.method, name=name, max_steps=self.method.max_steps - self.steps, first=None)
+        method = replace(self.method.after(self.steps), name=name, first=None)
         fresh = self.fresh if t == self.span[0] else {}
         self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], fresh)
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events

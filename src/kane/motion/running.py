@@ -70,7 +70,7 @@ def run(
     pieces: list[Solution] = []
     short, begun = 0, time.monotonic()
     while True:
-        rest = replace(solver, max_steps=max(solver.max_steps - sum(p.steps for p in pieces), 1))
+        rest = solver.after(sum(p.steps for p in pieces))
         try:
             piece, end, now = _phase(
                 eom, (t, span[1]), begin, phase, rest, (times, options["settings"], begun), not pieces

@@ -284,8 +284,11 @@ class Solution:
     @cached_property
     def energy_check(self) -> EnergyCheck:
         """E − ∫P dt must stay constant; see EnergyCheck."""
-        kinetic, total = self._values([self.equations.kinetic_energy, self.equations.energy])
-        return energy_check(self.t, kinetic, total, self.work + leaps(total, self.begins), self._open() / self.rtol)
+        eom = self.equations
+        powers = [eom.load_powers[load] for load in eom.loads if load.potential is None]
+        kinetic, total, *own = self._values([eom.kinetic_energy, eom.energy, *powers])
+        work = self.work + leaps(total, self.begins)
+        return energy_check(self.t, kinetic, total, work, self._open() / self.rtol, own)
 
     @cached_property
     def energy_drift(self) -> Array:

@@ -6,7 +6,7 @@ A motion breaks off where a drive cannot hold its constraints any further, or wh
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -53,7 +53,7 @@ class Method:
     """A solver of SciPy's or SUNDIALS' by name, its tolerances, how many steps, how long, where they end, and the `first` one.
 
     `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly. `free` says that the
-    method was not: then it may be left.
+    method was not: then it may be left. `whole` is how many steps the motion has of which this is a part, 0 where it is all of it.
     """
 
     name: str
@@ -66,6 +66,15 @@ class Method:
     bounded: bool = True
     free: bool = False
     first: float | None = None
+    whole: int = 0
+
+    def after(self, steps: int) -> "Method":
+        """It after so many steps of the motion."""
+        return replace(self, max_steps=max(self.max_steps - steps, 0), whole=self.whole or self.max_steps)
+
+    def spent(self, t: float) -> str:
+        """What is said where no step is left at t."""
+        return f"{self.whole or self.max_steps} steps were not enough; at t = {t:.6g}"
 
     def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
         """The solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
@@ -164,7 +173,7 @@ class Course:
         """One step."""
         solver, stepper, span = self.solver, self.stepper, self.span
         if self.steps >= self.method.max_steps:
-            return self._stopped(f"{self.method.max_steps} steps were not enough; at t = {solver.t:.6g}")
+            return self._stopped(self.method.spent(solver.t))
         before, last = solver.t, solver.y.copy()
         self.pace.note(before, last)
         halted = self.pace.halts(stepper.now, self.steps)
