@@ -19,7 +19,7 @@ from kane.motion.drives import input_functions
 from kane.motion.formulas import own_parameters
 from kane.motion.methods import AUTO
 from kane.motion.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
-from kane.motion.running import STEPS_ASKED, run
+from kane.motion.running import STEPS_ASKED, breakpoints_of, run
 from kane.motion.smooth import check_prescribed
 from kane.motion.solution import Solution
 from kane.motion.start import (
@@ -27,6 +27,7 @@ from kane.motion.start import (
     check_span,
     sample_times,
 )
+from kane.motion.variational import variational_errors
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 from kane.progress import working
@@ -153,9 +154,16 @@ def _repeatable(solution: Solution, start: Solution | None, given: dict[str, Any
 
 
 def _again(
-    solution: Solution, start: Solution | None, given: dict[str, Any], samples: Array | None = None, **more: Any
-) -> Solution:
-    """The same motion once more: at other times, or finer, at other tolerances."""
+    solution: Solution,
+    start: Solution | None,
+    given: dict[str, Any],
+    samples: Array | None = None,
+    variational: bool = False,
+    **more: Any,
+) -> Solution | Array:
+    """The same motion once more: at other times, or finer, at other tolerances; or its errors by the variational equations."""
+    if variational:
+        return variational_errors(solution, breakpoints_of(solution, given["breakpoints"] or ()), given["settings"])
     if samples is None:
         given = _finer(solution, given)
     else:

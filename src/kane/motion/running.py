@@ -260,6 +260,12 @@ def _breakpoints(
     return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
 
 
+def breakpoints_of(solution: Solution, given: Sequence[float]) -> tuple[float, ...]:
+    """The breakpoints of the first phase of a motion, with those given."""
+    phase, span = solution.phases[0], (float(solution.t[0]), float(solution.t[-1]))
+    return _breakpoints(tuple(given), solution.equations, phase.inputs, phase.parameters, span)
+
+
 def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
     """The pulses of a function of the user's."""
     found = bumps_of(lambda times: np.array([function(t) for t in times.tolist()]), span, _ASKED)
