@@ -88,6 +88,52 @@ def test_a_switch_turns_where_equations_are_stiff(method):
     assert sol.u[:, 0] == pytest.approx(np.where(sol.t > 1, 2 - np.exp(-rate * after), 1), abs=1e-6)
 
 
+def forced(damping):
+    """The chain with springs of 1 N/m and these dampers, by methods that are told."""
+    points = [O.at(f"P{i}", x[i] * N.x) for i in range(4)]
+    loads = [kn.Force(points[0], kn.sin(3 * kn.time) * N.x)]
+    for i, at in enumerate(points):
+        before = x[i - 1] if i else 0
+        pull = (-(x[i] - before) - damping * (x[i].dt - (before.dt if i else 0))) * N.x
+        loads += [kn.Force(at, pull)] + ([kn.Force(points[i - 1], -pull)] if i else [])
+    bodies = [kn.Particle(f"p{i}", p, 1) for i, p in enumerate(points)]
+    eom = kn.derive(kn.System(N, bodies=bodies, loads=loads, speeds="rates"))
+
+    def run(method, end=100):
+        return kn.simulate(eom, (0, end), q=[0] * 4, u=[0] * 4, rtol=1e-9, atol=1e-11, method=method, samples=51)
+
+    return run
+
+
+def test_it_comes_back_where_equations_are_stiff_no_more():
+    """Dampers that fade from 1e6 N s/m: after a few seconds the explicit method leads on, at fewer steps and as exactly."""
+    run = forced(1e6 * kn.exp(-2 * kn.time))
+    own, other = run("auto"), run("radau9")
+    assert own.method.endswith(", radau9")
+    assert [e.name for e, _ in own.events] == ["the equations are stiff", "the equations are stiff no more"]
+    assert 3 < own.events[1][1] < 20
+    assert "which leads on" in own.events[1][0].message
+    assert own.steps < other.steps
+    assert own.q == pytest.approx(other.q, abs=1e-8)
+    assert own.keeps_energy
+
+
+def test_it_comes_back_less_and_less_often():
+    """Dampers that come and go every 6 s: it goes over again, but does not go to and fro for ever."""
+    run = forced(1e5 * kn.exp(10 * (kn.sin(kn.time) - 1)))
+    own = run("auto")
+    names = [e.name for e, _ in own.events]
+    assert names[:3] == ["the equations are stiff", "the equations are stiff no more", "the equations are stiff"]
+    assert len(names) <= 5
+    assert own.q == pytest.approx(run("radau9").q, abs=1e-8)
+
+
+def test_it_does_not_leave_what_stays_stiff_or_was_asked_for():
+    assert [e.name for e, _ in forced(1e6)("auto").events] == ["the equations are stiff"]
+    fading = forced(1e6 * kn.exp(-2 * kn.time))("radau9", 20)
+    assert (fading.method, fading.events) == ("radau9", ())
+
+
 def test_a_method_that_is_asked_for_stays():
     given = {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 2, "parameters": {c: 1e4}}
     sol = kn.simulate(chain(), (0, 0.02), **given, method="gauss16")

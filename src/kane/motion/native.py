@@ -25,17 +25,13 @@ from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held
 from kane.motion.steps import Stepper
+from kane.motion.stiffness import Stiffness
 from kane.motion.stopped import why
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 
-_AT_ONCE = 1000
-"""Steps between two looks at the clock."""
 SCIPY = "SciPy's "
-_PACE = (At.STEPS, At.SMOOTH, At.LIMITED)
-_MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
-"""After so many steps it is asked whether these shares of them hardly bend, and are short all the same."""
 
 
 class NativeCourse:
@@ -61,7 +57,7 @@ class NativeCourse:
         self.marks = np.zeros(len(self.times))
         self.stepped: Course | None = None
         self.names, self.for_good = [method.name], False
-        self.seen = np.zeros(len(_PACE))
+        self.stiffness = Stiffness()
         self.handed = (0, 0)
         self.switching = bool(switches(stepper.eom))
         self._take_up(span[0])
@@ -151,13 +147,13 @@ class NativeCourse:
         late = self.pace.late(float(self.s[At.TIME])) or self.pace.crawls(float(self.s[At.TIME]), self.steps)
         if late:
             return self._stopped(late)
-        limit = min(1 if self.looked else _AT_ONCE, self.method.max_steps - self.steps)
-        before = float(self.s[At.TIME])
+        limit = min(1 if self.looked else self.stiffness.limit, self.method.max_steps - self.steps)
+        before, done = float(self.s[At.TIME]), self.s[At.STEPS]
         back = Back(self.kernel(self.given | {"limit": min(limit, RECENT) if self.switching else limit}))
         self.arguments.check()
         self._collect()
         over = back is Back.END and self.s[At.END] >= self.span[1]
-        if not over and self._stiff():
+        if not over and (self._stiff() or self._eased(back, before, done)):
             return None
         if self.regimes is not None and float(self.s[At.TIME]) > before:
             self.regimes.gone_on()
@@ -194,28 +190,40 @@ class NativeCourse:
 
     def _stiff(self) -> bool:
         """Whether the steps of "auto" are short for stability alone: then an implicit method leads on."""
-        s = self.s
-        steps, smooth, limited = (s[at] - seen for at, seen in zip(_PACE, self.seen, strict=True))
-        if not self.method.free or steps < _MANY:
-            return False
-        self.seen = s[[*_PACE]]
-        t = float(s[At.TIME])
-        if limited < _LIMITED * steps or smooth < _SMOOTH * steps or t >= self.span[1]:
+        if not self.method.free or not self.stiffness.sets_in(self.s) or self.s[At.TIME] >= self.span[1]:
             return False
         name = implicit(self.stepper, self.stepper.now.drives)
         own = name in INTEGRATORS
         told = f"steps of {self.method.name} were short for stability alone; {'' if own else SCIPY}{name} leads on"
-        self.stepper.changes.append((Event("the equations are stiff", ZERO, terminal=False, message=told), t))
+        self._told("the equations are stiff", told)
         if own:
-            self._go_over(t, name)
+            self.stiffness.leaves(self.method.name)
+            self._go_over(float(self.s[At.TIME]), name)
         else:
-            self._hand_over(t, name)
+            self._hand_over(float(self.s[At.TIME]), name)
             self.for_good = True
         return True
 
+    def _eased(self, back: Back, before: float, done: float) -> bool:
+        """Whether the implicit method that leads on since `_stiff` is needed no more: then the other one leads on again."""
+        t, steps = float(self.s[At.TIME]), self.s[At.STEPS] - done
+        if not self.stiffness.left or back is not Back.LIMIT or self.looked or steps < 1:
+            return False
+        if not self.stiffness.is_over(self.now, t, self.y, (t - before) / steps):
+            return False
+        name = self.stiffness.comes_back(self.s)
+        self._told(
+            "the equations are stiff no more", f"steps of {self.method.name} were stable in {name}, too, which leads on"
+        )
+        self._go_over(t, name)
+        return True
+
+    def _told(self, name: str, message: str) -> None:
+        self.stepper.changes.append((Event(name, ZERO, terminal=False, message=message), float(self.s[At.TIME])))
+
     def _go_over(self, t: float, name: str) -> None:
         """Another method in machine code leads on from here."""
-        self.method = replace(self.method, name=name, free=False, first=None)
+        self.method = replace(self.method, name=name, first=None)
         self._called(name)
         self._take_up(t)
 
