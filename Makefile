@@ -9,7 +9,7 @@ FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-trees bench-precision bench-bicycle bench-beams lock clean
+.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
 
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -49,6 +49,9 @@ bench: $(VENV)/.dev-stamp  ## operation counts and timings
 
 bench-rhs: $(VENV)/.dev-stamp  ## right-hand sides against peers; write benchmarks/rhs.json and rhs.md
 	$(BIN)/python -m benchmarks.rhs
+
+bench-calls: $(VENV)/.dev-stamp  ## what calls from Python cost beside peers; write benchmarks/calls.json and calls.md
+	$(BIN)/python -m benchmarks.calls
 
 bench-trees: $(VENV)/.dev-stamp  ## trees against robotics engines, and growth; write benchmarks/trees.json and trees.md
 	$(BIN)/python -m benchmarks.trees

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pendulum of rods by SymPy's KanesMethod and PyDy's Cython code: called from Python only."""
+"""The pendulum of rods by SymPy's KanesMethod and PyDy's code, Cython or SymPy's lambdify: called from Python only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sympy.physics import mechanics as me
 from benchmarks.native import Array
 
 
-def chain(n: int) -> tuple[tuple[str, ...], Any]:
+def chain(n: int, generator: str = "cython") -> tuple[tuple[str, ...], Any]:
     """The names of the parameters and PyDy's function (x, t, p) → ẋ of n uniform rods, u = q̇."""
     q, u = me.dynamicsymbols(f"q1:{n + 1}"), me.dynamicsymbols(f"u1:{n + 1}")
     masses, lengths, g = sm.symbols(f"m1:{n + 1}"), sm.symbols(f"l1:{n + 1}"), sm.Symbol("g")
@@ -44,13 +44,15 @@ def chain(n: int) -> tuple[tuple[str, ...], Any]:
         constants,
         mass_matrix=method.mass_matrix,
         coordinate_derivatives=sm.Matrix(u),
-        generator="cython",
+        generator=generator,
         constants_arg_type="array",
     )
     return tuple(s.name for s in constants), function
 
 
-def call(n: int, x: Array, values: Mapping[str, float]) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+def call(
+    n: int, x: Array, values: Mapping[str, float], generator: str = "cython"
+) -> tuple[Callable[..., Any], tuple[Any, ...]]:
     """The function and its arguments."""
-    names, function = chain(n)
+    names, function = chain(n, generator)
     return function, (x, 0.0, np.array([values[name] for name in names]))

@@ -112,6 +112,21 @@ def test_rows_in_every_port(rhs, careful):
     assert not careful
 
 
+def test_many_rows(rhs, careful):
+    """More numbers than are summed as squares: the same results, and what is not finite is found."""
+    r = np.array([2.0])
+    rows = np.tile(ROWS, (300, 1))
+    assert rhs(0.5, rows, None, r).tobytes() == np.tile(rhs(0.5, ROWS, None, r), (300, 1)).tobytes()
+    assert not careful
+    for bad in (np.nan, np.inf):
+        rows[1234, 2] = bad
+        with pytest.raises(kn.ArgumentError, match=rf"Expected finite states, got .* = {bad} at \(1234,\)"):
+            rhs(0.5, rows, None, r)
+    rows[1235, 2] = -np.inf
+    with pytest.raises(kn.ArgumentError, match="Expected finite states"):
+        rhs(0.5, rows, None, r)
+
+
 def test_rows_that_cannot_be_written_to_or_are_not_aligned(rhs):
     r = np.array([2.0])
     frozen, raw = ROWS.copy(), np.zeros(ROWS.nbytes + 1, np.uint8)

@@ -36,6 +36,8 @@ _NUMBERS = frozenset((float, int, np.float64))
 _MOST_KEYS = 1000
 """Sets of names that are remembered."""
 ALL = slice(None)
+_FEW = 4096
+"""Numbers up to which squares are summed."""
 
 
 def new_block(program: Program, routine: Routine) -> Block:
@@ -52,6 +54,14 @@ def new_block(program: Program, routine: Routine) -> Block:
         ports.append(ctypes.c_double.from_buffer(own) if port.scalar else own.data)  # type: ignore[arg-type]  # arrays have a buffer
     results = memory[at.out : at.out + len(routine.results)].reshape(routine.shape)
     return (ctypes.c_void_p(memory.ctypes.data), *ports, results)
+
+
+def _is_finite(a: Array) -> bool:
+    """Whether all of it is finite, of few numbers by the sum of their squares; one that is too large to tell is left to the checks.
+
+    That takes a third of the time, but squares of many are summed by threads, whose turns may take longer than all evaluations.
+    """
+    return isfinite(vdot(a, a)) if a.size <= _FEW else bool(np.isfinite(a).all())
 
 
 class CompiledRoutine:
@@ -209,8 +219,7 @@ class CompiledRoutine:
             ):
                 rows = type(value) is _ARRAY and value.ndim - (not scalar)
                 if rows == 1 and value.dtype == _DOUBLE and (scalar or value.shape[1] == width):
-                    # of squares: what is not finite, or too large to tell, is left to the checks
-                    if count not in (-1, len(value)) or not len(value) or not isfinite(vdot(value, value)):
+                    if count not in (-1, len(value)) or not len(value) or not _is_finite(value):
                         return None
                     whole = value if value.flags.carray else np.require(value, requirements=["C", "A"])
                     count = len(value)
@@ -235,7 +244,7 @@ class CompiledRoutine:
         kind = type(value)
         if kind is _ARRAY:
             view[ALL] = value
-            return isfinite(vdot(value, value))
+            return _is_finite(value)
         if kind in _NUMBERS:
             view.value = value
             return isfinite(value)
