@@ -33,16 +33,17 @@ class _Product(NamedTuple):
 
 def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
     """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less."""
-    best, least, done = tuple(roots), price(roots), False
+    best, least, found = tuple(roots), price(roots), True
     same = {e: e for e in kept}
-    while not done:
-        done = True
-        for replaced in _replacements(_products(best, same)):
+    while found:
+        products = _products(best, same)
+        found = False
+        for replaced in _together(products):
             memo: dict[Expr, Expr] = {}
-            found = tuple(substitute(r, replaced | same, memo) for r in best)
-            cost = price(found)
+            trial = tuple(substitute(r, replaced | same, memo) for r in best)
+            cost = price(trial)
             if cost < least:
-                best, least, done = found, cost, False
+                best, least, found = trial, cost, True
                 break
     return best
 
@@ -83,32 +84,59 @@ def _times(a: Number, b: Number, sign: int) -> Number:
     return a * b if sign > 0 else Fraction(a) / Fraction(b)
 
 
-def _replacements(products: dict[Expr, _Product]) -> Iterator[dict[Expr, Expr]]:
-    """Products by what takes fewer operations in their places: of another one, or of what two have in common."""
+def _together(products: dict[Expr, _Product]) -> Iterator[dict[Expr, Expr]]:
+    """Replacements that do not meet, all at once and then the best alone: by other products, by what several have in common."""
+    for replacements in (_by_others(products), _by_common(products)):
+        chosen: dict[Expr, Expr] = {}
+        used: set[Expr] = set()
+        for _, needed, replaced in replacements:
+            if used.isdisjoint(replaced) and chosen.keys().isdisjoint(needed):
+                chosen |= replaced
+                used |= {*replaced, *needed}
+        if chosen:
+            yield chosen
+            yield replacements[0][2]
+
+
+_Replacement = tuple[int, tuple[Expr, ...], dict[Expr, Expr]]
+"""Operations that are saved, products that have to stay, and what comes in the places of which."""
+
+
+def _by_others(products: dict[Expr, _Product]) -> list[_Replacement]:
+    """Products made of another one, what saves most first."""
     by_factor: dict[Expr, list[Expr]] = {}
     for node, product in products.items():
         if product.powers:
             by_factor.setdefault(next(iter(product.powers)), []).append(node)
+    found: list[_Replacement] = []
     for node, product in products.items():
         for f in product.powers if product.own > 1 else ():
             for other in by_factor.get(f, ()):
                 part = products[other]
-                if other is not node and _holds(product.powers, part.powers) and _gain(product, part) > 0:
-                    yield {node: _made(product, other, part)}
+                if other is not node and _holds(product.powers, part.powers) and (gain := _gain(product, part)) > 0:
+                    found.append((gain, (other,), {node: _made(product, other, part)}))
+    return sorted(found, key=lambda r: -r[0])
+
+
+def _by_common(products: dict[Expr, _Product]) -> list[_Replacement]:
+    """Products made of what several of them have in common, what saves most first."""
     if len(products) > _MOST:
-        return
+        return []
+    found: list[_Replacement] = []
     seen: set[frozenset[tuple[Expr, int]]] = set()
-    for one, two in combinations(products.values(), 2):
+    for one, two in combinations([p for p in products.values() if p.own > 1], 2):
         common = _common(one.powers, two.powers)
-        key = frozenset(common.items())
         degree = sum(map(abs, common.values()))
+        key = frozenset(common.items())
         if degree > 1 and key not in seen:
             seen.add(key)
             part = _Product(1, common, 0)
             gains = {n: _gain(p, part) for n, p in products.items() if _holds(p.powers, common)}
-            if sum(gain for gain in gains.values() if gain > 0) >= degree:
+            saved = sum(gain for gain in gains.values() if gain > 0) - (degree - 1)
+            if saved > 0:
                 whole = _of(ONE, common)
-                yield {n: _made(products[n], whole, part) for n, gain in gains.items() if gain > 0}
+                found.append((saved, (), {n: _made(products[n], whole, part) for n, gain in gains.items() if gain > 0}))
+    return sorted(found, key=lambda r: -r[0])
 
 
 def _gain(product: _Product, part: _Product) -> int:
@@ -124,13 +152,13 @@ def _made(product: _Product, other: Expr, part: _Product) -> Expr:
 
 
 def _holds(powers: Powers, part: Powers) -> bool:
-    return all(0 < k <= powers.get(f, 0) or 0 > k >= powers.get(f, 0) for f, k in part.items())
+    return part.keys() <= powers.keys() and all(0 < k <= powers[f] or 0 > k >= powers[f] for f, k in part.items())
 
 
 def _common(a: Powers, b: Powers) -> Powers:
     found = {}
-    for f, k in a.items():
-        n = b.get(f, 0)
+    for f in a.keys() & b.keys():
+        k, n = a[f], b[f]
         if k * n > 0:
             found[f] = min(k, n) if k > 0 else max(k, n)
     return found
