@@ -157,9 +157,8 @@ def _holds(powers: Powers, part: Powers) -> bool:
 
 def _common(a: Powers, b: Powers) -> Powers:
     found = {}
-    for f in a.keys() & b.keys():
-        k, n = a[f], b[f]
-        if k * n > 0:
+    for f, k in a.items():
+        if f in b and k * (n := b[f]) > 0:
             found[f] = min(k, n) if k > 0 else max(k, n)
     return found
 
