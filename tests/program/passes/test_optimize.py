@@ -177,7 +177,7 @@ class TestGallery:
         eom = kn.derive(COUNTED["rolling disk, sliding"]())
         counts = [eom.compile(**o).operations["rhs"].total for o in ({}, {"optimize": False}, {"contract": False})]
         assert counts[0] < counts[1]
-        assert counts[2] == kn.count_operations(eom.right_hand_side).total  # separate roundings are those of the expressions
+        assert counts[2] == kn.count_operations(eom.right_hand_side).total  # roundings apart, as expressions
 
 
 HASHED = """
