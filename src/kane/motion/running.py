@@ -29,6 +29,7 @@ from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.phases import Phase
 from kane.motion.resumed import Begin
+from kane.motion.singular_mass import check_mass_matrix
 from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
 from kane.motion.start import (
@@ -313,6 +314,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
         lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants),
         lambda: undirected(stepper.now.eom.solved, stepper.now.values(t0, start)),
     )
+    check_mass_matrix(stepper.eom, stepper.now.values(t0, start), t0)
     return start
 
 

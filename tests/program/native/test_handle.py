@@ -204,7 +204,7 @@ class TestNesting:
         assert right
 
     def test_the_warning_names_the_callers_line(self):
-        top = kn.derive(load("spinning_top").system())
+        top = kn.derive(load("spherical_pendulum").system())
         compiled = top.compile(outputs={"a": top.accelerations[0]})
         x = np.zeros(len(top.coordinates) + len(top.speeds))
         x[-1] = 5.0
@@ -278,7 +278,7 @@ class TestWrong:
             RHS(0.0, x, {"g": np.ones(2), "m1": np.ones(3)})
 
     def test_division_by_zero_is_named(self):
-        top = kn.derive(load("spinning_top").system())
+        top = kn.derive(load("spherical_pendulum").system())
         names = [s.name for s in (*top.coordinates, *top.speeds)]
         x = np.zeros(len(names))
         x[-1] = 5.0

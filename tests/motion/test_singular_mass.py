@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A start at which the mass matrix does not determine u̇ is refused, whatever rounding leaves of its pivots."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import pendulums, spinning_top
+
+UPRIGHT = "got none for u_psi', u_phi' at t = 0: the equations are singular at this state"
+
+
+@pytest.mark.parametrize("u", [[0, 0, 5.0], [0.1, 0.2, 5.0]])
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 3e7])
+def test_an_upright_top_by_eulers_angles(u, unit, rng):
+    """ψ' and φ' turn about one axis; of moments of inertia in other units it is told as well."""
+    eom = kn.derive(spinning_top.system())
+    names = {p.name: p for p in eom.parameters}
+    inertia = {names[n]: unit * rng.uniform(0.5, 2) for n in ("I", "J")} | {names["m"]: unit}
+    with pytest.raises(kn.SimulationError, match=UPRIGHT):
+        kn.simulate(eom, (0, 0.1), q=[0, 0, 0], u=u, parameters=inertia)
+
+
+def test_beside_it_the_top_moves():
+    eom = kn.derive(spinning_top.system())
+    solution = kn.simulate(eom, (0, 0.1), q=[0, 1e-3, 0], u=[0, 0, 5.0])
+    assert np.isfinite(solution[list(eom.speeds)]).all()
+
+
+def test_masses_far_apart_are_no_singularity():
+    eom = kn.derive(pendulums.system(3))
+    names = {p.name: p for p in eom.parameters}
+    solution = kn.simulate(
+        eom, (0, 0.1), q=[0.1, 0.2, 0.3], u=[0, 0, 0], parameters={names["m1"]: 1e9, names["m3"]: 1e-9}
+    )
+    assert np.isfinite(solution[list(eom.speeds)]).all()
