@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from kane.dynamics.events import SlipEnd
 from kane.errors import SimulationError
 from kane.expr.node import postorder
 from kane.expr.piecewise import Piecewise
@@ -32,7 +33,8 @@ AUTO = "auto"
 METHODS = (AUTO, *INTEGRATORS, *SOLVERS, CVODE)
 _WIDE, _NARROW, _BENT = "gauss16", "vern9", "dop853"
 """What it is in machine code: by rates on lanes; where the machine has few of them, the library is called lane by lane, or inputs
-follow from the state; where rates or inputs may have corners, which collocation's estimate does not see."""
+follow from the state, or where slips end, behind which the nodes of a step would lie; where rates or inputs may have corners, which
+collocation's estimate does not see."""
 _TIGHT = 1e-8
 """The relative tolerance from which on `_NARROW` takes fewer evaluations than `_BENT`."""
 STIFF = "radau9"
@@ -104,6 +106,8 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
     bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.smooth) for f in drives)
     if any(op in CORNERS or isinstance(op, Piecewise) for op in own) or asked(drives) or bent:
         return _BENT
+    if any(isinstance(e, SlipEnd) for e in stepper.eom.events):
+        return _NARROW
     if own.isdisjoint(LIBRARY) and target(settings.cpu, settings.features).lanes >= _LANES:
         return _WIDE
     return _NARROW if rtol <= _TIGHT else _BENT
