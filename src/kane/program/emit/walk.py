@@ -165,11 +165,21 @@ class _Walk:
 
     def _packs(self, angle: int) -> Iterator[tuple[int, ...]]:
         """The angles that are known by now, as many at a time as there are lanes; the one at hand where there is one lane."""
-        angles = [
-            a for a in self.angles if a < self.program.first or a in self.ready or a in self.sources
-        ] if self.style.lanes > 1 else [angle]  # fmt: skip
+        angles = [a for a in self.angles if self._near(a)] if self.style.lanes > 1 else [angle]
         for k in range(0, len(angles), self.style.lanes):
-            yield tuple(angles[k : k + self.style.lanes])
+            pack = tuple(angles[k : k + self.style.lanes])
+            for a in pack:
+                if not self._known(a):
+                    self.compute(a)
+            yield pack
+
+    def _known(self, value: int) -> bool:
+        """Whether a value is read or computed by now, or can be read."""
+        return value < self.program.first or value in self.ready or value in self.sources
+
+    def _near(self, angle: int) -> bool:
+        """Whether an angle is known, or the next thing to compute: q + π/2."""
+        return self._known(angle) or all(self._known(a) for a in self.program.arguments(angle))
 
     def write(self, i: int) -> None:
         """Write value i to its slot and its places among the results."""
