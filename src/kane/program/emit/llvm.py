@@ -11,7 +11,7 @@ Vectors are passed as pointers to doubles. Sines and cosines of angles that are 
 in the lanes of a vector.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kane.expr.ops import COS, DIV, REGULAR, SIN, Op
@@ -20,11 +20,13 @@ from kane.program.emit.llvm_entries import batch_entry, call_entry, pointer, sha
 from kane.program.emit.llvm_forms import INTRINSICS, LIBRARY, divided, guard, lines
 from kane.program.emit.llvm_lanes import Lanes, bits
 from kane.program.emit.llvm_limbs import limbs_text
+from kane.program.emit.llvm_near import Near, pointed
 from kane.program.emit.llvm_sincos import llvm_sincos
 from kane.program.passes.split import WHOLE, Chunk
 from kane.program.program import Program, Routine
 
 _ONE = Lanes(1)
+_NOWHERE: Mapping[str, Near] = {}
 _WHOLE, _MATRIX = 2_500, 8_000
 """Instructions up to which a routine is one function, and one whose results are a matrix: it runs up to a fifth faster than in pieces,
 and is compiled as soon up to there; the columns of a matrix have little to tell each other."""
@@ -82,25 +84,30 @@ class _Module:
         """One function, or several with one that calls them in turn."""
         style = walk.Style(lazy=True, lanes=self.lanes, whole=whole)
         parts = walk.pieces(program, function, style)
-        kinds = _arguments(function)
-        signature = _signature(kinds)
+        signature = _signature(_arguments(function))
         if len(parts.chunks) == 1:
-            return self._piece(f"define void @{name}({signature}) nounwind", program, function, parts.chunks[0], style)
-        texts = []
+            body = walk.statements(program, function, parts.chunks[0], style)
+            return self._piece(f"define void @{name}({signature}) nounwind", program, body)
+        texts, calls = [], []
         for k, part in enumerate(parts.chunks):
-            head = f"define internal void @{name}.{k}({signature}, ptr noalias %w) nounwind noinline"
-            texts.append(self._piece(head, program, function, part, style))
-        passed = ", ".join(f"{kind} {value}" for kind, value in kinds)
-        calls = [f"  call void @{name}.{k}({passed}, ptr %w)" for k in range(len(parts.chunks))]
+            body = walk.statements(program, function, part, style)
+            near = pointed(body)
+            given = [*_passed(program, body, near)]
+            head = f"define internal void @{name}.{k}({_signature((kind, value) for kind, value, _ in given)}) nounwind noinline"
+            texts.append(self._piece(head, program, body, near))
+            calls += [f"  {value}.{k} = {address}" for _, value, address in given if address]
+            passed = ", ".join(f"{kind} {value}{f'.{k}' * bool(address)}" for kind, value, address in given)
+            calls.append(f"  call void @{name}.{k}({passed})")
         head = f"define void @{name}({signature}) nounwind {{"
         work = f"  %w = alloca [{max(1, parts.slots)} x double], align 64"
         return "\n".join([*texts, head, work, *calls, "  ret void", "}"])
 
-    def _piece(self, head: str, program: Program, function: walk.Function, piece: Chunk, style: walk.Style) -> str:
-        body = walk.statements(program, function, piece, style)
+    def _piece(
+        self, head: str, program: Program, body: Sequence[walk.Statement], near: Mapping[str, Near] = _NOWHERE
+    ) -> str:
         if program not in self.common:
             self.common[program] = _common(program)
-        writer = _Writer(self.common[program], self, body)
+        writer = _Writer(self.common[program], self, body, near)
         for statement in body:
             writer.write(statement)
         return "\n".join([f"{head} {{", *writer.lines, "  ret void", "}"])
@@ -125,19 +132,43 @@ def _common(program: Program) -> dict[int, str]:
     return constants | {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
 
 
+def _passed(program: Program, body: Sequence[walk.Statement], near: Mapping[str, Near]) -> Iterator[tuple[str, str, str]]:
+    """The arguments of a piece: kind, name, and for those that the caller computes how. Scalars that it does not read are left out."""
+    for base, own in near.items():
+        vector = _vector(base)
+        for k, place in enumerate(own.places):
+            yield "ptr", f"{vector}.{k}", f"getelementptr double, ptr {vector}, i64 {place}"
+    read = {a for s in body for a in _read(s)}
+    values = ((port, i) for i, port in enumerate(port for port in program.ports for _ in port.symbols))
+    yield from (("double", pointer(port.name), "") for port, i in values if port.scalar and i in read)
+
+
+def _read(s: walk.Statement) -> tuple[int, ...]:
+    """The values that a statement reads."""
+    if isinstance(s, walk.Compute):
+        return s.arguments
+    return s.angles if isinstance(s, walk.SinCos) else (s.value,)
+
+
+def _vector(base: str) -> str:
+    """What the pointer to a vector is called."""
+    return f"%{walk.VECTORS[base]}" if base in walk.VECTORS else pointer(base)
+
+
 def _arguments(function: walk.Function) -> list[tuple[str, str]]:
     kinds = [("double" if p.scalar else "ptr", pointer(p.name)) for p in function.ports]
     return kinds + [("ptr", f"%{walk.VECTORS[base]}") for base in dict.fromkeys((walk.KEPT, function.target))]
 
 
-def _signature(arguments: Sequence[tuple[str, str]]) -> str:
+def _signature(arguments: Iterable[tuple[str, str]]) -> str:
     return ", ".join(f"{kind}{' noalias' * (kind == 'ptr')} {value}" for kind, value in arguments)
 
 
 class _Writer:
     """The lines of one piece."""
 
-    def __init__(self, common: Mapping[int, str], module: _Module, body: Sequence[walk.Statement]) -> None:
+    def __init__(self, common: Mapping[int, str], module: _Module, body: Sequence[walk.Statement], near: Mapping[str, Near]) -> None:
+        self.near = near
         self.module, self.flags = module, "contract " if module.contract else ""
         self.lines: list[str] = []
         self.names = _Names(common)
@@ -179,8 +210,11 @@ class _Writer:
 
     def _address(self, name: str, s: walk.Read | walk.Write) -> str:
         """`name`, after the line that makes it the address of what is read or written."""
-        base = f"%{walk.VECTORS[s.base]}" if s.base in walk.VECTORS else pointer(s.base)
-        self.lines.append(f"  {name} = getelementptr inbounds double, ptr {base}, i64 {s.place}")
+        vector, place = _vector(s.base), s.place
+        if s.base in self.near:
+            k, place = self.near[s.base].nearest(place)
+            vector = f"{vector}.{k}"
+        self.lines.append(f"  {name} = getelementptr double, ptr {vector}, i64 {place}")
         return name
 
     def _sincos(self, angles: Sequence[int], values: Sequence[Mapping[Op, int]]) -> None:
