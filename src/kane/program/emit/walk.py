@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from kane.expr.ops import COS, SIN, Op
+from kane.program.passes.gather import gathered
 from kane.program.passes.split import CHUNK, WHOLE, Chunk, Split, split
 from kane.program.program import Port, Program, Routine
 
@@ -96,7 +97,10 @@ Statement: TypeAlias = Read | Compute | SinCos | Write
 
 def pieces(program: Program, function: Function, style: Style) -> Split:
     """The pieces of a function, one if it is short."""
-    return split(program, function.block, style.whole, style.piece, function.results)
+    block = function.block
+    if style.lanes > 1 and len(block) > style.whole:
+        block = gathered(program, block, style.lanes)
+    return split(program, block, style.whole, style.piece, function.results)
 
 
 def statements(program: Program, function: Function, piece: Chunk, style: Style) -> list[Statement]:

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Sines and cosines of as many angles as a vector has lanes, one after the other in a long block.
+
+In an order that is depth first each angle's stand where the first of them is read, link by link, and a piece of the block holds few of
+them: one vector of eight angles takes no more code than one angle. Angles that inputs give, or one operation of inputs, can be had
+as soon as the first one of eight is wanted.
+"""
+
+from collections.abc import Sequence
+
+from kane.expr.ops import COS, SIN
+from kane.program.program import Program
+
+
+def gathered(program: Program, block: Sequence[int], lanes: int) -> tuple[int, ...]:
+    """`block` with the sines and cosines of near angles in packs of `lanes`, each where its first one stood."""
+    within = set(block)
+    own: dict[int, list[int]] = {}  # by angle
+    for i in block:
+        if program.op(i) in (SIN, COS):
+            angle = program.arguments(i)[0]
+            if angle not in within or within.isdisjoint(program.arguments(angle)):
+                own.setdefault(angle, []).append(i)
+    angles = list(own)
+    packs: dict[int, list[int]] = {}  # by their first instruction in the block
+    for k in range(0, len(angles), lanes):
+        pack = angles[k : k + lanes]
+        packs[own[pack[0]][0]] = [*(a for a in pack if a in within), *(i for a in pack for i in own[a])]
+    moved = {i for pack in packs.values() for i in pack}
+    placed: dict[int, None] = {}
+    for i in block:
+        if i in packs:
+            placed.update(dict.fromkeys(packs[i]))
+        elif i not in moved:
+            placed[i] = None
+    return tuple(placed)
