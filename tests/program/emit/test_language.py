@@ -6,7 +6,7 @@ import pytest
 
 import kane as kn
 from kane.expr.ops import OPS
-from kane.gallery import rolling_disk
+from kane.gallery import pendulums, rolling_disk
 from kane.program.emit import targets
 from kane.program.emit.names import local_names
 from kane.program.emit.walk import VECTORS, Compute, Read, SinCos, Style, hoisting, kernel, pieces, statements
@@ -18,7 +18,9 @@ STYLES = [
     Style(whole=50, piece=20),
     Style(lazy=True, whole=50, piece=20, lanes=4),
     Style(lanes=1),
+    Style(lazy=True, whole=50, piece=30, lanes=8),
 ]
+SYSTEMS = {"rolling disk": rolling_disk.system, "angles of angles": lambda: pendulums.system(12, relative=True)}
 
 
 def emitter(style):
@@ -67,16 +69,17 @@ def run(text, vectors, scalars):
 
 
 @pytest.mark.parametrize("style", STYLES)
-def test_a_language_of_ones_own(style, monkeypatch):
+@pytest.mark.parametrize("model", SYSTEMS)
+def test_a_language_of_ones_own(style, model, monkeypatch):
     monkeypatch.setitem(targets.EMITTERS, "three-address", emitter(style))
-    eom = kn.derive(rolling_disk.system())
+    eom = kn.derive(SYSTEMS[model]())
     compiled = eom.compile(contract=False)
     text = compiled.emit("three-address", "rhs")
     assert text.startswith("# model by kane ")
-    x = np.linspace(0.3, 1.2, 10)
+    x = np.linspace(0.3, 1.2, len(eom.coordinates) + len(eom.speeds))
     memory = {base: np.full(2000, np.nan) for base in VECTORS}
     found = run(text, {"x": x, "p": compiled.parameters(), **memory}, {"t": 0.0})
-    np.testing.assert_allclose(found["<out>"][:10], compiled.rhs(0.0, x), rtol=1e-12)
+    np.testing.assert_allclose(found["<out>"][: len(x)], compiled.rhs(0.0, x), rtol=1e-12)
 
 
 def test_a_language_that_is_not_there():

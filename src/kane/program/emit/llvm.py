@@ -22,7 +22,7 @@ from kane.program.emit.llvm_lanes import Lanes, bits
 from kane.program.emit.llvm_limbs import limbs_text
 from kane.program.emit.llvm_near import Near, pointed
 from kane.program.emit.llvm_sincos import llvm_sincos
-from kane.program.passes.split import WHOLE, Chunk
+from kane.program.passes.split import WHOLE
 from kane.program.program import Program, Routine
 
 _ONE = Lanes(1)
@@ -132,7 +132,9 @@ def _common(program: Program) -> dict[int, str]:
     return constants | {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
 
 
-def _passed(program: Program, body: Sequence[walk.Statement], near: Mapping[str, Near]) -> Iterator[tuple[str, str, str]]:
+def _passed(
+    program: Program, body: Sequence[walk.Statement], near: Mapping[str, Near]
+) -> Iterator[tuple[str, str, str]]:
     """The arguments of a piece: kind, name, and for those that the caller computes how. Scalars that it does not read are left out."""
     for base, own in near.items():
         vector = _vector(base)
@@ -167,7 +169,9 @@ def _signature(arguments: Iterable[tuple[str, str]]) -> str:
 class _Writer:
     """The lines of one piece."""
 
-    def __init__(self, common: Mapping[int, str], module: _Module, body: Sequence[walk.Statement], near: Mapping[str, Near]) -> None:
+    def __init__(
+        self, common: Mapping[int, str], module: _Module, body: Sequence[walk.Statement], near: Mapping[str, Near]
+    ) -> None:
         self.near = near
         self.module, self.flags = module, "contract " if module.contract else ""
         self.lines: list[str] = []

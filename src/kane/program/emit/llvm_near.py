@@ -6,7 +6,8 @@ code the processor waits for the bytes of its instructions, and half of them rea
 the vectors that it uses most: of each place one is the nearest, and no two pointers of one vector are for the same place.
 """
 
-from bisect import bisect_right
+import itertools
+from bisect import bisect_left, bisect_right
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -23,14 +24,14 @@ _WORTH = 6
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """The places of a vector to which there are pointers, ascending."""
+    """The places of a vector to which there are pointers, ascending, and the last place for which each but the last is the nearest."""
 
     places: tuple[int, ...]
+    last: tuple[int, ...]
 
     def nearest(self, place: int) -> tuple[int, int]:
         """Which pointer is the nearest to a place, and the offset from it."""
-        ends = [(a + b) // 2 for a, b in zip(self.places, self.places[1:], strict=False)]
-        k = bisect_right(ends, place)
+        k = bisect_left(self.last, place)
         return k, place - self.places[k]
 
 
@@ -55,7 +56,11 @@ def pointed(body: Iterable[Statement]) -> dict[str, Near]:
             best[base] = _window(used[base])
         else:
             del best[base]
-    return {base: Near(tuple(sorted(places))) for base, places in chosen.items()}
+    return {base: _near(sorted(places)) for base, places in chosen.items()}
+
+
+def _near(places: Sequence[int]) -> Near:
+    return Near(tuple(places), tuple((a + b) // 2 for a, b in itertools.pairwise(places)))
 
 
 def _window(count: Counter[int]) -> tuple[int, int]:

@@ -26,11 +26,8 @@ def gathered(program: Program, block: Sequence[int], lanes: int) -> tuple[int, .
     for k in range(0, len(angles), lanes):
         pack = angles[k : k + lanes]
         packs[own[pack[0]][0]] = [*(a for a in pack if a in within), *(i for a in pack for i in own[a])]
-    moved = {i for pack in packs.values() for i in pack}
     placed: dict[int, None] = {}
     for i in block:
-        if i in packs:
-            placed.update(dict.fromkeys(packs[i]))
-        elif i not in moved:
-            placed[i] = None
+        # an angle that something else reads before stays where it is
+        placed.update(dict.fromkeys(packs.get(i, (i,))))
     return tuple(placed)
