@@ -183,7 +183,10 @@ class _Walk:
 
     def _near(self, angle: int) -> bool:
         """Whether an angle is known, or the next thing to compute: q + π/2."""
-        return self._known(angle) or all(self._known(a) for a in self.program.arguments(angle))
+        if self._known(angle):
+            return True
+        own = self.program.arguments(angle)
+        return self.program.op(angle) not in (SIN, COS) and all(self._known(a) for a in own)
 
     def write(self, i: int) -> None:
         """Write value i to its slot and its places among the results."""

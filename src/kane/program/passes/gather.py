@@ -19,7 +19,7 @@ def gathered(program: Program, block: Sequence[int], lanes: int) -> tuple[int, .
     for i in block:
         if program.op(i) in (SIN, COS):
             angle = program.arguments(i)[0]
-            if angle not in within or within.isdisjoint(program.arguments(angle)):
+            if angle not in within or _near(program, angle, within):
                 own.setdefault(angle, []).append(i)
     angles = list(own)
     packs: dict[int, list[int]] = {}  # by their first instruction in the block
@@ -31,3 +31,8 @@ def gathered(program: Program, block: Sequence[int], lanes: int) -> tuple[int, .
         # an angle that something else reads before stays where it is
         placed.update(dict.fromkeys(packs.get(i, (i,))))
     return tuple(placed)
+
+
+def _near(program: Program, angle: int, within: set[int]) -> bool:
+    """Whether an angle is one operation of what the block does not compute, and no sine itself."""
+    return program.op(angle) not in (SIN, COS) and within.isdisjoint(program.arguments(angle))
