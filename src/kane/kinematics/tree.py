@@ -233,6 +233,16 @@ def homes_of(tree: Tree, rates: Collection[Expr]) -> dict[int, tuple[Expr, ...]]
     return homes
 
 
+def repeated(tree: Tree, rates: Collection[Expr]) -> tuple[Expr, ...]:
+    """Of some rates those by which several links move, or one both turns and slides."""
+    users = dict.fromkeys(rates, 0)
+    for link in tree.links:
+        for v in (link.rotation, link.offset.map(time_derivative)):
+            for b in {b: None for row, _ in affine_forms([*v.scalars()], rates) for b in row}:
+                users[b] += 1
+    return tuple(b for b, count in users.items() if count > 1)
+
+
 def _common(numbers: Sequence[int], links: Sequence[Link]) -> int:
     """The last link that all of these are, or hang on."""
     found, *others = numbers

@@ -39,7 +39,7 @@ Wrenches = Mapping[int, tuple[Triple, Triple]]
 
 
 class Pivot(NamedTuple):
-    """U/D, (−s·p)/D, D of a freedom, and s; whether it is a turn."""
+    """U/D, (−s·p)/D, D of a freedom, and s; whether it is a turn; n_k·s of the columns that it was eliminated from."""
 
     freedom: Freedom
     turning: bool
@@ -47,6 +47,7 @@ class Pivot(NamedTuple):
     t_f: Triple
     rest: Expr
     d: Expr
+    beside: Mapping[Expr, Expr] = MappingProxyType({})
 
 
 class Inward(NamedTuple):
@@ -169,90 +170,6 @@ def _own(
     return own
 
 
-class Pressed(NamedTuple):
-    """What a force on freedoms alone presses with: its share e of each pivot, and the moment and force felt of each segment."""
-
-    shares: Sequence[Sequence[Expr]]
-    felt: Mapping[int, tuple[Triple, Triple]]
-
-
-def pressed(found: Inward, forces: Mapping[tuple[int, int], Expr], loads: Wrenches) -> Pressed:
-    """The way to the base of `loads`, and of generalized forces τ by segment and place in its pivots, at rest: e = τ − s·p, p + U e/D.
-
-    τᵀ M⁻¹ τ is the sum of e²/D, as L D Lᵀ has it.
-    """
-    steps, base, _, placed, _ = found.on
-    hung: dict[int, tuple[Triple, Triple]] = {}
-    beside: dict[int, tuple[Triple, Triple]] = {}
-    shares: list[list[Expr]] = [[ZERO] * len(of) for of in found.pivots]
-    felt: dict[int, tuple[Triple, Triple]] = {}
-    reached = {i for i, _ in forces} | loads.keys()
-    for i in reversed(range(1, len(steps))):
-        step, own = steps[i], found.pivots[i]
-        if i not in reached and i not in hung and i not in beside:
-            continue
-        p = hung.get(i, (NOTHING, NOTHING))
-        if i in loads:
-            n, f = (negative(x) for x in loads[i])
-            p = summed(p[0], n), summed(p[1], f)
-        if step.turn is not None and base[i]:
-            p = step.turn.up(p[0]), step.turn.up(p[1])
-        if i in beside:
-            p = summed(p[0], beside[i][0]), summed(p[1], beside[i][1])
-        turned = step.turn is None or base[i]
-        for k, pivot in enumerate(own):
-            if not turned and not pivot.turning and not step.late:
-                assert step.turn is not None
-                p, turned = (step.turn.up(p[0]), step.turn.up(p[1])), True
-            p, shares[i][k] = _taking(p, pivot, forces.get((i, k), ZERO))
-        if not turned:
-            assert step.turn is not None
-            p = step.turn.up(p[0]), step.turn.up(p[1])
-        felt[i] = p
-        p = summed(p[0], cross3(placed[i][0], p[1])), p[1]
-        onto = beside if step.joins else hung
-        if not step.joins:
-            for turn in reversed(step.lead):
-                p = turn.up(p[0]), turn.up(p[1])
-        if step.parent:
-            before = onto.get(step.parent)
-            onto[step.parent] = p if before is None else (summed(before[0], p[0]), summed(before[1], p[1]))
-    return Pressed(shares, felt)
-
-
-def _taking(p: tuple[Triple, Triple], pivot: Pivot, force: Expr) -> tuple[tuple[Triple, Triple], Expr]:
-    """What is pressed with before a freedom that a force acts on, and e."""
-    s, slide = parts(pivot.freedom, pivot.turning)
-    n, f = p
-    e = sub(force, add(dot(s, n), dot(slide, f)))
-    n, f = summed(n, times(e, pivot.t_n)), summed(f, times(e, pivot.t_f))
-    k = unit(pivot.freedom.axis)
-    if k is not None and pivot.freedom.slide is NOTHING:  # the whole component is the force
-        whole = triple(force if i == k else x for i, x in enumerate(n if pivot.turning else f))
-        n, f = (whole, f) if pivot.turning else (n, whole)
-    return (n, f), e
-
-
-def loaded(found: Inward, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> Inward:
-    """What is left with such forces besides, in these amounts."""
-    pivots: list[list[Pivot]] = []
-    for i, own in enumerate(found.pivots):
-        pivots.append([])
-        for k, pivot in enumerate(own):
-            more = ZERO
-            for each, x in zip(forces, amounts, strict=True):
-                more = add(more, mul(each.shares[i][k], x))
-            pivots[-1].append(pivot._replace(rest=add(pivot.rest, div(more, pivot.d))))
-    felt = {}
-    for i, inertia in found.felt.items():
-        for each, x in zip(forces, amounts, strict=True):
-            if i in each.felt:
-                n, f = each.felt[i]
-                inertia = inertia._replace(n=summed(inertia.n, times(x, n)), f=summed(inertia.f, times(x, f)))
-        felt[i] = inertia
-    return Inward(found.on, pivots, felt, found.modes)
-
-
 def unit(axis: Triple) -> int | None:
     """The place of the only component, where that is 1."""
     k = [i for i, x in enumerate(axis) if x is not ZERO]
@@ -279,10 +196,11 @@ def _eliminated(felt: Inertia, freedom: Freedom, turning: bool, pivots: list[Piv
         raise SingularError("Expected every joint speed to move some mass.")
     t_n, t_f = over(u_n, d), over(u_f, d)
     rest = neg(div(pressed, d))
-    pivots.append(Pivot(freedom, turning, t_n, t_f, rest, d))
+    beside = {b: c.along(spin, slide) for b, c in felt.columns.items()}
+    pivots.append(Pivot(freedom, turning, t_n, t_f, rest, d, beside))
     j, h, m = lowered(felt.j, t_n, u_n, True), lowered(felt.h, t_n, u_f, False), lowered(felt.m, t_f, u_f, True)
     n, f = summed(felt.n, times(rest, u_n)), summed(felt.f, times(rest, u_f))
-    left = columns_less(felt.columns, (spin, slide), (t_n, t_f), d, rest)
+    left = columns_less(felt.columns, beside, (t_n, t_f), d, rest)
     if k is None:
         return Inertia(j, h, m, n, f, left)
     if turning:
@@ -323,7 +241,7 @@ def outward(found: Inward, ground: Triple, asked: Iterable[int] = ()) -> Passed:
             alpha, a = summed(alpha, times(values[b], spin)), summed(a, times(values[b], sliding))
         if i in wanted:
             transmitted[i] = wrench_at(felt[i], alpha, a, values)
-        left = list(reversed(pivots[i]))
+        left = [_knowing(pivot, values) for pivot in reversed(pivots[i])]
         if not step.late:
             while left and not left[0].turning:
                 alpha, a = _taken(left.pop(0), alpha, a, rows)
@@ -341,6 +259,15 @@ def outward(found: Inward, ground: Triple, asked: Iterable[int] = ()) -> Passed:
     rows += [({b: ONE}, x) for b, x in values.items()]
     divided = [p.d for of in pivots for p in reversed(of)] + [mode.d for of in modes.values() for mode in of]
     return Passed(rows, divided, transmitted, own)
+
+
+def _knowing(pivot: Pivot, values: Mapping[Expr, Expr]) -> Pivot:
+    """A pivot with λ of the rates that move segments beyond it."""
+    rest = pivot.rest
+    for b, x in pivot.beside.items():
+        if x is not ZERO:
+            rest = sub(rest, div(mul(x, values[b]), pivot.d))
+    return pivot._replace(rest=rest)
 
 
 def _taken(

@@ -9,17 +9,21 @@ with the shares e that a row of A, pressing on the freedoms, has of their pivots
 and what is divided by vanishes where rows of A depend on each other alone.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
-from kane.dynamics.routes.articulated import Inward, Passed, Pressed, inward, loaded, outward
+from kane.dynamics.routes.articulated import Passed, inward
 from kane.dynamics.routes.carried import falling, regrouped
+from kane.dynamics.routes.composed import Composed
+from kane.dynamics.routes.composite import factored
 from kane.dynamics.routes.embedded import evident, holds_reactions
+from kane.dynamics.routes.freed import Articulated, Freed
 from kane.dynamics.routes.holding import Holding
-from kane.dynamics.routes.recursive import NO_MASS, Carrying, carrying, is_regular, with_reactions
+from kane.dynamics.routes.pressed import Number, Pressed
+from kane.dynamics.routes.recursive import NO_MASS, Carrying, carrying, is_regular, with_reactions, worth_trying
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, neg
@@ -28,25 +32,53 @@ from kane.expr.regular import guards
 from kane.expr.solve import finish, forward, ldl
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
-from kane.kinematics.segments import Segments
 from kane.kinematics.travel import travel
+from kane.model.bodies import deforming
 from kane.model.reactions import constraint_of
-from kane.space.rotation import Triple
 
 
-def closed(derived: Derived, partition: Partition) -> Solved:
-    """u̇ of a tree that constraints close, with the reactions where joints of it transmit these; Unsuited where it is none."""
-    carried = carrying(derived)
-    if carried.crossings is None and holds_reactions(derived):
-        raise Unsuited("loads that hold reactions which no joint transmits")
-    asked = {c.segment for c in carried.crossings or () if c is not None}
+def closings(derived: Derived, partition: Partition) -> Iterator[Solved]:
+    """The solutions by the recursions that may be the shortest, as far as the system is a tree that constraints close.
+
+    Of links that turn about parallel axes articulated inertias are shorter than composite ones.
+    """
     try:
+        carried = carrying(derived, flexible=True, shared=bool(deforming(derived.system.bodies)))
         steps = carried.segments.steps
-        found = inward(travel(steps), regrouped(carried.bodies, steps, True, asked), carried.loads)
-        whole = _held(derived, partition, carried.segments, found, falling(derived), asked)
+        planar = any(step.joins for step in steps) and not any(step.modes for step in steps)
+        for route in ("recursive",) if planar else worth_trying(derived, carried):
+            yield _closed(derived, partition, carried, route)
+    except Unsuited:
+        return
+
+
+def closed(derived: Derived, partition: Partition, route: str = "recursive", *, shared: bool = False) -> Solved:
+    """u̇ of a tree that constraints close, with the reactions where joints of it transmit these; Unsuited where it is none.
+
+    Joints may share coordinates where these may be `shared`.
+    """
+    return _closed(derived, partition, carrying(derived, flexible=True, shared=shared), route)
+
+
+def _closed(derived: Derived, partition: Partition, carried: Carrying, route: str) -> Solved:
+    if not (route == "recursive" and carried.crossings is not None):
+        if holds_reactions(derived):
+            raise Unsuited("loads that hold reactions which no joint transmits")
+        carried = carried._replace(crossings=None)
+    try:
+        whole = _held(derived, partition, carried, _freed(derived, carried, route))
     except SingularError:
         raise Unsuited(NO_MASS) from None
-    return _solved(derived, partition, carried, whole)
+    return _solved(derived, partition, carried, whole, route)
+
+
+def _freed(derived: Derived, carried: Carrying, route: str) -> Freed:
+    """The tree without its constraints."""
+    steps, ground, asked = carried.segments.steps, falling(derived), carried.asked
+    bodies = regrouped(carried.bodies, steps, route == "recursive", asked)
+    if route == "recursive":
+        return Articulated(inward(travel(steps), bodies, carried.loads, carried.bent), ground, asked)
+    return Composed(factored(steps, bodies, carried.loads, ground, carried.bent), ground)
 
 
 class _Held(NamedTuple):
@@ -58,30 +90,29 @@ class _Held(NamedTuple):
     """Rows whose forces are among what is transmitted."""
 
 
-def _held(
-    derived: Derived, partition: Partition, segments: Segments, found: Inward, ground: Triple, asked: Iterable[int]
-) -> _Held:
+def _held(derived: Derived, partition: Partition, carried: Carrying, freed: Freed) -> _Held:
     """What passes with the multipliers λ of the rows."""
-    free = outward(found, ground)
-    if len(free.rows) < len(derived.speeds):
+    if len(freed.free.rows) < len(derived.speeds):
         raise Unsuited(NO_MASS)
-    holding = Holding(derived, segments, found, free, ground)
+    holding = Holding(derived, carried.segments, freed, falling(derived))
     forces, right = zip(*map(holding.row, partition.rows), strict=True)
-    matrix = _products(found, forces)
+    matrix = _products(freed.divisors, forces)
     factors = ldl(matrix)
     solution = finish(factors, forward(factors.lower, list(map(neg, right))))
-    passed = outward(loaded(found, forces, solution), ground, asked)
     sizes = [row[k] for k, row in enumerate(matrix)]
     return _Held(
-        passed, dict(zip(partition.rows, solution, strict=True)), factors.pivots, sizes, holding.placed(partition.rows)
+        freed.passed(forces, solution),
+        dict(zip(partition.rows, solution, strict=True)),
+        factors.pivots,
+        sizes,
+        holding.placed(partition.rows),
     )
 
 
-def _products(found: Inward, forces: Sequence[Pressed]) -> list[list[Expr]]:
+def _products(d: Mapping[Number, Expr], forces: Sequence[Pressed]) -> list[list[Expr]]:
     """A M⁻¹ Aᵀ."""
-    d = [pivot.d for own in found.pivots for pivot in own]
-    e = [[x for own in each.shares for x in own] for each in forces]
-    over = [[x if x is ZERO else div(x, p) for x, p in zip(row, d, strict=True)] for row in e]
+    e = [[each.shares.get(k, ZERO) for k in d] for each in forces]
+    over = [[x if x is ZERO else div(x, p) for x, p in zip(row, d.values(), strict=True)] for row in e]
     return [[_product(x, y) for y in over] for x in e]
 
 
@@ -93,7 +124,7 @@ def _product(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
     return total
 
 
-def _solved(derived: Derived, partition: Partition, carried: Carrying, whole: _Held) -> Solved:
+def _solved(derived: Derived, partition: Partition, carried: Carrying, whole: _Held, route: str) -> Solved:
     if not is_regular(whole.passed.pivots, derived.system.euler_parameters):
         raise Unsuited(NO_MASS)
     values, matrix = resolved(whole.passed.rows, derived.kinematics), evident(derived)
@@ -101,7 +132,7 @@ def _solved(derived: Derived, partition: Partition, carried: Carrying, whole: _H
     own = guards(zip(whole.pivots, whole.sizes, strict=True), (), u_dot)
     e = embedding(derived.constraints, partition).watching(own)
     pivots = tuple(whole.passed.pivots)
-    found = Solved("recursive", derived, e, u_dot, (), pivots, matrix, matrix, of_rows=whole.multipliers)
+    found = Solved(route, derived, e, u_dot, (), pivots, matrix, matrix, of_rows=whole.multipliers)
     if not derived.reactions or carried.crossings is None:
         return found
     return with_reactions(found, _felt(derived, e, carried, whole))

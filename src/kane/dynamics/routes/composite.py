@@ -8,6 +8,7 @@ no ẇ is that of composite bodies, too (`gyroscopic`). Shorter than articulated
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
+from typing import NamedTuple
 
 from kane.dynamics.routes.articulated import Passed, Wrenches, parts
 from kane.dynamics.routes.flexible import RIGID, Bent
@@ -17,7 +18,7 @@ from kane.dynamics.routes.places import Body, Composite, Place, Way, Wrench, com
 from kane.dynamics.routes.trial import are_slender, forces_at_trial
 from kane.expr.build import add, mul
 from kane.expr.node import ONE, TWO, ZERO, Expr
-from kane.expr.solve import finish, forward, ldl
+from kane.expr.solve import LDL, finish, forward, ldl
 from kane.kinematics.freedoms import Freedom
 from kane.kinematics.segments import Segment
 from kane.kinematics.travel import Travel, travel
@@ -37,6 +38,41 @@ def accelerations(
     body_by_body: bool | None = None,
 ) -> Passed:
     """ẇ of all freedoms; a SingularError where a pivot is zero whatever the state. What is transmitted is not found on this way."""
+    found = factored(steps, bodies, loads, ground, bent, body_by_body=body_by_body)
+    return Passed(found.rows(found.values(found.eliminated)), list(found.factors.pivots), {})
+
+
+class Factored(NamedTuple):
+    """L D Lᵀ of M in an order of the freedoms, trial accelerations by number, and the forces left there eliminated, L⁻¹ f."""
+
+    way: Way
+    places: Sequence[Place]
+    order: Sequence[int]
+    factors: LDL
+    trial: Sequence[Expr]
+    eliminated: Sequence[Expr]
+
+    def values(self, eliminated: Sequence[Expr]) -> list[Expr]:
+        """ẇ by number."""
+        value = dict(zip(self.order, finish(self.factors, eliminated), strict=True))
+        return [add(x, value[k]) for k, x in enumerate(self.trial)]
+
+    def rows(self, values: Sequence[Expr]) -> list[tuple[Mapping[Expr, Expr], Expr]]:
+        """The rows of the joint speeds with their ẇ, by number."""
+        modes: list[Mapping[Expr, Expr]] = [{b: ONE} for b in self.way.modes]
+        return list(zip([*(p.freedom.row for p in self.places), *modes], values, strict=True))
+
+
+def factored(
+    steps: Sequence[Segment],
+    bodies: Sequence[Rigid],
+    loads: Wrenches,
+    ground: Triple,
+    bent: Bent = RIGID,
+    *,
+    body_by_body: bool | None = None,
+) -> Factored:
+    """M of the freedoms, eliminated; a SingularError where a pivot is zero whatever the state."""
     on = travel(steps)
     way = way_along(on)
     places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
@@ -56,11 +92,7 @@ def accelerations(
         mass = freedom_mass(way, whole, count, bending)
     order = sparse_order(mass)
     factors = ldl([[mass[i][j] for j in order] for i in order])
-    solved = finish(factors, forward(factors.lower, [right[i] for i in order]))
-    value = dict(zip(order, solved, strict=True))
-    rows = [(p.freedom.row, add(trial[k], value[k])) for k, p in enumerate(places)]
-    rows += [({b: ONE}, value[k]) for b, k in way.modes.items()]
-    return Passed(rows, list(factors.pivots), {})
+    return Factored(way, places, order, factors, trial, forward(factors.lower, [right[i] for i in order]))
 
 
 def _bending(on: Travel, bent: Bent) -> dict[int, Inertia]:
@@ -89,7 +121,8 @@ def freedom_mass(
     for number, felt in bending.items():
         for b, column in felt.columns.items():
             for other, x in column.row.items():
-                rows[way.modes[b]][way.modes[other]] = x
+                r, k = way.modes[b], way.modes[other]
+                rows[r][k] = add(rows[r][k], x)
             mode = Place(Freedom(NOTHING, {b: ONE}), way.modes[b], True)
             _entries(rows, mode, (), way.up(number, Wrench(column.n, column.f)))
     for i in range(len(whole) - 1, 0, -1):

@@ -10,12 +10,11 @@ and at no acceleration, with P_k = ω × (ω × p_k) + 2 ω × ṗ_k + p̈_k, th
 e_j = Σ ∂_j d_k·P_k.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from kane.dynamics.derived import Derived
-from kane.dynamics.routes.gauged import shared_rates
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.diff import time_derivative
 from kane.expr.matrix import dot
@@ -58,9 +57,11 @@ class Bent:
 RIGID = Bent({}, {})
 
 
-def bending_bodies(derived: Derived, found: Segments, links: Sequence[Link]) -> dict[int, Bending]:
-    """The parts that share momenta, by the segment that they move in."""
-    stages, bodies = Stages(derived.kinematics, shared_rates(derived)), dict[int, Bending]()
+def bending_bodies(
+    derived: Derived, found: Segments, links: Sequence[Link], rates: Collection[Expr]
+) -> dict[int, Bending]:
+    """The parts that share momenta, by the segment that they move in, and move by these rates there."""
+    stages, bodies = Stages(derived.kinematics, rates), dict[int, Bending]()
     for number, link in zip(found.ends, links, strict=True):
         parts = [each for each in link.parts if each.part.momenta]
         if parts:

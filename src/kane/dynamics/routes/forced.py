@@ -15,9 +15,7 @@ from kane.kinematics.freedoms import Unsuited
 
 
 def _closed(derived: Derived, partition: Partition, route: str) -> Solved:
-    if route != "recursive":
-        raise Unsuited("constraints")
-    found = closed(derived, partition)
+    found = closed(derived, partition, route, shared=True)
     _check_poles(derived, found)
     return tree_with_reactions(derived, found).guarded()
 
@@ -34,7 +32,7 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
         try:
             if partition is not None:
                 return compared([_closed(derived, partition, route)])
-            found = by_recursion(derived, carrying(derived, flexible=True), route)
+            found = by_recursion(derived, carrying(derived, flexible=True, shared=True), route)
             _check_poles(derived, found)
             return compared([with_half_speeds(tree_with_reactions(derived, found))])
         except Unsuited as why:

@@ -46,7 +46,7 @@ def forces_left(
         at = felt.at(*moving[i].work)
         pressing[i] = pressing[i].plus(Wrench(at.n, at.f))
         for b, column in at.columns.items():
-            right[way.modes[b]] = neg(column.force)
+            right[way.modes[b]] = sub(right[way.modes[b]], column.force)
     for i in reversed(range(1, len(on.steps))):
         joint = _joint(way, i, whole[i], moving[i])
         w = pressing[i] if joint.is_inner else way.entered(i, pressing[i])

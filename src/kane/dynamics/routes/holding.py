@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from kane.dynamics.derived import Derived
-from kane.dynamics.routes.articulated import Inward, Passed, Pressed, pressed
+from kane.dynamics.routes.freed import Freed
+from kane.dynamics.routes.pressed import Pressed
 from kane.expr.build import add, sub
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
@@ -29,12 +30,11 @@ from kane.space.vector import Vector
 
 @dataclass(frozen=True, eq=False)
 class Holding:
-    """The constraints of a tree, `free` of which it would move so."""
+    """The constraints of a tree that would move without them as what is `freed` does."""
 
     derived: Derived
     segments: Segments
-    found: Inward
-    free: Passed
+    freed: Freed
     ground: Triple
 
     def placed(self, rows: Iterable[int]) -> Collection[int]:
@@ -55,12 +55,12 @@ class Holding:
         for p in forces:
             total = add(total, dot(p.force, self._acceleration(p)))
         for p in torques:
-            total = add(total, dot(p.moment, self.free.moving[p.segment][0]))
-        return pressed(self.found, {}, loads), total
+            total = add(total, dot(p.moment, self.freed.free.moving[p.segment][0]))
+        return self.freed.press({}, loads), total
 
     def _acceleration(self, p: Placed) -> Triple:
         """a of the point, with that of the ground."""
-        (alpha, a), w = self.free.moving[p.segment], self.found.on.rates[p.segment]
+        (alpha, a), w = self.freed.free.moving[p.segment], self.freed.on.rates[p.segment]
         return summed(a, summed(cross3(alpha, p.r), centripetal(w.own, p.r, w.square)))
 
     def _along(self, c: Constraint) -> Expr:
@@ -84,15 +84,10 @@ class Holding:
     def _general(self, r: int) -> tuple[Pressed, Expr]:
         rows, speeds = self.derived.constraints, self.derived.speeds
         row: dict[Expr, Expr] = {u: c for u, c in zip(speeds, rows.a.rows[r], strict=True) if c is not ZERO}
-        own = transposed(row, [x for x, _ in self.free.rows], self.derived.kinematics.speeds)
+        own = transposed(row, [x for x, _ in self.freed.free.rows], self.derived.kinematics.speeds)
         rate = add(rows.drift[r], dot(list(row.values()), [self._accelerations[u] for u in row]))
-        return pressed(self.found, {self._places[k]: x for k, x in own.items()}, {}), rate
-
-    @cached_property
-    def _places(self) -> list[tuple[int, int]]:
-        """The segments of the freedoms and their places among its pivots, as they are passed."""
-        return [(i, k) for i, own in enumerate(self.found.pivots) for k in reversed(range(len(own)))]
+        return self.freed.press(own, {}), rate
 
     @cached_property
     def _accelerations(self) -> dict[Expr, Expr]:
-        return resolved(self.free.rows, self.derived.kinematics)
+        return resolved(self.freed.free.rows, self.derived.kinematics)

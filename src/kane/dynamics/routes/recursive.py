@@ -31,11 +31,15 @@ from kane.expr.visit import substitute
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
 from kane.kinematics.segments import Segment, Segments, segments
+from kane.kinematics.tree import Tree, repeated
+from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
 from kane.numeric.bounds import changes
 from kane.numeric.sample import HIGH, draws, unit, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
+
+Exprs = tuple[Expr, ...]
 
 _SEEDS = (20042, 20043, 20044)
 _BRANCH = 5
@@ -57,16 +61,18 @@ WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Tripl
 def recursions(derived: Derived) -> Iterator[Solved]:
     """The solutions without the reactions, as far as the system is one of those."""
     try:
-        carried = carrying(derived, flexible=True)
-        crossed = (
-            derived.reactions and carried.crossings is not None
-        )  # the other way does not tell what joints transmit
-        steps = carried.segments.steps
-        both = len(derived.speeds) < BENT if any(step.modes for step in steps) else depth(steps) <= _BRANCH
-        routes = WAYS if both and not crossed else ("recursive",)
-        yield from (by_recursion(derived, carried, route) for route in routes)
+        carried = carrying(derived, flexible=True, shared=bool(deforming(derived.system.bodies)))
+        yield from (by_recursion(derived, carried, route) for route in worth_trying(derived, carried))
     except Unsuited:
         return
+
+
+def worth_trying(derived: Derived, carried: "Carrying") -> Iterable[str]:
+    """The recursions that may be the shortest: one alone where the branches are long, or joints tell what they transmit."""
+    crossed = derived.reactions and carried.crossings is not None  # the other way does not tell that
+    steps = carried.segments.steps
+    both = len(derived.speeds) < BENT if any(step.modes for step in steps) else depth(steps) <= _BRANCH
+    return WAYS if both and not crossed else ("recursive",)
 
 
 def depth(steps: Sequence[Segment]) -> float:
@@ -90,20 +96,40 @@ class Carrying(NamedTuple):
     crossings: Sequence[Crossing | None] | None
     """Where the reactions cross, where that is told by segments; those of constraints do nowhere."""
 
+    @property
+    def asked(self) -> set[int]:
+        """The segments that reactions cross into."""
+        return {c.segment for c in self.crossings or () if c is not None}
 
-def carrying(derived: Derived, *, flexible: bool = False) -> Carrying:
-    """The segments of a tree; Unsuited, with what is in the way, where it is none of those, or has parts that are `flexible`."""
+
+def carrying(derived: Derived, *, flexible: bool = False, shared: bool = False) -> Carrying:
+    """The segments of a tree; Unsuited, with what is in the way, where it is none of those, or has parts that are `flexible`.
+
+    Coordinates that several joints have are left to other routes, too, unless these may be `shared`.
+    """
     rates = shared_rates(derived)
     if rates and not flexible:
         raise Unsuited("flexible bodies")
     forces, on = gauged(derived)
     points = [p for p, _ in forces] + [p for c in derived.constraints.constraints for p, _ in c.forces]
     tree, roots = parted(derived, points, bent_frames(derived))
-    found = segments(tree, derived.kinematics, rates)
+    found, rates = _segments(derived, tree, rates, shared)
     bodies = rigid_bodies(derived, found, tree.links)
-    bent = Bent(bending_bodies(derived, found, tree.links), on)
+    bent = Bent(bending_bodies(derived, found, tree.links, rates), on)
     across = None if roots is None else crossings(derived, roots, found)
     return Carrying(found, bodies, load_wrenches(derived, found, forces), bent, across)
+
+
+def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool) -> tuple[Segments, Exprs]:
+    """The segments, and the rates that move several: those of flexible bodies, and others where there is no other way."""
+    try:
+        return segments(tree, derived.kinematics, rates), rates
+    except Unsuited:
+        every = derived.kinematical.rates
+        more = tuple(dict.fromkeys((*rates, *repeated(tree, every)))) if shared else rates
+        if len(more) == len(rates):
+            raise
+        return segments(tree, derived.kinematics, more), more
 
 
 def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:

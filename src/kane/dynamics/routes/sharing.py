@@ -128,11 +128,10 @@ def lowered(rows: Cosines, t: Triple, u: Triple, symmetric: bool) -> Cosines:
     return as_rows(out)
 
 
-def columns_less(columns: Columns, s: tuple[Triple, Triple], t: tuple[Triple, Triple], d: Expr, rest: Expr) -> Columns:
-    """What columns keep where a joint speed along s is eliminated, of U/D = t."""
+def columns_less(columns: Columns, g: Mapping[Expr, Expr], t: tuple[Triple, Triple], d: Expr, rest: Expr) -> Columns:
+    """What columns keep where a joint speed is eliminated along which they have g, of U/D = t."""
     if not columns:
         return columns
-    g = {b: c.along(*s) for b, c in columns.items()}
     left = {}
     for b, c in columns.items():
         x = g[b]

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derived import Derived
-from kane.dynamics.routes.closed import closed
+from kane.dynamics.routes.closed import closings
 from kane.dynamics.routes.divisors import divisors
 from kane.dynamics.routes.half_speeds import with_half_speeds
 from kane.dynamics.routes.recursive import BENT, recursions
@@ -20,7 +20,6 @@ from kane.expr.count import price
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import Expr
 from kane.expr.regular import factors
-from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
 
 _TREE, _GROWN = 5, 6
@@ -39,13 +38,10 @@ def trees(derived: Derived) -> list[Solved]:
 
 def loops(derived: Derived, partition: Partition) -> list[Solved]:
     """The same of trees that constraints close."""
-    if len(derived.inertias) < _LOOP:
+    if len(derived.inertias) < _LOOP and not deforming(derived.system.bodies):
         return []
-    try:
-        found = closed(derived, partition)
-    except Unsuited:
-        return []
-    return [tree_with_reactions(derived, found).guarded()] if has_no_poles(derived, found) else []
+    found = [s for s in closings(derived, partition) if has_no_poles(derived, s)]
+    return [tree_with_reactions(derived, s).guarded() for s in found]
 
 
 def has_no_poles(derived: Derived, s: Solved) -> bool:

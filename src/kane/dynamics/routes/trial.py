@@ -40,7 +40,7 @@ def forces_at_trial(
         at = felt.at(*moving[i])
         pressing[i] = pressing[i].plus(Wrench(at.n, at.f))
         for b, column in at.columns.items():
-            right[way.modes[b]] = neg(column.force)
+            right[way.modes[b]] = sub(right[way.modes[b]], column.force)
     for i in reversed(range(1, len(on.steps))):
         w = pressing[i]
         for place in way.inner[i]:
