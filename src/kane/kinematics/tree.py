@@ -234,11 +234,11 @@ def homes_of(tree: Tree, rates: Collection[Expr]) -> dict[int, tuple[Expr, ...]]
 
 
 def repeated(tree: Tree, rates: Collection[Expr]) -> tuple[Expr, ...]:
-    """Of some rates those by which several links move, or one both turns and slides."""
+    """Of some rates those by which links turn or slide several times, in each frame."""
     users = dict.fromkeys(rates, 0)
     for link in tree.links:
-        for v in (link.rotation, link.offset.map(time_derivative)):
-            for b in {b: None for row, _ in affine_forms([*v.scalars()], rates) for b in row}:
+        for _, numbers in (*link.rotation.parts, *link.offset.map(time_derivative).parts):
+            for b in {b: None for row, _ in affine_forms(numbers, rates) for b in row}:
                 users[b] += 1
     return tuple(b for b, count in users.items() if count > 1)
 

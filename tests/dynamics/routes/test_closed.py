@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,8 +10,10 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.dynamics.routes.closed import closed
+from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.routes.trees import tree_with_reactions
 from kane.expr.count import count_operations
+from kane.gallery import GALLERY, load
 from kane.kinematics.freedoms import Unsuited
 from tests.examples import examples
 from tests.laws.test_random_loops import State, multiplier_form
@@ -22,33 +22,63 @@ from tests.oracles.mechanism_draw import mechanisms, questions
 from tests.systems import rings
 from tests.systems.closed_states import states
 
-GALLERY = (
-    "andrews_squeezer", "bricard", "car_with_trailer", "chaplygin_sleigh", "flyball_governor", "four_bar", "knife_edge", "n_four_bar",
-    "pure_rolling_disk", "slider_crank", "snakeboard", "sphere_on_turntable", "whipple_bicycle",
-)  # fmt: skip
+SYSTEMS = {name: load(name).system() for name in GALLERY}
+CONSTRAINED = [name for name, system in SYSTEMS.items() if system.constraints]
+"""All of the gallery that have constraints: none is left out."""
 
 
-def off(system, seed=1, count=2):
+def off(system, seed=1, count=2, routes=("recursive",)):
     """The largest difference of u̇, R and λ by recursion from those of the classical route, over the largest of them."""
-    own, usual = kn.derive(system, route="recursive"), kn.derive(system, route="classical")
+    usual, *others = (kn.derive(system, route=route) for route in ("classical", *routes))
+    assert [e.route for e in others] == list(routes)
     worst, inputs = 0.0, dict.fromkeys(system.inputs, 0.3)
     for q, u in states(usual, np.random.default_rng(seed), count, inputs=inputs):
-        found, wanted = (
+        wanted, *found = (
             np.array(e.evaluate([*e.accelerations, *e.reactions, *e.multipliers.values()], q=q, u=u, inputs=inputs))
-            for e in (own, usual)
+            for e in (usual, *others)
         )
-        worst = max(worst, np.abs(found - wanted).max() / np.abs(wanted).max())
+        worst = max(worst, *(np.abs(x - wanted).max() / np.abs(wanted).max() for x in found))
     return worst
 
 
-@pytest.mark.parametrize("name", GALLERY)
+@pytest.mark.parametrize("name", CONSTRAINED)
 def test_the_gallery(name):
-    assert off(importlib.import_module(f"kane.gallery.{name}").system()) < 1e-10
+    assert off(SYSTEMS[name], routes=WAYS) < 1e-10
+
+
+@pytest.mark.parametrize("name", CONSTRAINED)
+def test_what_is_transmitted_in_the_gallery(name):
+    """Forces and torques of joints, constraints and bodies by name: from λ and the accelerations, whichever route found them."""
+    system = SYSTEMS[name]
+    usual, *others = (kn.derive(system, route=route) for route in ("classical", *WAYS))
+    frames = [b.frame for b in system.bodies if isinstance(b, kn.RigidBody)]
+    places = [p for p in (*system.joints, *system.constraints, *frames) if _is_read(usual, p)]
+    assert places
+    inputs = dict.fromkeys(system.inputs, 0.3)
+    for q, u in states(usual, np.random.default_rng(1), 1, inputs=inputs):
+        wanted, *found = (
+            np.array(e.evaluate(_transmitted(e, places), q=q, u=u, inputs=inputs)) for e in (usual, *others)
+        )
+        assert max(np.abs(x - wanted).max() for x in found) <= 1e-10 * np.abs(wanted).max()
+
+
+def _is_read(eom, place):
+    try:
+        eom.reaction(place)
+    except kn.ReactionError:
+        return False
+    return True
+
+
+def _transmitted(eom, places):
+    wrenches = [eom.reaction(p) for p in places]
+    vectors = [v for w in wrenches for v in (w.force, w.torque) if v is not None]
+    return [x for v in vectors for x in v.components(eom.system.inertial)]
 
 
 @pytest.mark.parametrize("spatial", [False, True])
 def test_rings_with_reactions(spatial):
-    assert off(rings.ring(6, spatial, reactions=4)) < 1e-10
+    assert off(rings.ring(6, spatial, reactions=4), routes=WAYS) < 1e-10
 
 
 @pytest.mark.parametrize("planar", [True, False])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A tree as forces of constraints press on it: its accelerations without them, the share that each has of its pivots, and what passes then.
+"""A tree as forces of constraints press on it: its accelerations without them, the shares these have of its pivots, and what passes.
 
 By articulated inertias here, by composite ones in `composed`.
 """
