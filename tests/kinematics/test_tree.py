@@ -148,13 +148,18 @@ def shaft(place, tilted):
     return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.z - 3 * N.x)])
 
 
+def coordinate(system, name):
+    """The coordinate of that name."""
+    return next(x for x in system.coordinates if x.name == name)
+
+
 @pytest.mark.parametrize("tilted", [False, True])
 @pytest.mark.parametrize("far", ["along the axis", "in the shaft"])
 def test_what_turns_alike_is_one_shaft_with_what_slides_on_it(tilted, far):
     """q is of one link alone, so that recursion takes it."""
     places = {"along the axis": lambda A, S: 0.5 * A.z + 0.1 * S.y, "in the shaft": lambda A, S: 0.3 * S.x}
     system = shaft(places[far], tilted)
-    turning = [link for link in links_of(system) if link.twists([system.coordinates[0].dt])]
+    turning = [link for link in links_of(system) if link.twists([coordinate(system, "q").dt])]
     assert len(turning) == 1
     agree(system)
 
@@ -170,7 +175,7 @@ def agree(system):
 def test_what_turns_alike_aside_of_the_axis_is_no_shaft():
     """Two links share q, which is not tried unless it is asked for."""
     system = shaft(lambda A, S: 0.5 * A.x + 0.1 * S.y, False)
-    turning = [link for link in links_of(system) if link.twists([system.coordinates[0].dt])]
+    turning = [link for link in links_of(system) if link.twists([coordinate(system, "q").dt])]
     assert len(turning) == 2
     with pytest.raises(Unsuited, match="several joints share"):
         carrying(derived(system), flexible=True)
