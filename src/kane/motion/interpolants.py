@@ -6,17 +6,14 @@ from collections.abc import Callable
 import numpy as np
 
 from kane.motion.collocated import Given, after_stages, polynomial
-from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.explicit import rows
 from kane.motion.steppers.radau import AFTER, STAGES, Z
 from kane.motion.steppers.radau_stages import radau_stages
-from kane.motion.steppers.rk4 import RK4
+from kane.motion.steppers.table import EXPLICIT
 from kane.motion.steppers.tableau import Tableau
-from kane.motion.steppers.tsit5 import TSIT5
-from kane.motion.steppers.vern9 import VERN9
 from kane.numeric.arrays import Array
 
-_EXPLICIT = {tableau.name: tableau for tableau in (DOP853, VERN9, TSIT5, RK4)}
+_EXPLICIT = {tableau.name: tableau for tableau in EXPLICIT}
 
 
 def interpolant(name: str, given: Given, h: float, start: float) -> Callable[[Array], Array]:

@@ -13,6 +13,7 @@ from kane.motion.steppers.radau import ORDER, radau_kernel, radau_work
 from kane.motion.steppers.rk4 import RK4
 from kane.motion.steppers.tableau import Tableau
 from kane.motion.steppers.tsit5 import TSIT5
+from kane.motion.steppers.tsitpap8 import TSITPAP8
 from kane.motion.steppers.vern9 import VERN9
 from kane.program.kernel.language import Kernel
 from kane.program.native.compiled_kernel import CompiledKernel
@@ -67,10 +68,9 @@ GAUSS16 = Integrator(
 )
 RADAU9 = Integrator("radau9", ORDER, radau_kernel, radau_work, watches=True, driven=True, holds=True, implicit=True)
 MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
-INTEGRATORS = {
-    i.name: i
-    for i in (GAUSS16, _explicit(DOP853), _explicit(VERN9), _explicit(TSIT5), _explicit(RK4), MIDPOINT, RADAU9)
-}
+EXPLICIT = (DOP853, TSITPAP8, VERN9, TSIT5, RK4)
+"""Those that are tables of numbers."""
+INTEGRATORS = {i.name: i for i in (GAUSS16, *map(_explicit, EXPLICIT), MIDPOINT, RADAU9)}
 """By the name that `simulate` takes as method."""
 
 
