@@ -140,7 +140,7 @@ class TestWhatIsNoFriction:
         assert eom.events == ()
         with pytest.raises(kn.SimulationError, match=r"Expected finite rates at the start, got none for u_x'"):
             kn.simulate(eom, (0, 1), q=[0], u=[0])
-        for method in ("auto", "gauss16", "dop853", "vern9", "tsit5", "radau9"):
+        for method in ("auto", "gauss16", "dop853", "tsitpap8", "vern9", "tsit5", "radau9"):
             sol = kn.simulate(eom, (0, 20), q=[0], u=[0.5], samples=3, method=method)
             assert sol.status == "stopped"
             assert "turns to and fro" in sol.message

@@ -39,6 +39,7 @@ def oscillation(method, rtol, end=0.9, **more):
         ("Radau", 1e-5, {}),
         ("dop853", 1e-6, {"inputs": {F: 0}}),
         ("tsit5", 1e-5, {}),
+        ("tsitpap8", 1e-6, {"inputs": {F: 0}}),
     ]
     + [("dop853", 1e-3, {"max_step": 0.1}), ("gauss16", 1e-3, {"max_step": 0.5, "inputs": {F: 0}})]
     + [(m, 1e-9, {"max_step": 0.02, "inputs": {F: 0}}) for m in ("rk4", "midpoint")],

@@ -19,7 +19,7 @@ v = kn.speed("v", "m/s")
 m, g, e = kn.parameter("m", 2.0, "kg"), kn.parameter("g", 9.81, "m/s^2"), kn.parameter("e", 0.8)
 F = kn.input("F", "N")
 P = O.at("P", y * N.y)
-METHODS = ("gauss16", "dop853", "tsit5", "DOP853")
+METHODS = ("gauss16", "dop853", "tsitpap8", "tsit5", "DOP853")
 
 
 def ball(*events, loads=(), floor=0):

@@ -16,7 +16,7 @@ P = kn.Point("O", fixed_in=N).at("P", x * N.x)
 TIMES = np.sort(np.random.default_rng(3).uniform(0, 20, 300))
 
 
-@pytest.mark.parametrize("method", ["gauss16", "vern9", "dop853", "tsit5", "radau9", "DOP853", "Radau"])
+@pytest.mark.parametrize("method", ["gauss16", "vern9", "tsitpap8", "dop853", "tsit5", "radau9", "DOP853", "Radau"])
 def test_between_samples_a_motion_is_as_exact_as_at_them(method):
     """q = cos t at 300 times of a motion with two samples, and what follows from it; at the samples it is the same to the last bit."""
     sol = kn.simulate(spring(), (0, 20), q=[1], u=[0], samples=2, method=method, rtol=1e-10, atol=1e-10)

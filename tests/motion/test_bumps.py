@@ -30,7 +30,7 @@ def line(force):
     return kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={u: x.dt}, loads=[kn.Force(P, force * N.x)]))
 
 
-@pytest.mark.parametrize("method", ["gauss16", "dop853", "tsit5", "DOP853"])
+@pytest.mark.parametrize("method", ["gauss16", "dop853", "tsitpap8", "tsit5", "DOP853"])
 @pytest.mark.parametrize("width", [0.3, 0.02])
 def test_a_smooth_pulse_on_a_free_way_is_felt(method, width):
     """A pulse of √π · 20 · width N s on 1 kg that nothing else moves, in a load, as an input and as a function."""
@@ -83,7 +83,7 @@ def test_no_motion_with_a_wrong_energy_passes(seed):
         a3: rng.choice([0, rng.normal() * 20]), t3: rng.uniform(1, 9), s3: 10 ** rng.uniform(-2.3, 0), m3: rng.uniform(0.3, 3),
     }  # fmt: skip
     given = {"q": rng.normal(size=2), "u": rng.normal(size=2), "parameters": {p: float(z) for p, z in values.items()}}
-    tolerance, method = 10 ** rng.uniform(-9, -2), str(rng.choice(["gauss16", "dop853", "tsit5", "RK45"]))
+    tolerance, method = 10 ** rng.uniform(-9, -2), str(rng.choice(["gauss16", "dop853", "tsitpap8", "tsit5", "RK45"]))
     exact = {"rtol": 1e-12, "atol": 1e-12, "method": "dop853", "max_step": 0.02}
     true = kn.simulate(BOTH, (0, 10), samples=201, **given, **exact)
     with warnings.catch_warnings(record=True) as told:

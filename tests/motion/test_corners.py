@@ -31,7 +31,8 @@ def after(a, jump, t):
 
 
 @pytest.mark.parametrize(
-    ("method", "times"), [("gauss16", 300), ("dop853", 300), ("vern9", 60), ("tsit5", 300), ("radau9", 30)]
+    ("method", "times"),
+    [("gauss16", 300), ("dop853", 300), ("tsitpap8", 3000), ("vern9", 60), ("tsit5", 300), ("radau9", 30)],
 )
 def test_a_jump_anywhere_in_a_step_is_seen(method, times, rng):
     """The force is an input that follows from the state; the end is off by no more than some tolerances."""

@@ -76,7 +76,7 @@ def zero_order_hold(period, end):
     return np.array(states)
 
 
-@pytest.mark.parametrize("method", ["auto", "gauss16", "vern9", "tsit5", "Radau"])
+@pytest.mark.parametrize("method", ["auto", "gauss16", "tsitpap8", "vern9", "tsit5", "Radau"])
 def test_a_sampled_controller_holds_its_values(method):
     control = kn.sampled(lambda t, x: -K @ x, period=0.1)
     sol = kn.simulate(EOM, (0, 2), inputs={(F, G): control}, method=method, **START)

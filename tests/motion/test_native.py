@@ -15,8 +15,8 @@ from kane.gallery import pendulums
 from tests.examples import examples
 from tests.motion.steppers.runs import spring
 
-NATIVE = ["gauss16", "dop853", "vern9", "radau9"]
-WATCHES = ["gauss16", "dop853", "vern9", "radau9"]
+NATIVE = ["gauss16", "dop853", "tsitpap8", "vern9", "radau9"]
+WATCHES = NATIVE
 
 
 @pytest.fixture(scope="module")
@@ -79,11 +79,12 @@ def test_inputs_in_python_are_asked_at_the_stages():
     jump = kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: lambda t: float(t >= 1.5)}, breakpoints=[1.5])
     assert jump.u[-1, 0] == pytest.approx(2.5, rel=1e-12)
     assert jump.work[-1] == pytest.approx(2.5**2 / 2, rel=1e-12)
-    with pytest.raises(
-        SimulationError,
-        match=r'method="gauss16", got one in which inputs are functions of time or state in Python\. Take method="auto"',
-    ):
-        kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method="gauss16")
+    for method in ("gauss16", "tsitpap8"):
+        told = (
+            rf'method="{method}", got one in which inputs are functions of time or state in Python\. Take method="auto"'
+        )
+        with pytest.raises(SimulationError, match=told):
+            kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method=method)
 
 
 @pytest.mark.parametrize("method", NATIVE)
@@ -232,7 +233,31 @@ def test_auto_takes_collocation_where_rates_are_smooth(force, expected):
     reference = kn.simulate(eom, (0, 2), q=[1], u=[0.3], rtol=1e-10, atol=1e-10, samples=11, method="DOP853")
     assert sol.states == pytest.approx(reference.states, abs=1e-7)
     loose = kn.simulate(eom, (0, 2), q=[1], u=[0.3], rtol=1e-7, atol=1e-7, samples=11)
-    assert loose.method in ({"gauss16"} & expected or {"dop853"})
+    assert loose.method in {{"vern9": "tsitpap8"}.get(name, name) for name in expected}
+
+
+def test_rates_of_time_are_not_asked_for_behind_the_end(pushed_until_two):
+    """A stage of Tsitouras and Papakostas's method lies there, where √(2 − t) is none: auto takes it for rates of the state alone."""
+    eom, F, x = pushed_until_two
+    given = {"q": [0], "u": [0], "rtol": 1e-7, "atol": 1e-7}
+    for law in (0, kn.sin(x)):
+        assert kn.simulate(eom, (0, 2), inputs={F: law}, **given).method == "vern9"
+    steady = kn.derive(eom.system.replace(loads=eom.system.loads[:1]))
+    for law, method in ((0, "tsitpap8"), (kn.sin(x), "tsitpap8"), (kn.sin(kn.time), "vern9")):
+        assert kn.simulate(steady, (0, 2), inputs={F: law}, **given).method == method
+    own = kn.simulate(eom, (0, 2), inputs={F: 0}, **given)
+    other = kn.simulate(eom, (0, 2), inputs={F: 0}, **(given | {"rtol": 1e-10, "atol": 1e-10}), method="radau9")
+    assert own.states[-1] == pytest.approx(other.states[-1], rel=1e-5)
+
+
+@pytest.fixture
+def pushed_until_two():
+    """A mass under F − exp x, and beside it √(2 − t)."""
+    eom, F = pushed()
+    (x,) = eom.coordinates
+    p, N = eom.system.bodies[0].point, eom.system.inertial
+    loads = [kn.Force(p, (F - kn.exp(x)) * N.x, name="drive"), kn.Force(p, kn.sqrt(2 - kn.time) * N.x, name="fades")]
+    return kn.derive(eom.system.replace(loads=loads)), F, x
 
 
 def thrown(*events):

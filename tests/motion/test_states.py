@@ -12,7 +12,7 @@ from scipy.linalg import expm
 import kane as kn
 from tests.systems import states as made
 
-METHODS = ("auto", "gauss16", "dop853", "tsit5", "DOP853", "Radau", "LSODA")
+METHODS = ("auto", "gauss16", "dop853", "tsitpap8", "tsit5", "DOP853", "Radau", "LSODA")
 
 
 @cache
@@ -67,7 +67,7 @@ def test_projection_leaves_states_alone(method):
     eom = equations("rod")
     start = {"q": [1, 0], "u": [0, 0.3]}
     sol = kn.simulate(eom, (0, 4), **start, samples=41, method=method, states={"i": 0.5})
-    assert method != "auto" or sol.method in ("gauss16", "vern9", "dop853")
+    assert method != "auto" or sol.method in ("gauss16", "vern9", "tsitpap8", "dop853")
 
     def f(t, y):
         q, u, i, h = y

@@ -34,7 +34,7 @@ def both(eom, end, given, other="vern9"):
     return found.relative / (true / size).max(), np.abs(found.errors - true).max() / true.max()
 
 
-@pytest.mark.parametrize("method", ["gauss16", "dop853", "tsit5", "vern9", "radau9", "DOP853", "BDF"])
+@pytest.mark.parametrize("method", ["gauss16", "dop853", "tsitpap8", "tsit5", "vern9", "radau9", "DOP853", "BDF"])
 @pytest.mark.parametrize("seed", range(3))
 def test_random_pendulums(method, seed):
     """One to three rods at tolerances from 1e-4 to 1e-9: the errors at all samples, to a tenth of the largest where it is small."""

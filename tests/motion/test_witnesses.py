@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import kane as kn
 from tests.examples import examples
 
-METHODS = ("gauss16", "dop853", "tsit5")
+METHODS = ("gauss16", "dop853", "tsitpap8", "tsit5")
 COUNT, SINES, END = 5, 3, 6.0
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether rates may bend or jump where no switch is watched."""
+"""Whether rates may bend or jump where no switch is watched, or have no value behind a step."""
 
 from weakref import WeakKeyDictionary
 
 from kane.expr.node import postorder
 from kane.expr.ops import OPS, Op
 from kane.expr.piecewise import Piecewise
+from kane.expr.symbols import time
 from kane.motion.formulas import CORNERS, Formula
 from kane.motion.routines import Routines
 from kane.program.native.compiled_routine import CompiledRoutine
@@ -31,3 +32,11 @@ def of_inputs(now: Routines) -> set[Op]:
 def cornered(now: Routines) -> bool:
     """Whether the rates, or inputs that follow from the state, hold what bends or jumps."""
     return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now) | of_inputs(now))
+
+
+def of_time(now: Routines) -> bool:
+    """Whether rates, or inputs that are expressions, depend on time by itself: they may have no value behind the end of a motion."""
+    program = now.rates.program
+    told = {k for k, symbol in enumerate(program.inputs) if symbol is time}
+    read = any(told.intersection(program.arguments(i)) for i in now.rates.routine.body)
+    return read or any(node is time for f in now.drives if isinstance(f, Formula) for node in postorder([f.expr]))

@@ -12,7 +12,7 @@ from kane.dynamics.events import SlipEnd
 from kane.errors import SimulationError
 from kane.expr.node import postorder
 from kane.expr.piecewise import Piecewise
-from kane.motion.corners import of_inputs, operations
+from kane.motion.corners import of_inputs, of_time, operations
 from kane.motion.drives import asked, following
 from kane.motion.feedback import HeldInput
 from kane.motion.formulas import CORNERS, Formula
@@ -31,12 +31,12 @@ SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 """SciPy's."""
 AUTO = "auto"
 METHODS = (AUTO, *INTEGRATORS, *SOLVERS, CVODE)
-_WIDE, _NARROW, _BENT = "gauss16", "vern9", "dop853"
-"""What it is in machine code: by rates on lanes; where the machine has few of them, the library is called lane by lane, or inputs
-follow from the state, or where slips end, behind which the nodes of a step would lie; where rates or inputs may have corners, which
-collocation's estimate does not see."""
-_TIGHT = 1e-8
-"""The relative tolerance from which on `_NARROW` takes fewer evaluations than `_BENT`."""
+_WIDE, _NARROW, _LOOSE, _BENT = "gauss16", "vern9", "tsitpap8", "dop853"
+"""What it is in machine code: by rates on lanes; where the machine has few of them, the library is called lane by lane, or where slips
+end, behind which the nodes of a step would lie; the same at loose tolerances, where no rate depends on time, as one stage lies behind
+the step; where rates or inputs may have corners, which collocation's estimate does not see, and that of `_LOOSE` sees late."""
+_TIGHT = 1e-9
+"""The relative tolerance from which on `_NARROW` takes no more evaluations than `_LOOSE`."""
 STIFF = "radau9"
 """What leads on in machine code where equations are stiff."""
 _LANES = 4
@@ -110,7 +110,7 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
         return _NARROW
     if own.isdisjoint(LIBRARY) and target(settings.cpu, settings.features).lanes >= _LANES:
         return _WIDE
-    return _NARROW if rtol <= _TIGHT else _BENT
+    return _NARROW if rtol <= _TIGHT or of_time(stepper.now) else _LOOSE
 
 
 def check_method(method: Any) -> str:

@@ -79,10 +79,10 @@ def simulate(
     inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
         f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
     t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
-    method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "vern9", "tsit5", for stiff equations "radau9",
-        and at steps of the length max_step "rk4" and the symplectic "midpoint"), one of SciPy's "RK23", "RK45", "DOP853", "Radau",
-        "BDF", "LSODA", or "cvode" of SUNDIALS, for stiff equations (`pip install 'kane[stiff]'`). "auto" takes machine code where
-        constraints do not bend and no tables jump; `sol.method` says which ran
+    method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "tsitpap8", "vern9", "tsit5", for stiff
+        equations "radau9", and at steps of the length max_step "rk4" and the symplectic "midpoint"), one of SciPy's "RK23", "RK45",
+        "DOP853", "Radau", "BDF", "LSODA", or "cvode" of SUNDIALS, for stiff equations (`pip install 'kane[stiff]'`). "auto" takes
+        machine code where constraints do not bend and no tables jump; `sol.method` says which ran
     rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds; 1e-9 unless told
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span

@@ -25,9 +25,10 @@ class Integrator:
     """An integrator: the order of its error estimate, its kernel, how many doubles it works in for n components.
 
     It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
-    inputs may be functions in Python, which it asks at each stage. The steps of a `fixed` one are as long as `max_step`. One that
-    `holds` constraints has another kernel for that: `kernel(held=True)`; one that `collocates` has another one for rates with corners,
-    which its stages alone may miss: `kernel(cornered=True)`. An `implicit` one takes derivatives of the rates.
+    inputs may be functions in Python, which it asks at each stage: none lies behind the step, where they may jump or end. The
+    steps of a `fixed` one are as long as `max_step`. One that `holds` constraints has another kernel for that:
+    `kernel(held=True)`; one that `collocates` has another one for rates with corners, which its stages alone may miss:
+    `kernel(cornered=True)`. An `implicit` one takes derivatives of the rates.
     """
 
     name: str
@@ -50,7 +51,7 @@ def _explicit(tableau: Tableau) -> Integrator:
         lambda held=False: explicit_kernel(tableau, held),
         lambda n: rows(tableau) * n,
         watches=True,
-        driven=True,
+        driven=max(tableau.c) <= 1,
         fixed=not tableau.errors,
         holds=True,
     )
