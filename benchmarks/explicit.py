@@ -43,11 +43,11 @@ CASES: Mapping[str, tuple[Callable[[], kn.System], float, Mapping[str, Any]]] = 
 """A system, the seconds of its motion, and its start."""
 
 
-def counts(eom: Any, end: float, start: Mapping[str, Any]) -> dict[str, tuple[list[float], ...]]:
+def counts(eom: Any, end: float, start: Mapping[str, Any]) -> dict[str, tuple[list[float], list[float], list[float]]]:
     """By method: errors at each tolerance, evaluations with samples and without."""
 
     def run(method: str, tolerance: float, samples: int) -> Any:
-        asked = {"method": method, "rtol": tolerance, "atol": tolerance, "samples": samples}
+        asked: Mapping[str, Any] = {"method": method, "rtol": tolerance, "atol": tolerance, "samples": samples}
         return kn.simulate(eom, (0, end), inputs=dict.fromkeys(eom.inputs, 0), **asked, **start)
 
     exact = run("gauss16", 1e-14, SAMPLES).states
@@ -62,7 +62,7 @@ def counts(eom: Any, end: float, start: Mapping[str, Any]) -> dict[str, tuple[li
 
 
 def at(errors: list[float], evaluations: list[float], wanted: float) -> float:
-    """Evaluations at an error: those that lie before errors which are as large at a tighter tolerance, are left out."""
+    """Evaluations at an error: points whose error is no smaller than one at a looser tolerance are left out."""
     kept = [
         (-np.log(e), np.log(n))
         for k, (e, n) in enumerate(zip(errors, evaluations, strict=True))

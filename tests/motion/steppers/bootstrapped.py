@@ -13,7 +13,7 @@ What conditions leave free comes nearest to those of the next order, each tree b
 from fractions import Fraction
 from pathlib import Path
 
-from mpmath import mp
+from mpmath import mp  # type: ignore[import-untyped]
 
 from tests.motion.steppers.rooted import density, nodes, symmetry, trees
 
