@@ -10,6 +10,7 @@ import kane as kn
 from kane.cli.faults import Misuse, own_code
 from kane.cli.models import KINDS, Model
 from kane.errors import ModelError, ValueMissingError, alike
+from kane.motion.interrupts import check_whole
 from kane.progress import working
 
 _OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input", "--state"), strict=True))
@@ -114,6 +115,8 @@ def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> 
     if not span[1] > span[0]:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
     with working("Simulating"), own_code(model.path, "START"):
-        return kn.simulate(
+        solution = kn.simulate(
             eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs, states=begin.states
         )
+    whole: kn.Solution = check_whole(solution)
+    return whole

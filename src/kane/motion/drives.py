@@ -20,6 +20,7 @@ from kane.expr.tables import Table
 from kane.motion.breakpoints import MANY
 from kane.motion.feedback import Held, HeldInput, Law, LawInput, Sampled
 from kane.motion.formulas import Formula, formula, with_gains
+from kane.motion.interrupts import heed
 from kane.motion.smooth import check_smooth
 from kane.numeric.named import finite_number, named_values
 
@@ -225,6 +226,7 @@ class Asked:
 
     def __call__(self, t: Any) -> float:
         """The number at time t."""
+        heed()
         try:
             value = self.function(t)
         except Exception as error:

@@ -13,6 +13,7 @@ import numpy as np
 
 from kane.errors import SimulationError, cut
 from kane.motion.breakpoints import on_from, up_to
+from kane.motion.interrupts import heed
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
 
@@ -168,6 +169,7 @@ def controllers(drives: Sequence[Any]) -> list[Held]:
 
 def asked(function: Callable[..., Any], arguments: tuple[Any, ...], names: tuple[str, ...]) -> Any:
     """What a function of the user's returns; what goes wrong in it is said as such."""
+    heed()
     try:
         return function(*arguments)
     except SimulationError:

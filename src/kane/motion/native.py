@@ -17,6 +17,7 @@ from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import after, interpolant
+from kane.motion.interrupts import MESSAGE
 from kane.motion.met import Fresh, crossings, thresholds, up_to_a_break, vanishing
 from kane.motion.methods import implicit
 from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
@@ -256,6 +257,13 @@ class NativeCourse:
         if self.s[At.TIME] > self.t[-1]:
             self._sample(float(self.s[At.TIME]), self.y.copy(), doubtful=True)
         return End("stopped", message)
+
+    def interrupted(self) -> End:
+        """It ends after the last step that was taken."""
+        if self.stepped is not None:
+            return self.stepped.interrupted()
+        self._collect()
+        return self._stopped(f"{MESSAGE}{self.s[At.TIME]:.6g}")
 
     def _doubt(self) -> End | None:
         """The constraints of the step that is taken next, in which they may be singular or not be kept."""

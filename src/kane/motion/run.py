@@ -17,6 +17,7 @@ from kane.motion.beams import warn_of_beams
 from kane.motion.checking import check_drifts, checking_functions
 from kane.motion.drives import input_functions
 from kane.motion.formulas import own_parameters
+from kane.motion.interrupts import check_whole, noted
 from kane.motion.methods import AUTO
 from kane.motion.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
 from kane.motion.running import STEPS_ASKED, breakpoints_of, run
@@ -131,7 +132,7 @@ def simulate(
         check_fits(eom, start, drives, constants)
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     check_prescribed(eom, constants, span)
-    with working("Simulating"):
+    with working("Simulating"), noted():
         solution = run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
     given = {"parameters": values, "inputs": law, "first_step": first_step} | {
         name: options[name] for name in ("breakpoints", "settings", "max_step")
@@ -177,7 +178,7 @@ def _again(
     with warnings.catch_warnings():  # of what is wrong with the motion it has warned
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])
-        return simulate(solution.equations, span, samples=times, method=method, **begin, **given, **more)
+        return check_whole(simulate(solution.equations, span, samples=times, method=method, **begin, **given, **more))
 
 
 def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:

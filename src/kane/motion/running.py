@@ -23,6 +23,7 @@ from kane.motion.bumps import bumps_of
 from kane.motion.drives import Asked, Function, Signal
 from kane.motion.feedback import HeldInput, controllers
 from kane.motion.formulas import Formula
+from kane.motion.interrupts import MESSAGE, Interrupted, is_noted
 from kane.motion.joining import joined
 from kane.motion.jumps import warn_of_jumps
 from kane.motion.methods import AUTO, check_method, chosen
@@ -80,6 +81,10 @@ def run(
             if not pieces:
                 raise
             return _stopped(pieces, f"the motion does not go on after {_names(phase.by)} at t = {t:.9g}: {error}")
+        except Interrupted:  # before its first step
+            if not pieces:
+                raise KeyboardInterrupt from None
+            return _stopped(pieces, f"{MESSAGE}{t:.6g}")
         pieces.append(piece)
         if not any(e.then is not None for e in end.at_once):
             return whole(pieces)
@@ -274,9 +279,15 @@ def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
 
 
 def _to_its_end(course: Course | NativeCourse) -> End:
-    while (end := course.advance()) is None:
-        far(course.far)
-    return end
+    try:
+        while not is_noted():
+            end = course.advance()
+            if end is not None:
+                return end
+            far(course.far)
+    except Interrupted:
+        pass
+    return course.interrupted()
 
 
 def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array:

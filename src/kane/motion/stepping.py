@@ -21,6 +21,7 @@ from kane.motion.bounds import SHARES
 from kane.motion.breakpoints import next_end, on_from, told_apart
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
+from kane.motion.interrupts import MESSAGE
 from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, thresholds, up_to_a_break, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.resting import that_move
@@ -234,6 +235,13 @@ class Course:
         if self.solver.t > self.t[-1] and np.all(np.isfinite(self.solver.y)):
             self._sample(float(self.solver.t), self.solver.y)
         return End("stopped", message)
+
+    def interrupted(self) -> End:
+        """It ends after the last step that was looked at whole."""
+        t, y = self.pace.states[-1] if self.pace.states else (self.span[0], self.rows[0][0])
+        if t > self.t[-1]:
+            self._sample(t, y)
+        return End("stopped", f"{MESSAGE}{self.t[-1]:.6g}")
 
     def _leapt(self, dense: Any) -> float | None:
         """When a load switches there and back within the step, if it does: the step is taken again, up to there."""
