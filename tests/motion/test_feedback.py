@@ -203,6 +203,19 @@ def test_calls_that_are_none():
         kn.sampled(lambda t, x: 0, -0.1)
     with pytest.raises(kn.SimulationError, match=r"finite period"):
         kn.sampled(lambda t, x: 0, np.nan)
+    for period in ("a", None, np.inf, [0.1, 0.2]):
+        with pytest.raises(
+            kn.SimulationError, match=r"finite period > 0 of a sampled controller, got .*a time in s, such as"
+        ):
+            kn.sampled(lambda t, x: 0, period)
+    lost = kn.sampled(lambda t, s, z: (0.0, z + np.sqrt(0.5 - t) if t < 0.45 else np.nan), 0.1, state=1.0)
+    with pytest.raises(
+        kn.SimulationError,
+        match=r"next state without NaN from the sampled controller for F, got nan after .* at t = 0\.5",
+    ):
+        kn.simulate(EOM, (0, 1), inputs={F: lost, G: 0}, **START)
+    unset = kn.sampled(lambda t, s, z: (0.0, z), 0.1, state=np.nan)  # one that says "none yet" is the user's
+    assert kn.simulate(EOM, (0, 1), inputs={F: unset, G: 0}, **START).status == "finished"
     with pytest.raises(kn.SimulationError, match=r"Expected a function f\(t, x\) as a sampled controller, got 3"):
         kn.sampled(3, 0.1)
     with pytest.raises(kn.SimulationError, match=r"Expected 2 values for the inputs F, G, got \[1\]"):

@@ -149,6 +149,20 @@ class TestSamples:
         with pytest.raises(kn.SimulationError, match=r"samples|sample times"):
             kn.simulate(OSCILLATOR, (0, 2), q=[1], u=[0], samples=samples)
 
+    @pytest.mark.parametrize(
+        ("samples", "message"),
+        [
+            ([1.0, 0.5], r"got 0\.5 after 1\. Sort them"),
+            ([0.5, 3.0], r"within \(0, 2\), got 3\. Leave it out, or give a longer span"),
+            ([-1.0, 1.0], r"got -1\. Leave it out"),
+            ([[0.5]], r"got an array of shape \(1, 1\)\. Give one list"),
+            (2.5, r"whole number of samples, .* got the number 2\.5\. Give samples=\[2\.5\] for a time"),
+        ],
+    )
+    def test_what_came(self, samples, message):
+        with pytest.raises(kn.SimulationError, match=message):
+            kn.simulate(OSCILLATOR, (0, 2), q=[1], u=[0], samples=samples)
+
 
 class TestEvents:
     def test_located(self):
@@ -332,6 +346,9 @@ class TestSingularities:
         ({"rtol": 0}, kn.SimulationError, "rtol > 0, got 0"),
         ({"atol": -1e-9}, kn.SimulationError, "atol > 0"),
         ({"atol": float("nan")}, kn.SimulationError, "finite tolerance for atol"),
+        ({"rtol": 1e-17}, kn.SimulationError, r"rtol from 2\.2e-16, .* to below 1, got 1e-17"),
+        ({"rtol": 1.0}, kn.SimulationError, r"rtol from 2\.2e-16, .* to below 1, got 1\.0"),
+        ({"rtol": True}, kn.SimulationError, "rtol > 0, got True"),
         ({"rtol": "fine"}, kn.SimulationError, "number as the tolerance for rtol"),
         ({"method": "Euler"}, kn.SimulationError, "one of auto, .*RK23, RK45, .*got 'Euler'"),
         ({"q": {}}, kn.ValueMissingError, "start value for all coordinates, got none for x"),
@@ -356,6 +373,19 @@ def test_errors(changes, error, message):
     eom = line(-k * x + T)
     with pytest.raises(error, match=message):
         kn.simulate(eom, given.pop("span"), **given)
+
+
+def test_an_event_that_a_parameter_makes_nothing_of():
+    """c x with c = 0 stays at zero for ever; away from its threshold it is an event that does not come."""
+    c = kn.parameter("c", 1.0)
+    given = {"q": [1], "u": [0], "inputs": {T: 0}}
+    eom = line(-k * x + T, events=[kn.Event("never", c * x)])
+    assert kn.simulate(eom, (0, 3), **given).status == "event"
+    with pytest.raises(kn.SimulationError, match=r"event 'never' that crosses 0, got c\*x, which stays there as c = 0"):
+        kn.simulate(eom, (0, 3), parameters={c: 0}, **given)
+    for quantity in (c * x - 1, c + x, x / (1 + c)):
+        eom = line(-k * x + T, events=[kn.Event("some", quantity)])
+        assert kn.simulate(eom, (0, 3), parameters={c: 0}, **given).status in ("finished", "event")
 
 
 def test_a_parameter_without_a_value():

@@ -155,6 +155,13 @@ class TestInstalled:
         with pytest.raises((ZeroDivisionError, kn.SimulationError), match="mine"):
             kn.simulate(line(F), (0, 1), q=[0], u=[1], inputs={F: broken}, method="cvode")
 
+    def test_an_exception_in_a_function_of_the_state_is_raised(self):
+        """With its place: a solver that fails is another thing."""
+        with pytest.raises(kn.SimulationError, match=r"got KeyError from it at t = (0\.[5-9]\d*|1), x = \["):
+            kn.simulate(
+                line(F), (0, 1), q=[0], u=[1], inputs={F: lambda t, x: {}["a"] if t > 0.5 else 0.0}, method="cvode"
+            )
+
     def test_motions_go_on_and_tell_of_their_errors(self):
         eom = line(-x)
         sol = kn.simulate(eom, (0, 1), q=[1], u=[0], method="cvode")

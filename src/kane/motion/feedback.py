@@ -6,7 +6,7 @@ x is the state (q, u, a), in the order of `eom.state`: coordinates, speeds, furt
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf, isfinite, nan
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from kane.errors import SimulationError, cut
 from kane.motion.breakpoints import on_from, up_to
 from kane.motion.interrupts import heed
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number
 
 _MOST = 10_000_000
 """Periods of a controller in a motion."""
@@ -52,9 +51,15 @@ def sampled(function: Callable[..., Any], period: float, *, state: Any = None) -
     """
     if not callable(function):
         raise SimulationError(f"Expected a function f(t, x) as a sampled controller, got {cut(repr(function))}.")
-    length = finite_number("period", "a sampled controller", period)
-    if not length > 0:
-        raise SimulationError(f"Expected a period > 0 of a sampled controller, got {period!r}. It is a time in s.")
+    try:
+        length = float(period)
+    except (TypeError, ValueError, OverflowError):
+        length = nan
+    if not 0 < length < inf:
+        raise SimulationError(
+            f"Expected a {'' if isfinite(length) else 'finite '}period > 0 of a sampled controller, got {cut(repr(period))}. It is "
+            "a time in s, such as 0.01."
+        )
     return Sampled(function, length, state)
 
 
@@ -83,7 +88,13 @@ class Held:
                     f"Expected the value and the next state, (value, z), from the sampled controller for {', '.join(self.names)}, got "
                     f"{cut(repr(answer))} at t = {at:.6g}. Return both."
                 )
-            answer, self.memory = answer
+            answer, following = answer
+            if _lost(following) and not _lost(self.memory):
+                raise SimulationError(
+                    f"Expected a next state without NaN from the sampled controller for {', '.join(self.names)}, got "
+                    f"{cut(repr(following))} after {cut(repr(self.memory))} at t = {at:.6g}. Look for what it divides by, or bound it."
+                )
+            self.memory = following
         self.values.append(numbers(answer, self.names, at))
         self.times.append(at)
 
@@ -96,6 +107,14 @@ class Held:
                 f"{self.controller.period:g} s. Give a longer period, or a continuous function f(t, x)."
             )
         return [self.start + k * self.controller.period for k in range(1, count + 1)]
+
+
+def _lost(state: Any) -> bool:
+    """Whether there is NaN among the numbers of a controller's state; what is none says nothing."""
+    try:
+        return bool(np.isnan(np.asarray(state, dtype=float)).any())
+    except (TypeError, ValueError):
+        return False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -154,7 +154,7 @@ class NativeCourse:
         self.arguments.check()
         self._collect()
         over = back is Back.END and self.s[At.END] >= self.span[1]
-        if not over and (self._stiff() or self._eased(back, before, done)):
+        if back is not Back.END and (self._stiff() or self._eased(back, before, done)):
             return None
         if self.regimes is not None and float(self.s[At.TIME]) > before:
             self.regimes.gone_on()
@@ -181,13 +181,17 @@ class NativeCourse:
         t = on_from(float(self.s[At.END])) if back is Back.END else float(self.s[At.TIME])
         if changed and unheld(self.stepper):
             self._hand_over(t)
-        elif self.landing and self.regimes is not None and not changed and back is Back.END:
+            return
+        if self.landing and self.regimes is not None and not changed and back is Back.END:
             self.regimes.turn(self.landing)
             self._call_anew(float(self.s[At.END]))
-        elif changed or (back is Back.END and self.regimes is not None):
+            return
+        if changed or (back is Back.END and self.regimes is not None):
             self._take_up(t)
         elif back is Back.END:
             self._begin(t)
+        if back is Back.END:  # stiffness that showed in steps up to a breakpoint counts beyond it
+            self._stiff()
 
     def _stiff(self) -> bool:
         """Whether the steps of "auto" are short for stability alone: then an implicit method leads on."""

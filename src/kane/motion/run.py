@@ -26,6 +26,7 @@ from kane.motion.solution import Solution
 from kane.motion.start import (
     check_masses,
     check_span,
+    check_witnesses,
     sample_times,
 )
 from kane.motion.variational import variational_errors
@@ -124,6 +125,7 @@ def simulate(
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
     check_masses(eom, constants)
+    check_witnesses(eom, constants)
     law = inherited_inputs(
         eom, None if start is None else last_phase(start), inputs, own_parameters(values) | constants
     )
@@ -178,7 +180,10 @@ def _again(
     with warnings.catch_warnings():  # of what is wrong with the motion it has warned
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])
-        return check_whole(simulate(solution.equations, span, samples=times, method=method, **begin, **given, **more))
+        found: Solution = check_whole(
+            simulate(solution.equations, span, samples=times, method=method, **begin, **given, **more)
+        )
+        return found
 
 
 def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:

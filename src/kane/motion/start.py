@@ -11,9 +11,11 @@ from kane.dynamics.events import SlipEnd
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.node import Expr
-from kane.expr.ops import OPS, SQRT
+from kane.expr.node import ZERO, Expr, postorder
+from kane.expr.ops import DIV, OPS, POW, SQRT
 from kane.expr.size import size
+from kane.expr.symbols import Rate, Reaction
+from kane.expr.visit import substitute
 from kane.model.beams.beam import Beam
 from kane.model.bodies import parts_of
 from kane.model.plausible import largest_moment, least_moment
@@ -21,6 +23,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
 
+_EPS = float(np.finfo(float).eps)
 _TIMES = 1000
 """So many numbers at least must lie within a time span."""
 _SLIPLESS = 1e-9
@@ -57,6 +60,27 @@ def _check_beams(eom: Equations, constants: Mapping[Expr, float]) -> None:
                 )
 
 
+def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
+    """No event whose quantity stays at its threshold for ever, as a parameter that is zero makes it."""
+    for event in eom.system.events:
+        symbols = free_symbols([event.quantity])
+        gone: dict[Expr, Expr] = {s: ZERO for s in symbols if constants.get(s) == 0}
+        if not gone or any(isinstance(s, Rate | Reaction) for s in symbols):
+            continue
+        left = substitute(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
+        if all(s in constants for s in free_symbols([left])) and evaluate(left, constants) == event.threshold:
+            raise SimulationError(
+                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got {cut(event.quantity)}, which "
+                f"stays there as {' and '.join(f'{s} = 0' for s in gone)}. Give other values, or leave the event out: "
+                "system.replace(events=[…])."
+            )
+
+
+def _divided(e: Expr) -> bool:
+    """Whether a zero in an expression may be divided by."""
+    return any(node.op in (DIV, POW) for node in postorder([e]))
+
+
 def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:
     """What is said of bodies without mass and inertia at the values of the parameters; "" where there are none."""
     names = []
@@ -88,10 +112,15 @@ def check_span(span: Any) -> tuple[float, float]:
 
 
 def check_tolerance(name: str, value: float) -> float:
-    """A tolerance above zero."""
+    """A tolerance above zero; a relative one that numbers can hold, and that says something."""
     number = finite_number("tolerance", name, value)
-    if not number > 0:
+    if isinstance(value, bool | np.bool_) or not number > 0:
         raise SimulationError(f"Expected {name} > 0, got {value!r}. Usual tolerances are 1e-6 to 1e-12.")
+    if name == "rtol" and not _EPS <= number < 1:
+        raise SimulationError(
+            f"Expected rtol from {_EPS:.1e}, the spacing of numbers at 1, to below 1, got {value!r}. Usual tolerances are 1e-6 to "
+            "1e-12."
+        )
     return number
 
 
@@ -100,19 +129,35 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
     t0, t1 = span
     if isinstance(samples, int | np.integer):
         if samples < 2:
-            raise SimulationError(f"Expected at least 2 samples, got {samples}.")
+            raise SimulationError(f"Expected at least 2 samples, got {samples}. Give more, or the times: samples=[…].")
         return np.linspace(t0, t1, int(samples))
     try:
         times = np.asarray(samples, dtype=float)
     except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected a number of samples or their times, got {cut(repr(samples))}.") from error
+        raise SimulationError(
+            f"Expected a number of samples or their times, got {cut(repr(samples))}. Give a whole number, or times in s."
+        ) from error
     if not np.all(np.isfinite(times)):
         raise SimulationError(
             f"Expected finite sample times, got {times[~np.isfinite(times)].flat[0]} among them. Leave it out."
         )
     if times.ndim != 1 or np.any(np.diff(times) <= 0) or (times.size and (times[0] < t0 or times[-1] > t1)):
-        raise SimulationError(f"Expected increasing sample times within ({t0:g}, {t1:g}).")
+        raise SimulationError(
+            f"Expected a whole number of samples, or increasing sample times within ({t0:g}, {t1:g}), got {_out_of_order(times, span)}"
+        )
     return times
+
+
+def _out_of_order(times: Array, span: tuple[float, float]) -> str:
+    """What is wrong with times of samples, and what to do."""
+    if times.ndim == 0:
+        return f"the number {float(times):g}. Give samples=[{float(times):g}] for a time."
+    if times.ndim > 1:
+        return f"an array of shape {times.shape}. Give one list."
+    back = np.flatnonzero(np.diff(times) <= 0)
+    if back.size:
+        return f"{times[back[0] + 1]:.9g} after {times[back[0]]:.9g}. Sort them, and leave out what comes twice."
+    return f"{times[0] if times[0] < span[0] else times[-1]:.9g}. Leave it out, or give a longer span."
 
 
 def check_steps(most: Any) -> int:

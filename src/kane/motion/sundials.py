@@ -110,6 +110,8 @@ class Cvode:
         """One step; what went wrong, if anything."""
         try:
             found = self._solver.step(self.t_bound, method="onestep", tstop=self.t_bound)
+        except SimulationError:  # of the functions that it asks, with its place
+            raise
         except RuntimeError as error:
             return self._failed(str(error))
         if not found.success:
