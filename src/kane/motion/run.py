@@ -126,10 +126,9 @@ def simulate(
     constants = parameter_values(eom.system, values)
     check_masses(eom, constants)
     check_witnesses(eom, constants)
-    law = inherited_inputs(
-        eom, None if start is None else last_phase(start), inputs, own_parameters(values) | constants
-    )
-    drives = input_functions(eom, law, span, own_parameters(values) | constants)
+    known = own_parameters(values) | constants
+    law = inherited_inputs(eom, None if start is None else last_phase(start), inputs, known)
+    drives = input_functions(eom, law, span, known)
     if start is not None:
         check_fits(eom, start, drives, constants)
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
