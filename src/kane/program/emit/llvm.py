@@ -88,11 +88,11 @@ class _Module:
         if len(parts.chunks) == 1:
             body = walk.statements(program, function, parts.chunks[0], style)
             return self._piece(f"define void @{name}({signature}) nounwind", program, body)
-        texts, calls = [], []
+        texts, calls, scalars = [], [], _scalars(program)
         for k, part in enumerate(parts.chunks):
             body = walk.statements(program, function, part, style)
             near = pointed(body)
-            given = [*_passed(program, body, near)]
+            given = [*_passed(scalars, body, near)]
             head = f"define internal void @{name}.{k}({_signature((kind, value) for kind, value, _ in given)}) nounwind noinline"
             texts.append(self._piece(head, program, body, near))
             calls += [f"  {value}.{k} = {address}" for _, value, address in given if address]
@@ -126,14 +126,18 @@ class _Names(dict[int, str]):
 
 def _common(program: Program) -> dict[int, str]:
     """Constants, and ports that are scalars."""
-    scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
     first = len(program.inputs)
-    constants = {first + k: bits(value) for k, value in enumerate(program.constants)}
-    return constants | {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
+    return {first + k: bits(value) for k, value in enumerate(program.constants)} | _scalars(program)
+
+
+def _scalars(program: Program) -> dict[int, str]:
+    """Ports that are scalars."""
+    ports = (port for port in program.ports for _ in port.symbols)
+    return {i: pointer(port.name) for i, port in enumerate(ports) if port.scalar}
 
 
 def _passed(
-    program: Program, body: Sequence[walk.Statement], near: Mapping[str, Near]
+    scalars: Mapping[int, str], body: Sequence[walk.Statement], near: Mapping[str, Near]
 ) -> Iterator[tuple[str, str, str]]:
     """The arguments of a piece: kind, name, and for those that the caller computes how. Scalars that it does not read are left out."""
     for base, own in near.items():
@@ -141,8 +145,7 @@ def _passed(
         for k, place in enumerate(own.places):
             yield "ptr", f"{vector}.{k}", f"getelementptr double, ptr {vector}, i64 {place}"
     read = {a for s in body for a in _read(s)}
-    values = ((port, i) for i, port in enumerate(port for port in program.ports for _ in port.symbols))
-    yield from (("double", pointer(port.name), "") for port, i in values if port.scalar and i in read)
+    yield from (("double", name, "") for i, name in scalars.items() if i in read)
 
 
 def _read(s: walk.Statement) -> tuple[int, ...]:

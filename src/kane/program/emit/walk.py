@@ -6,7 +6,7 @@ values from ports, from the vector h of what was hoisted or from the work array 
 slots of w. Constants and scalar ports are operands wherever they stand and need no statement.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -23,7 +23,10 @@ VECTORS = {KEPT: "h", WORK: "w", RESULTS: "out"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Function:
-    """Gives `results` in `target`, in this order, by the instructions of `block`, reading from `ports` and the values `kept` in h."""
+    """Gives `results` in `target`, in this order, by the instructions of `block`, reading from `ports` and the values `kept` in h.
+
+    `places` says of the values that are read from vectors which one and where.
+    """
 
     name: str
     ports: tuple[Port, ...]
@@ -32,17 +35,27 @@ class Function:
     labels: tuple[str, ...]
     kept: tuple[int, ...]
     target: str
+    places: Mapping[int, tuple[str, int]]
 
 
 def hoisting(program: Program) -> Function:
     """The function that gives h."""
     ports = tuple(port for port in program.ports if port.hoisted)
-    return Function("hoist", ports, program.hoisted, program.kept, ("",) * len(program.kept), (), KEPT)
+    labels, places = ("",) * len(program.kept), _places(program, ())
+    return Function("hoist", ports, program.hoisted, program.kept, labels, (), KEPT, places)
 
 
 def kernel(program: Program, routine: Routine) -> Function:
     """The function of a routine."""
-    return Function(routine.name, program.ports, routine.body, routine.results, routine.labels, program.kept, RESULTS)
+    own, kept = (routine.body, routine.results, routine.labels), program.kept
+    return Function(routine.name, program.ports, *own, kept, RESULTS, _places(program, kept))
+
+
+def _places(program: Program, kept: Sequence[int]) -> dict[int, tuple[str, int]]:
+    """Where the values of ports that are vectors stand, and those that are `kept`."""
+    ports = ((port, k) for port in program.ports for k in range(len(port.symbols)))
+    found = {i: (port.name, k) for i, (port, k) in enumerate(ports) if not port.scalar}
+    return found | {i: (KEPT, k) for k, i in enumerate(kept)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,9 +139,8 @@ class _Walk:
 
     def __init__(self, program: Program, function: Function, piece: Chunk, style: Style) -> None:
         self.program, self.function, self.piece, self.style = program, function, piece, style
-        places = ((port, k) for port in program.ports for k in range(len(port.symbols)))
-        self.sources = {i: (port.name, k) for i, (port, k) in enumerate(places) if not port.scalar}
-        self.sources |= {i: (KEPT, k) for k, i in enumerate(function.kept)}
+        read = {a for i in piece.instructions for a in program.arguments(i)}.union(piece.writes)
+        self.sources = {a: function.places[a] for a in read if a in function.places}
         self.sources |= {i: (WORK, slot) for i, slot in piece.loads.items()}
         self.done: list[Statement] = []
         self.ready: set[int] = set()
