@@ -149,6 +149,7 @@ class Diffrax:
 
 TOOLS: Mapping[str, Callable[[int], Any]] = {
     "kane, gauss16": lambda n: Kane(n, "gauss16"),
+    "kane, tsitpap8": lambda n: Kane(n, "tsitpap8"),
     "kane, dop853": lambda n: Kane(n, "dop853"),
     "heyoka, Taylor": Heyoka,
     "SciPy DOP853, Numba": by_numba,

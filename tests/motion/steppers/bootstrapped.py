@@ -109,25 +109,24 @@ class Conditions:
         if more:
             miss = [r - dot(row, one) for r, row in zip(right, next_rows, strict=True)]
             change = [[dot(row, z) for row in next_rows] for z in more]
-            normal = mp.matrix(
-                [
-                    [dot(x, y) + _LEAST * dot(z, v) for y, v in zip(change, more, strict=True)]
-                    for x, z in zip(change, more, strict=True)
-                ]
-            )
-            gain = mp.lu_solve(
-                normal, mp.matrix([dot(x, miss) - _LEAST * dot(z, one) for x, z in zip(change, more, strict=True)])
-            )
+            ways = list(zip(change, more, strict=True))
+            normal = mp.matrix([[dot(x, y) + _LEAST * dot(z, v) for y, v in ways] for x, z in ways])
+            gain = mp.lu_solve(normal, mp.matrix([dot(x, miss) - _LEAST * dot(z, one) for x, z in ways]))
             one = [x + dot(gain, column) for x, column in zip(one, zip(*more, strict=True), strict=True)]
         full = dict(zip(self.used, one, strict=True))
         return [full.get(j, mp.mpf(0)) for j in range(self.count)]
 
 
+def own_rows():
+    """Weights of the pair's stages and of y'."""
+    _, a, b, _ = source()
+    return [[mp.mpf(x.numerator) / x.denominator for x in row] for row in ([], *a, b)]
+
+
 def dense():
     """Each later stage's c and row, and what stands at φ_3, φ_4, … in dense output."""
     with mp.workdps(_DIGITS):
-        _, a, b, _ = source()
-        rows = [[mp.mpf(x.numerator) / x.denominator for x in row] for row in ([], *a, b)]
+        rows = own_rows()
         nodes_more = [(7 - mp.sqrt(7)) / 14, mp.mpf(1) / 2, mp.mpf(7) / 10]
         later = []
         for at in nodes_more:

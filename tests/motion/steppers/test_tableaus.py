@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from mpmath import mp  # type: ignore[import-untyped]
 
 from kane.motion.steppers.dop853 import DOP853
 from kane.motion.steppers.rk4 import RK4
@@ -80,6 +81,17 @@ def test_dense_output_that_is_not_published_is_worked_out_anew():
     for (c, row), (at, weights) in zip(TSITPAP8.later, later, strict=True):
         assert (c, *row) == (float(at), *map(float, weights))
     assert TSITPAP8.dense[3:] == tuple(tuple(map(float, row)) for row in ends)
+
+
+@pytest.mark.parametrize("theta", [0.25, 0.5, 0.7])
+def test_the_first_stage_more_stands_where_order_6_can_be_met(theta):
+    """Elsewhere no weights of the pair's own stages meet its conditions; at the ends and at (7 ± √7)/14 there are some."""
+    with mp.workdps(50):
+        own = bootstrapped.Conditions(bootstrapped.own_rows(), 6)
+        for share in (mp.mpf(1), (7 - mp.sqrt(7)) / 14, (7 + mp.sqrt(7)) / 14):
+            assert abs(sum(own.nearest(lambda q, share=share: share**q)) - share) < 1e-40
+        with pytest.raises(AssertionError, match="conditions that contradict each other"):
+            own.nearest(lambda q: mp.mpf(theta) ** q)
 
 
 def test_dense_output_errs_less_than_that_of_another_method_of_order_8():
