@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.errors import ModelError
-from kane.expr.count import count_operations
+from kane.expr.count import price
 from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
@@ -135,7 +135,7 @@ def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> 
         momentum = inertia.times(motion.total.express(inertia.frame))
 
         def cost(v: Vector) -> int:
-            return count_operations(v.components(inertia.frame)).total
+            return price(v.components(inertia.frame))
 
         bias = min(bias, kinematics.turning(momentum), key=cost)
     return Turning(frame, motion, inertia, bias)

@@ -82,7 +82,9 @@ class _Places:
     def __init__(self, derived: Derived) -> None:
         self.system, rates = derived.system, derived.kinematical.rates
         rows = [dot(list(row.values()), list(row)) for row in derived.kinematical.rows]
-        held = [substitute(constraint_rate(c), derived.kinematical.euler_rates) for c in self.system.constraints]
+        euler = derived.kinematical.euler_rates
+        held = [constraint_rate(c) for c in self.system.constraints]
+        held = [substitute(x, euler) for x in held] if euler else held
         self.linear = (*rows, *held)
         self.unit: dict[Any, Any] = dict(zip(rates, np.eye(len(rates), len(rates) + 1), strict=True))
 

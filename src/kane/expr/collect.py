@@ -67,6 +67,32 @@ def _collected(e: Expr) -> Expr:
     return factored([(n, tuple((_collected_sum(f), k) for f, k in factors)) for n, factors in terms])
 
 
+def quotient(e: Expr, divisor: Expr) -> Expr | None:
+    """e / divisor collected, for a product of parameters that each term of e holds; None else, and where e is a long sum."""
+    number, factors = _product(divisor)
+    terms = _terms(e)
+    if not terms or any(k < 0 or not isinstance(f, Parameter) for f, k in factors):
+        return None
+    found: list[Term] = []
+    for n, powers in terms:
+        held = dict(powers)
+        for f, k in factors:
+            held[f] = held.get(f, 0) - k
+            if held[f] < 0:
+                return None
+        found.append((_over(n, number), tuple([(f, k) for f, k in held.items() if k])))
+    return factored(found)
+
+
+def _over(number: Number, divisor: Number) -> Number:
+    """A quotient of numbers, exact where it can be."""
+    if divisor == 1 or divisor == -1:
+        return number if divisor == 1 else -number
+    if isinstance(number, int | Fraction) and isinstance(divisor, int | Fraction):
+        return Fraction(number) / divisor
+    return number / divisor
+
+
 def _collected_sum(e: Expr) -> Expr:
     return collected(e) if e.op is ADD or e.op is SUB else e
 

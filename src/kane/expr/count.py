@@ -70,6 +70,17 @@ class Prices:
         return self._own + _cost(nodes(roots, self._known))
 
 
+def exceeds(roots: Iterable[Expr], most: int) -> bool:
+    """Whether the `price` of `roots` is more than `most`: no further nodes are looked at than tells that."""
+    front, seen, total = set(roots), set[Expr](), 0
+    while front and total <= most:
+        seen |= front
+        total += _cost(front)
+        front = set[Expr]().union(*map(_args_of, front)) - seen
+    return total > most
+
+
+_args_of = attrgetter("args")
 _cost_of = attrgetter("op.cost")
 
 

@@ -16,7 +16,7 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr
 
 
 def _row(row: Any) -> Iterable[Any]:
-    if isinstance(row, str) or not isinstance(row, Iterable):
+    if type(row) is not list and type(row) is not tuple and (isinstance(row, str) or not isinstance(row, Iterable)):
         raise ExpressionError(f"Expected rows of expressions, [[a, b], [c, d]], got {cut(repr(row))} as one of them.")
     return row
 

@@ -17,6 +17,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping, Set
 from fractions import Fraction
 from operator import attrgetter
+from types import GeneratorType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 
 import numpy as np
@@ -154,8 +155,12 @@ BUILDERS: dict[str, Callable[..., Expr]] = {}
 """Builder of each operation by name; filled by expr.operators."""
 
 _table: dict[tuple[Any, ...], Expr] = {}
+"""Constants, symbols and what is made by operations that are no row of the table of operations."""
 _lock = threading.RLock()
 _limit = 20_000
+_sweeping = False
+"""Whether nodes are being dropped: they are entered under the lock then. No thread is switched between a look at this and the entry,
+as an interpreter does that after calls and jumps alone."""
 
 _set_op = Expr.__dict__["op"].__set__
 _set_args = Expr.__dict__["args"].__set__
@@ -165,53 +170,56 @@ _new = object.__new__
 
 
 def intern_node(op: Op, *args: Expr) -> Expr:
-    """The one node of `op` on `args`; no rewriting here. Written out flat: most of a derivation's time is spent here."""
-    name = (op, *args)
-    node = _table.get(name)
+    """The one node of `op` on `args`; no rewriting here."""
+    known: dict[tuple[Any, ...], Expr] | None = op.nodes
+    name: tuple[Any, ...] = args
+    if known is None:
+        known, name = _table, (op, *args)
+    node = known.get(name)
     if node is not None:
         return node
     node = _new(Expr)
     _set_op(node, op)
     _set_args(node, args)
     _set_key(node, hash((op.code, *[a.key for a in args])))
-    with _lock:
-        first = _table.setdefault(name, node)
-        if len(_table) > _limit:
-            sweep()
-    return first
+    return enter(name, node, known)
 
 
 def intern_pair(op: Op, a: Expr, b: Expr) -> Expr:
-    """`intern_node` of an operation on two: nine of ten nodes are such."""
-    name = (op, a, b)
-    node = _table.get(name)
+    """`intern_node` of a row's operation on two: nine of ten nodes are such. Written out flat, as most time is spent here."""
+    args = (a, b)
+    known: dict[tuple[Any, ...], Expr] = op.nodes
+    node = known.get(args)
     if node is not None:
         return node
     node = _new(Expr)
     _set_op(node, op)
-    _set_args(node, (a, b))
+    _set_args(node, args)
     _set_key(node, hash((op.code, a.key, b.key)))
-    with _lock:
-        first = _table.setdefault(name, node)
-        if len(_table) > _limit:
-            sweep()
+    if _sweeping:
+        return enter(args, node, known)
+    first = known.setdefault(args, node)
+    if len(known) > _limit:
+        sweep()
     return first
 
 
 def intern_single(op: Op, a: Expr) -> Expr:
-    """`intern_node` of an operation on one."""
-    name = (op, a)
-    node = _table.get(name)
+    """`intern_node` of a row's operation on one."""
+    args = (a,)
+    known: dict[tuple[Any, ...], Expr] = op.nodes
+    node = known.get(args)
     if node is not None:
         return node
     node = _new(Expr)
     _set_op(node, op)
-    _set_args(node, (a,))
+    _set_args(node, args)
     _set_key(node, hash((op.code, a.key)))
-    with _lock:
-        first = _table.setdefault(name, node)
-        if len(_table) > _limit:
-            sweep()
+    if _sweeping:
+        return enter(args, node, known)
+    first = known.setdefault(args, node)
+    if len(known) > _limit:
+        sweep()
     return first
 
 
@@ -224,36 +232,50 @@ def leaf(kind: type[Leaf], op: Op, key: int) -> Leaf:
     return node
 
 
-def enter(name: tuple[Any, ...], node: Expr) -> Expr:
-    """Put a finished node into the table, unless another thread was first; then theirs is the one."""
+def enter(name: tuple[Any, ...], node: Expr, known: dict[tuple[Any, ...], Expr] = _table) -> Expr:
+    """Put a finished node into a table, unless another thread was first; then theirs is the one."""
     with _lock:
-        first = _table.get(name)
-        if first is not None:
-            return first
-        _table[name] = node
-        if len(_table) > _limit:
+        first = known.setdefault(name, node)
+        if len(known) > _limit:
             sweep()
-    return node
+    return first
+
+
+def tables() -> list[dict[tuple[Any, ...], Expr]]:
+    """Where nodes are known by name: by arguments for each row of the table of operations, and the others."""
+    return [_table, *(op.nodes for op in OPS.values())]
 
 
 def sweep() -> int:
-    """Drop nodes that nothing but the table holds; returns how many went."""
-    global _limit
+    """Drop nodes that nothing but the tables hold; returns how many went."""
+    global _limit, _sweeping
     dropped = 0
     with _lock:
+        within, _sweeping = _sweeping, True
         _limit = sys.maxsize  # a finalizer that builds expressions must not start another sweep in this one
-        names = list(_table)
-        while names:
-            name = names.pop()
-            if sys.getrefcount(_table[name]) > 2:
-                continue
-            taken = [_table.pop(name)]  # in a list: references from local variables are counted differently by version
-            if sys.getrefcount(taken[0]) > 2:  # a reader took it between the look and the removal: it lives on
-                _table[name] = taken[0]
-            else:
-                dropped += 1
-            del taken, name
-        _limit = max(20_000, 2 * len(_table))
+        for known in tables():
+            names = list(known)
+            while names:
+                dropped += _dropped(known, names.pop())
+        _limit = max(20_000, 2 * max(map(len, tables())))
+        _sweeping = within
+    return dropped
+
+
+def _dropped(known: dict[tuple[Any, ...], Expr], name: tuple[Any, ...]) -> int:
+    """Drop a node of a table if nothing else holds it, and what was held by it alone; returns how many went."""
+    dropped, waiting = 0, [(known, name)]
+    while waiting:
+        known, name = waiting.pop()
+        if name not in known or sys.getrefcount(known[name]) > 2:
+            continue
+        taken = [known.pop(name)]  # in a list: references from local variables are counted differently by version
+        if sys.getrefcount(taken[0]) > 2:  # a reader took it between the look and the removal: it lives on
+            known[name] = taken[0]
+            continue
+        dropped += 1
+        waiting += [(a.op.nodes, a.args) for a in taken[0].args if a.args and a.op.nodes is not None]
+        del taken, name
     return dropped
 
 
@@ -297,12 +319,12 @@ def _exact(value: Any) -> Number:
         return (
             value if max(abs(value.ratio.numerator), value.ratio.denominator, value.radicand) <= _WIDE else float(value)
         )
-    if isinstance(value, (bool, np.bool_)):
+    if kind is not float and isinstance(value, (bool, np.bool_)):
         raise ExpressionError(f"Expected a number, got the truth value {value!r}.")
-    if isinstance(value, (int, np.integer)):
+    if kind is not float and isinstance(value, (int, np.integer)):
         whole = int(value)
         return whole if -_WIDE <= whole <= _WIDE else _rounded(whole)
-    if isinstance(value, Fraction):
+    if kind is not float and isinstance(value, Fraction):
         if max(abs(value.numerator), value.denominator) > _WIDE or (
             value.denominator > _SHORT and float(value) == value
         ):
@@ -349,9 +371,13 @@ def as_expr(value: Any) -> Expr:
     return inside if isinstance(inside, Expr) else constant(inside)
 
 
+_LISTS = frozenset((tuple, list, GeneratorType))
+"""What is seen to be a list at once; the classes of other lists take longer to tell."""
+
+
 def as_exprs(what: str, values: Any) -> tuple[Expr, ...]:
     """Several of them; an ExpressionError for what is no list, a text among that."""
-    if isinstance(values, str | Mapping) or not isinstance(values, Iterable):
+    if type(values) not in _LISTS and (isinstance(values, str | Mapping) or not isinstance(values, Iterable)):
         raise ExpressionError(f"Expected {what} as a list of expressions, got {cut(repr(values))}.")
     return tuple([x if isinstance(x, Expr) else as_expr(x) for x in values])
 

@@ -38,6 +38,8 @@ class Op:
     commutative: bool = False
     code: int = 0
     label: str = ""
+    nodes: dict[Any, Any] = None  # type: ignore[assignment]
+    """The nodes of a row's operation by their arguments; None for operations that come and go."""
 
     def __repr__(self) -> str:
         return f"Op({self.name!r})"
@@ -112,6 +114,7 @@ _ROWS = (
 OPS: dict[str, Op] = {}
 for _code, _row in enumerate(_ROWS):
     object.__setattr__(_row, "code", _code)
+    object.__setattr__(_row, "nodes", {})
     OPS[_row.name] = _row
 
 UFUNCS: dict[np.ufunc, str] = {row.ufunc: row.name for row in _ROWS if row.ufunc is not None}

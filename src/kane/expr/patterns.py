@@ -125,7 +125,10 @@ def quarter_turns(a: Expr) -> tuple[int, Expr, bool]:
 def turns_sine(a: Expr, quarters: int) -> Number | None:
     """sin(a + quarters · π/2) where a is a multiple of π whose sine is a fraction or a surd, else None."""
     ratio = constant_value(a.args[0]) if a.op is MUL and a.args[1] is pi else None
-    return sine_of_turns(ratio + Fraction(quarters, 2)) if isinstance(ratio, int | Fraction) else None
+    if ratio is None or not isinstance(ratio, int | Fraction):  # the class of fractions takes long to tell
+        return None
+    found: Number | None = sine_of_turns(ratio + Fraction(quarters, 2))
+    return found
 
 
 def _pi_halves(a: Expr) -> int | None:

@@ -8,8 +8,8 @@ as operations. In formulas it is not shown: it changes no value that there is.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from kane.expr.build import NODE_BUILDERS, div, mul
-from kane.expr.node import Expr, nodes, postorder
-from kane.expr.ops import DIV, MUL, NEG, REGULAR
+from kane.expr.node import Expr, intern_pair, intern_single, nodes, postorder, precedes
+from kane.expr.ops import ADD, DIV, MUL, NEG, REGULAR
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.visit import fold, imaged
 
@@ -97,10 +97,25 @@ def guarding(by: Guards) -> Callable[[Expr], Expr]:
             return node if divisor is args[1] and images[args[0]] is args[0] else div(images[args[0]], divisor)
         for a in args:
             if images[a] is not a:
-                return NODE_BUILDERS[node.op.name](*[images[x] for x in args])
+                own = [images[x] for x in args]
+                alike = _alike(node, own)
+                return NODE_BUILDERS[node.op.name](*own) if alike is None else alike
         return node
 
     return (lambda root: fold(root, images, image)) if by else (lambda root: root)
+
+
+def _alike(node: Expr, args: Sequence[Expr]) -> Expr | None:
+    """The product, sum or negative of guarded arguments, which cancel as little as the others did; None where a sign is new."""
+    for a, b in zip(args, node.args, strict=True):
+        if a.op is not b.op:
+            return None
+    if node.op is NEG:
+        return intern_single(NEG, args[0])
+    if node.op is MUL or node.op is ADD:
+        a, b = args
+        return intern_pair(node.op, a, b) if precedes(a, b) else intern_pair(node.op, b, a)
+    return None
 
 
 def unguarded(roots: Sequence[Expr]) -> Sequence[Expr]:

@@ -13,7 +13,7 @@ from kane.errors import ModelError, NotAffineError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.build import add, neg
 from kane.expr.collect import collected
-from kane.expr.count import price
+from kane.expr.count import exceeds, price
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
@@ -86,7 +86,7 @@ def _drift(c: Constraint, form: ScalarForm, kinematics: Kinematics) -> Expr:
         return kinematics.drift(_total(form))
     known = (*form.coefficients.values(), form.rest)
     found = _placed_drift(c, kinematics, kinematics)
-    if price(known) > _SHORT:
+    if exceeds(known, _SHORT):
         return found
     return min(found, collected(kinematics.drift(_total(form))), key=lambda x: price((*known, x)))
 

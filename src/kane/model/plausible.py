@@ -9,12 +9,14 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping
 from typing import Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from kane.errors import KaneWarning, ModelError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
+from kane.expr.ops import CONST
 from kane.expr.symbols import Parameter
 from kane.numeric.sample import draw, sample
 from kane.space.rotation import Basis
@@ -154,19 +156,31 @@ def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
     return False
 
 
+_found: WeakKeyDictionary[Dyadic, list[list[float]] | None] = WeakKeyDictionary()
+"""What inertias are along the first of their frames: bodies ask when they are made, and systems for each of theirs."""
+
+
 def _numbers(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | None:
     """The matrix at the parameters' defaults; None where one has none, or the matrix is not constant in its one frame.
 
     Along several frames the turns between them are drawn at random: neither symmetry nor principal moments depend on them.
     """
+    if inertia not in _found:
+        _found[inertia] = _computed(inertia, frame, one)
+    return _found[inertia]
+
+
+def _computed(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | None:
     if one:
         entries = [x for a, b in inertia.dyads for v in (a, b) for x in v.parts[0][1]]
     else:
         entries = [x for row in inertia.components(frame).rows for x in row]
-    missing = [s for s in free_symbols(entries) if s.default is None]
+    own = list(dict.fromkeys(x for x in entries if x.op is not CONST))  # most are 0 and 1
+    missing = [s for s in free_symbols(own) if s.default is None]
     if any(isinstance(s, Parameter) for s in missing) or (missing and one):
         return None
-    values = sample(entries, _SEED)
+    known = dict(zip(own, sample(own, _SEED), strict=True))
+    values = [known[x] if x in known else float(constant_value(x) or 0) for x in entries]
     if not all(map(math.isfinite, values)):
         return None
     if not one:

@@ -386,7 +386,7 @@ def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:
 class Dyadic(Immutable):
     """A sum of dyads a b; `I.dot(w)` is Σ a (b·w). Frozen."""
 
-    __slots__ = ("dyads",)
+    __slots__ = ("__weakref__", "dyads")
     dyads: tuple[tuple[Vector, Vector], ...]
 
     def __init__(self, dyads: Iterable[tuple[Vector, Vector]] = ()) -> None:

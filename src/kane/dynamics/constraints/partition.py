@@ -151,11 +151,12 @@ def qualities_of(scaled: Array, partitions: Sequence[Partition]) -> Array:
     for d, places in alike.items():
         if not d or not len(scaled):
             continue
-        rows = scaled[:, np.array([partitions[i].rows for i in places])]  # k × partitions × d × n
+        rows = np.array([partitions[i].rows for i in places])
         columns = np.array([partitions[i].dependent for i in places])
-        block = np.take_along_axis(rows, columns[None, :, None, :], axis=3)
+        block = scaled[:, rows[:, :, None], columns[:, None, :]]  # k × partitions × d × d
         values = np.linalg.svd(block, compute_uv=False)
         with np.errstate(invalid="ignore", divide="ignore"):
-            share = np.abs(block).max(axis=(2, 3)) / np.abs(rows).max(axis=(2, 3))
-            found[places] = np.nan_to_num(np.minimum(values[..., -1] / values[..., 0], share)).T
+            share = np.abs(block).max(axis=(2, 3)) / np.abs(scaled).max(axis=2)[:, rows].max(axis=2)
+            least = np.minimum(values[..., -1] / values[..., 0], share)
+            found[places] = np.where(least > 0, least, 0.0).T
     return found

@@ -16,7 +16,7 @@ from itertools import chain
 from kane.dynamics.bodies import ConstantInertia
 from kane.dynamics.derived import Derived, free_fall
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.collect import collected
+from kane.expr.collect import collected, quotient
 from kane.expr.content import Contents, content, divider, over_number
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import dot
@@ -91,11 +91,14 @@ def regrouped(
     Nothing is moved across the joints of the segments that are `crossed`: what they transmit is asked for.
     """
     own = list(bodies)
+    flat = {} if crossed else _flat(steps)
+    for i, axis in flat.items():
+        own[i] = _felt(own[i], axis)
     tips = {i: tip for i, tip in _tips(steps).items() if tip not in crossed} if balanced else {}
     for i in reversed(range(1, len(steps))):
         step, body = steps[i], own[i]
         if i in tips:
-            body, mass = _balanced(step, body, steps[tips[i]].arm)
+            body, mass = _balanced(step, body, steps[tips[i]].arm, flat.get(i))
             own[tips[i]] = own[tips[i]].plus(Rigid(mass, NOTHING, NO_ROWS))
         kept, moved = (body, NO_MASS) if i in crossed else _shared(step, body)
         own[i] = kept
@@ -104,8 +107,25 @@ def regrouped(
         moved = moved.moved(step.arm)
         for turn in reversed(step.lead):
             moved = moved.before(turn)
-        own[step.parent] = own[step.parent].plus(moved)
+        own[step.parent] = own[step.parent].plus(_felt(moved, flat[i]) if i in flat else moved)
     return own
+
+
+def _flat(steps: Sequence[Segment]) -> dict[int, int]:
+    """The axes of segments that only turns about parallel axes lead to, and slides."""
+    found: dict[int, int] = {}
+    for i, step in enumerate(steps):
+        axis = None if step.turn is None or step.modes else step.turn.axis
+        if i and axis is not None and (not step.parent or (step.joins and step.parent in found)):
+            found[i] = axis
+    return found
+
+
+def _felt(body: Rigid, axis: int) -> Rigid:
+    """What a body is for turns about one axis."""
+    rows = [[ZERO] * 3 for _ in range(3)]
+    rows[axis][axis] = body.j[axis][axis]
+    return Rigid(body.m, triple([ZERO if k == axis else x for k, x in enumerate(body.h)]), as_rows(rows))
 
 
 def _tips(steps: Sequence[Segment]) -> dict[int, int]:
@@ -117,18 +137,33 @@ def _tips(steps: Sequence[Segment]) -> dict[int, int]:
     return found
 
 
-def _balanced(step: Segment, body: Rigid, arm: Triple) -> tuple[Rigid, Expr]:
-    """A body without the component of h along an arm with one, and the mass at the end of the arm that has it."""
+def _balanced(step: Segment, body: Rigid, arm: Triple, axis: int | None) -> tuple[Rigid, Expr]:
+    """A body without the component of h along an arm with one, and the mass at the end of the arm that has it.
+
+    Of J only what is felt about the `axis`, if one is given.
+    """
     along = [k for k in range(3) if arm[k] is not ZERO]
-    mass = shares(body.h[along[0]], arm[along[0]]) if len(along) == 1 and not any(step.slide.freedoms) else None
+    mass = _mass_at(body.h[along[0]], arm[along[0]]) if len(along) == 1 and not any(step.slide.freedoms) else None
     if mass is None:
         return body, ZERO
-    mass, own = collected(mass), along[0]
+    own = along[0]
     less = mul(neg(mass), dot(arm, arm))
-    j = [[add(x, less) if a == b != own else x for b, x in enumerate(row)] for a, row in enumerate(body.j)]
+    felt = (0, 1, 2) if axis is None else (axis,)
+    j = [
+        [add(x, less) if a == b != own and a in felt else x for b, x in enumerate(row)] for a, row in enumerate(body.j)
+    ]
     h = triple([ZERO if k == own else x for k, x in enumerate(body.h)])
     short = {x: collected(x) for x in dict.fromkeys(chain.from_iterable(j))}
     return Rigid(collected(sub(body.m, mass)), h, as_rows([[short[x] for x in row] for row in j])), mass
+
+
+def _mass_at(h: Expr, r: Expr) -> Expr | None:
+    """h / r collected, where r is a number or one times parameters that h holds; None else, or where h is none."""
+    found = quotient(h, r) if h is not ZERO else None
+    if found is None:
+        found = shares(h, r)
+        return None if found is None else collected(found)
+    return found
 
 
 def shares(h: Expr, r: Expr) -> Expr | None:

@@ -2,8 +2,8 @@
 """What solutions divide by: no way to u̇ may divide by anything of W by which the usual one does not."""
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 
+from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derived import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS
@@ -22,27 +22,31 @@ def divisors(exprs: Sequence[Expr]) -> set[Expr]:
     return found | {NODE_BUILDERS["cos"](node.args[0]) for node in below if node.op is _TAN}
 
 
-class Poles:
-    """What the usual solution divides by: that is asked for only where what goes into it, `parts`, divides by less than is found.
+def of_embedding(e: Embedding) -> set[Expr]:
+    """What A_n = −A_D⁻¹ A_I surely divides by: what A_I does and A_D does not, as A_D⁻¹ vanishes nowhere where A_D is finite."""
+    a = e.rows.a.take(e.partition.rows)
+    return divisors(a.take(columns=e.independent).entries) - divisors(a.take(columns=e.partition.dependent).entries)
 
-    Neither is made where what is found divides by nothing of W.
+
+def _of_solution(s: Solved) -> set[Expr]:
+    return divisors((*s.accelerations, *s.reactions))
+
+
+class Poles:
+    """What the usual solution divides by, as far as that has to be known: first what is `told` soonest, last what it is made of.
+
+    None of it is made where what is found divides by nothing of W.
     """
 
-    def __init__(self, parts: Callable[[], Sequence[Expr]], usual: Callable[[], Solved]) -> None:
-        self._parts, self._usual = parts, usual
-
-    @cached_property
-    def _sure(self) -> set[Expr]:
-        return divisors(self._parts())
-
-    @cached_property
-    def _allowed(self) -> set[Expr]:
-        usual = self._usual()
-        return divisors((*usual.accelerations, *usual.reactions))
+    def __init__(self, usual: Callable[[], Solved], *told: Callable[[], set[Expr]]) -> None:
+        self._told: list[Callable[[], set[Expr]]] = [*told, lambda: _of_solution(usual())]
+        self._known: set[Expr] = set()
 
     def fewer(self, derived: Derived, found: Sequence[Expr]) -> bool:
         """Whether what was found divides by nothing of W that the usual solution does not divide by."""
         pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
         moving = {f for f in pivots if not is_constant_in_time([f])}
         met = moving & divisors(found) if moving else moving
-        return not met or met <= self._sure or met - self._sure <= self._allowed
+        while self._told and not met <= self._known:
+            self._known |= self._told.pop(0)()
+        return met <= self._known

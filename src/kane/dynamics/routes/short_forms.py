@@ -14,7 +14,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
 from kane.expr.collect import collected
-from kane.expr.count import price
+from kane.expr.count import exceeds, price
 from kane.expr.known import named
 from kane.expr.linear_forms import combined
 from kane.expr.node import Expr
@@ -41,9 +41,9 @@ def with_short_forms(s: Solved) -> Solved:
 def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) -> tuple[Expr, ...]:
     """Expressions that are computed together in fewer operations; themselves where they are long."""
     best = tuple(exprs)
-    least = price(best)
-    if least > LONG:
+    if exceeds(best, LONG):
         return best
+    least = price(best)
     given = _given(derived, e)
     kept = frozenset(e.guards_in_use) if e else frozenset()
     for rewritten in (lambda x, same: named(x, given, same), combined, shared, scaled, shared):

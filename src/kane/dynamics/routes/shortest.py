@@ -14,7 +14,7 @@ from kane.dynamics.constraints.touches import touches
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.absolute import absolute
 from kane.dynamics.routes.classical import unguarded_classical
-from kane.dynamics.routes.divisors import Poles
+from kane.dynamics.routes.divisors import Poles, divisors, of_embedding
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.quotients import with_short_quotients
 from kane.dynamics.routes.reactions import LARGE
@@ -33,7 +33,7 @@ from kane.dynamics.routes.ways import (
 )
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
-from kane.expr.count import Prices, price
+from kane.expr.count import Prices, exceeds, price
 
 _FEW = 2
 """Of the ways so far those that are followed."""
@@ -111,7 +111,7 @@ class _Search:
         """
         d, e, rows = self.derived, self.e, self.derived.constraints
         held = touches(rows.constraints, e.partition.rows, d.kinematics)
-        if not self.coupled and self.price(rows.a.entries) * len(d.inertias) > _LONG:
+        if not self.coupled and exceeds((*d.rates, *rows.a.entries), _LONG // len(d.inertias)):
             found = [way for ways in by_rates(d, e, held, coupled=False, large=True) for way in ways]
             if found:
                 return found, True
@@ -129,7 +129,13 @@ class _Search:
     def accelerations(self) -> list[tuple[Found, Exprs]]:
         """A few ways to u̇ of all speeds."""
         solutions, large = self.solutions()
-        poles = Poles(lambda: self.e.a_n.entries, lambda: self.usual.solution)
+        told = (lambda: of_embedding(self.e), lambda: divisors(self.e.a_n.entries))
+        poles = Poles(lambda: self.usual.solution, *told)
+        if len(solutions) == 1:  # what is alone need not be counted
+            (way,) = solutions
+            every = [(way, u_dot) for u_dot in dependent_ways(self.derived, self.e, way, large)]
+            alone = [pair for pair in every if poles.fewer(way.solution.derived, pair[1])]
+            return alone if len(alone) < 2 else sorted(alone, key=lambda pair: self.price(pair[1]))[:_FEW]
         found: list[tuple[int, int, Found, Exprs]] = []
         for own, way in sorted(((self.cost(w), w) for w in solutions), key=lambda pair: pair[0])[:_FEW]:
             if found and own >= min(found)[0]:

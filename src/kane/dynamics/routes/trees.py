@@ -76,7 +76,12 @@ def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
 
 
 def compared(found: Sequence[Solved]) -> Solved:
-    """The solution with the fewest operations, the first of several, with the operations of all of them by route."""
+    """The solution with the fewest operations, the first of several, with the operations of all of them by route.
+
+    Those of one alone are counted when they are read.
+    """
+    if len(found) == 1:
+        return found[0]
     costs = [price((*(s.shorter_rates or s.derived.rates), *s.accelerations, *s.reactions)) for s in found]
     by_route: dict[str, int] = {}
     for s, cost in zip(found, costs, strict=True):

@@ -93,7 +93,7 @@ def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]
     found = by_mass_centre(derived)
     if found is not None:
         twin, solution = found
-        if Poles(tuple, lambda: usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
+        if Poles(lambda: usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
             yield Found(solution, None if coupled else all_speeds(derived))
 
 
@@ -145,8 +145,8 @@ def with_reactions(
     known = e.watching({**s.embedding.guards_in_use, **e.guards_in_use})
     if w is None:
         return replace(whole, derived=derived, embedding=known)
-    own, price = tuple(map(w.held, s.derived.rates)), Prices((*u_dot, *best))
-    shorter = price(own) < price(rates) and divisors(own) <= divisors(rates)
+    own = tuple(map(w.held, s.derived.rates))
+    shorter = _is_shorter(own, rates, (*u_dot, *best)) and divisors(own) <= divisors(rates)
     return replace(
         whole,
         route="contacts",
@@ -158,6 +158,8 @@ def with_reactions(
 
 def _cheapest(ways: Sequence[Exprs], beside: Exprs, derived: Derived, e: Embedding | None) -> Exprs:
     """The way that takes the fewest operations; of those that take few, by what they take in the end, where `e` is given."""
+    if len(ways) == 1:
+        return ways[0]
     prices = list(map(Prices(beside), ways))
     least = min(prices)
     # of equal ones the last, which is collected
@@ -166,6 +168,14 @@ def _cheapest(ways: Sequence[Exprs], beside: Exprs, derived: Derived, e: Embeddi
         return next(x for p, x in zip(reversed(prices), reversed(ways), strict=True) if p == least)
     distinct = {tuple(map(id, x)): x for x in near}
     return min(distinct.values(), key=lambda x: price(short_forms((*x, *beside), derived, e)))
+
+
+def _is_shorter(own: Exprs, usual: Exprs, beside: Exprs) -> bool:
+    """Whether expressions take fewer operations than the usual ones, both beside others."""
+    if all(x is y for x, y in zip(own, usual, strict=True)):
+        return False
+    price = Prices(beside)
+    return price(own) < price(usual)
 
 
 def _as_it_is(e: Expr) -> Expr:
