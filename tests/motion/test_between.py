@@ -89,3 +89,54 @@ def test_what_is_not_known_between_samples():
 
     with pytest.raises(kn.SimulationError):
         kn.simulate(eom, (0, 2), q=[1], u=[0], inputs={f: moody}, samples=2).at(1)
+
+
+def test_a_joined_motion_is_that_of_its_parts():
+    """cos t up to 1, from there at another weight, and to and fro by events: each part at its own times, what jumps on both sides."""
+    turn = kn.Event("turn", x, direction=-1, then={v: -v})
+    m = kn.parameter("m", 1.0)
+    body = kn.Particle("p", P, m)
+    eom = kn.derive(kn.System(N, bodies=[body], speeds={v: x.dt}, loads=[kn.Force(P, -x * N.x)], events=[turn]))
+    first = kn.simulate(eom, (0, 2), q=[1], u=[0], samples=2)
+    whole = first + kn.simulate(eom, 4, start=first, parameters={m: 4}, samples=2)
+    found = whole.at([0.5, 1.8, 2.0, 3.0, 4.0])
+    assert found.t.tolist() == [0.5, 1.8, 2.0, 3.0, 4.0]
+    assert found["x"][:2] == pytest.approx([np.cos(0.5), -np.cos(1.8)], abs=1e-8)
+    a, b = -np.cos(2.0), np.sin(2.0)
+    later = np.array([0.0, 1.0, 2.0]) / 2
+    assert found["x"][2:] == pytest.approx(a * np.cos(later) + 2 * b * np.sin(later), abs=1e-8)
+    assert found["m"].tolist() == [1, 1, 4, 4, 4]
+    assert np.array_equal(whole.at(whole.t[-1]).states, whole.states[-1:])
+    assert (whole + kn.simulate(eom, 5, start=whole, samples=2)).at([4.5])["m"].tolist() == [4]
+    with pytest.raises(kn.SimulationError, match="or joined"):
+        whole.accuracy()
+
+
+@pytest.mark.parametrize("method", ["auto", "DOP853"])
+def test_a_file_of_numbers_is_taken_once_more(tmp_path, method):
+    """With a number for its input and an event that acts; energy and work too."""
+    turn = kn.Event("turn", x, direction=-1, then={v: -v / 2})
+    eom = kn.derive(
+        kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={v: x.dt}, loads=[kn.Force(P, (f - x) * N.x)], events=[turn])
+    )  # fmt: skip
+    sol = kn.simulate(eom, (0, 5), q=[1], u=[0], inputs={f: 0.5}, samples=11, method=method)
+    sol.save(tmp_path / "run.npz")
+    again = kn.load_solution(tmp_path / "run.npz", eom)
+    here, there = (s.at([0.3, 1.1, 2.7, 4.9]) for s in (sol, again))
+    assert np.array_equal(here.states, there.states)
+    assert here.work == pytest.approx(there.work, abs=1e-14)
+    assert again.accuracy().relative == pytest.approx(sol.accuracy().relative, rel=1e-6)
+    more = kn.simulate(eom, 7, start=again, samples=3)
+    assert (again + more).at([1.1, 6.5])["x"][0] == here["x"][1]
+
+
+def test_a_file_that_does_not_say_how_it_was_stepped(tmp_path):
+    """Of a longest step, at a tolerance that asks for none, and of functions nothing is kept."""
+    sol = kn.simulate(spring(), (0, 200), q=[1], u=[0], samples=3, method="tsit5", max_step=0.01, rtol=1e-2, atol=1e-9)
+    sol.save(tmp_path / "run.npz")
+    with pytest.raises(kn.SimulationError, match="longest step, breakpoints or settings that a file does not keep"):
+        kn.load_solution(tmp_path / "run.npz", spring()).at(1.0)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={v: x.dt}, loads=[kn.Force(P, f * N.x)]))
+    kn.simulate(eom, (0, 1), q=[1], u=[0], inputs={f: lambda t: -np.cos(t)}).save(tmp_path / "law.npz")
+    with pytest.raises(kn.SimulationError, match="read from a file or a pickle"):
+        kn.load_solution(tmp_path / "law.npz", eom).at(0.5)

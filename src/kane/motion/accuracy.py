@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import ArgumentError, SimulationError
+from kane.motion.joining import Parts
 from kane.numeric.arrays import Array
 
 REPEATED, VARIATIONAL = "repeated", "variational"
@@ -48,7 +49,7 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
     """See Solution.accuracy."""
     if method not in (REPEATED, VARIATIONAL):
         raise ArgumentError(f"Expected method to be one of {REPEATED}, {VARIATIONAL}, got {method!r}.")
-    if again is None:
+    if again is None or isinstance(again, Parts):
         raise SimulationError(
             "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
             "the values at the samples alone are known, or joined. Simulate it here, or ask each part."

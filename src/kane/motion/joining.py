@@ -2,13 +2,14 @@
 """Motions that follow each other, as one: samples, work, events and phases of all."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from kane.errors import SimulationError, cut
+from kane.numeric.arrays import Array
 
 _SAME_TIME = 1e-12
 """Share of the times by which the end of a motion and the start of the next one may differ."""
@@ -70,8 +71,23 @@ def joined(pieces: Sequence[Any]) -> Any:
         rtol=max(p.rtol for p in pieces),
         atol=max(p.atol for p in pieces),
         method=", ".join(dict.fromkeys(name for p in pieces for name in p.method.split(", "))),
-        _again=None,
+        _again=Parts(tuple(pieces)) if all(p._again is not None for p in pieces) else None,
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parts:
+    """What takes a joined motion once more: each of its parts, at the times that are its own."""
+
+    pieces: tuple[Any, ...]
+
+    def __call__(self, samples: Array) -> Any:
+        """The whole, sampled at these times too."""
+        found = []
+        for piece in self.pieces:
+            own = samples[(samples >= piece.t[0]) & (samples <= piece.t[-1])]
+            found.append(piece._again(samples=own if own.size else piece.t[:1]))
+        return joined(found)
 
 
 def _unmoved(first: Any, second: Any) -> bool:

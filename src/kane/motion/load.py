@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Solutions out of files: of the equations given, by names and by the rates that they have along the motion."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,20 +11,23 @@ import numpy as np
 from kane.dynamics.constraints.partition import Partition
 from kane.equations.derive import derive, repartition
 from kane.equations.equations import Equations
-from kane.errors import ArgumentError, SolutionFileError, cut
+from kane.errors import ArgumentError, SimulationError, SolutionFileError, cut
 from kane.expr.node import ZERO, Expr
 from kane.model.declarations import Event
 from kane.model.system import System
 from kane.motion.contents import names, some
-from kane.motion.drives import a_constant
+from kane.motion.drives import a_constant, constant
 from kane.motion.files import Contents, read
 from kane.motion.phases import Phase
 from kane.motion.recorded import Recorded
+from kane.motion.run import repeatable
 from kane.motion.solution import Segment, Solution
 from kane.numeric.arrays import Array
 
 _SAME = 1e-6
 """Share of its largest by which a rate of the same system may differ."""
+_APART = 1.0
+"""Tolerances by which the end of a motion that is taken once more may differ."""
 _MOVED, _TIMES = 1e-13, 100.0
 """By what share states are moved to see what rounding makes of rates, and how many times that is let pass."""
 
@@ -54,7 +59,36 @@ def load_solution(path: Any, system: Equations | System) -> Solution:
             f"Expected a file with all parts of a solution, got {path} without some ({type(error).__name__}: {error})."
         ) from error
     _check_rates(path, found, solution)
-    return solution
+    return _repeated(solution)
+
+
+def _repeated(solution: Solution) -> Solution:
+    """It with what takes it once more, where numbers alone and the events of its equations say how it moves."""
+    first, *others = solution.phases
+    known = all(constant(f) is not None for f in first.inputs.values()) and all(phase.by for phase in others)
+    if not known:
+        return solution
+    given = dict.fromkeys(("first_step", "breakpoints", "settings", "max_step"))
+    inputs = {s: constant(f) for s, f in first.inputs.items()}
+    again = repeatable(solution, None, given | {"parameters": first.parameters, "inputs": inputs})._again
+    return solution if again is None else replace(solution, _again=partial(_as_kept, solution, again))
+
+
+def _as_kept(solution: Solution, again: Callable[..., Any], **more: Any) -> Any:
+    """The motion once more; the one in the file may have had options that are not kept there."""
+    found = again(**more)
+    if "samples" not in more:
+        return found
+    off = np.abs(found.states[-1] - solution.states[-1])
+    if found.t[-1] == solution.t[-1] and np.any(
+        off > _APART * (solution.atol + solution.rtol * np.abs(solution.states).max(axis=0))
+    ):
+        worst = [s.name for s in solution.equations.state][int(np.argmax(off))]
+        raise SimulationError(
+            f"Expected the motion of the file once more, got one that ends with {worst} off by {off.max():.2g}: it was simulated with "
+            "a longest step, breakpoints or settings that a file does not keep. Simulate it here, or take more samples."
+        )
+    return replace(found, work=found.work + solution.work[0])
 
 
 def _check_names(path: Any, found: Contents, eom: Equations) -> None:

@@ -138,7 +138,7 @@ def simulate(
     given = {"parameters": values, "inputs": law, "first_step": first_step} | {
         name: options[name] for name in ("breakpoints", "settings", "max_step")
     }
-    _check_kept(solution := _repeatable(solution, start, given), check)
+    _check_kept(solution := repeatable(solution, start, given), check)
     return replace(solution, _options=options)
 
 
@@ -151,7 +151,8 @@ def _check_time(t: float | None, t0: float, t1: float) -> None:
         )
 
 
-def _repeatable(solution: Solution, start: Solution | None, given: dict[str, Any]) -> Solution:
+def repeatable(solution: Solution, start: Solution | None, given: dict[str, Any]) -> Solution:
+    """It with what takes it once more, from its beginning or the end of `start`."""
     return replace(solution, _again=partial(_again, solution, start, given))
 
 

@@ -227,7 +227,7 @@ class Solution:
         Raises
         ------
         SimulationError
-            if the motion was read from a file or a pickle, or a time lies beyond its ends
+            if the motion was read from a pickle, or from a file with functions as inputs, or a time lies beyond its ends
         """
         found: Solution = between(self, self._again, times)
         return found
@@ -247,8 +247,9 @@ class Solution:
         Raises
         ------
         SimulationError
-            if the motion was read from a file or a pickle, or a tenth of its tolerances is less than rounding; with variational
-            equations, if states or loads jump on the way, rank is lost, or a sampled controller is asked
+            if the motion was read from a pickle, or from a file with functions as inputs, or is joined; if a tenth of its tolerances
+            is less than rounding; with variational equations, if states or loads jump on the way, rank is lost, or a sampled
+            controller is asked
         """
         return accuracy(self, self._again, method)
 

@@ -13,8 +13,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from tests.motion.steppers.runs import arguments, languages
 from tests.program.kernel.kernels import EXACT, in_c
 
-NAMES = ("gauss16", "tsit5", "midpoint", "radau9")
-"""One of each kind of kernel."""
+NAMES = tuple(INTEGRATORS)
 OPTIONS = ("-std=c99", "-O0", "-ffp-contract=off", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 

@@ -23,6 +23,6 @@ def test_sanitizers_find_nothing(tmp_path):
         pytest.skip("the compiler has no sanitizers")
     environment = {**os.environ, "LD_PRELOAD": ":".join(libraries), "ASAN_OPTIONS": "detect_leaks=0"}
     command = [sys.executable, "-m", "tests.motion.steppers.sanitized", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=300)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=900)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == list(NAMES)
