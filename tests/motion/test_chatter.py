@@ -42,6 +42,14 @@ def test_dry_friction_that_comes_to_rest(force, method, unit):
     assert sol["v"][-1] == pytest.approx(0, abs=1e-4 * unit)
 
 
+def test_a_table_that_jumps_at_rest():
+    """Its cure is another table, and no eps."""
+    friction = kn.table([-1, 0, 1], [3, 3, -3], "steps")(v)
+    sol = kn.simulate(line(friction), (0, 20), q=[0.5], u=[0.5], samples=3)
+    assert sol.status == "stopped"
+    assert "or take a table of kind 'cubic' in its place and choose" in sol.message
+
+
 def test_the_cure_cures():
     """tanh(v/eps) and Radau: at rest where the spring pulls less than the friction."""
     sol = kn.simulate(line(-3 * kn.tanh(v / 1e-4)), (0, 3), q=[0.5], u=[0.5], method="Radau", samples=3)

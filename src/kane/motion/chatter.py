@@ -112,6 +112,6 @@ def standing(eom: Equations, quantities: Sequence[Expr]) -> str:
 def _told(s: Switch) -> str:
     return (
         f"{cut(s.text, 80)} in the {s.load} turns to and fro, as {cut(s.quantity)} comes to zero again and again. Declare "
-        f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} with a small eps in its place and choose "
+        f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} in its place and choose "
         'method="Radau"'
     )

@@ -44,9 +44,9 @@ def switches(eom: Equations) -> tuple[Switch, ...]:
             if isinstance(node.op, Piecewise):
                 smooth = "take a table of kind 'cubic'"
             elif quantity.op is SQRT:
-                smooth = f"divide by sqrt({cut(quantity.args[0])} + eps^2)"
+                smooth = f"divide by sqrt({cut(quantity.args[0])} + eps^2) with a small eps"
             else:
-                smooth = f"write tanh(({cut(quantity)})/eps)"
+                smooth = f"write tanh(({cut(quantity)})/eps) with a small eps"
             jumping = leaps(node.op) if isinstance(node.op, Piecewise) else node.op is not DIV
             known = found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth, jumping))
             if jumping and not known.jumps:
