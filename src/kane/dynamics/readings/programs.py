@@ -11,11 +11,12 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.readings.energy import linear_momentum, mass_center
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.order import sparse_order
-from kane.dynamics.routes.recursive import WAYS
+from kane.dynamics.routes.recursive import BENT, WAYS
 from kane.dynamics.solved import Solved
 from kane.dynamics.trees import inverse_dynamics as trees
 from kane.errors import ArgumentError, SingularError
 from kane.expr.build import div, sub
+from kane.expr.count import price
 from kane.expr.diff import weighted
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
@@ -23,12 +24,13 @@ from kane.expr.solve import forward, ldl, solve_lu
 from kane.expr.symbols import rate
 from kane.expr.visit import substitute
 from kane.kinematics.freedoms import Unsuited
+from kane.model.bodies import deforming
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
 Exprs = tuple[Expr, ...]
-V = TypeVar("V")
+V = TypeVar("V", Matrix, Exprs)
 
 
 def inverse_dynamics(solved: Solved) -> Exprs:
@@ -66,12 +68,20 @@ def mass_matrix(solved: Solved) -> Matrix:
 
 
 def _by_tree(solved: Solved, tree: Callable[[Derived], V], usual: Callable[[Derived], V]) -> V:
+    """What is read along the segments of a tree that recursions solve; of few flexible bodies the shorter of both."""
+    d = solved.derived
     if solved.route in WAYS:
         try:
-            return tree(solved.derived)
+            found = tree(d)
+            few = deforming(d.system.bodies) and len(d.speeds) < BENT
+            return min((found, usual(d)), key=_price) if few else found
         except Unsuited:
             pass
-    return usual(solved.derived)
+    return usual(d)
+
+
+def _price(x: Matrix | Exprs) -> int:
+    return price(x.entries if isinstance(x, Matrix) else x)
 
 
 def centroidal_momentum_matrix(solved: Solved) -> Matrix:

@@ -8,16 +8,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from kane.dynamics.routes.articulated import Passed, Wrenches, parts
+from kane.dynamics.routes.articulated import Passed, Wrenches
 from kane.dynamics.routes.composite import Factored
-from kane.dynamics.routes.places import Place, Way, Wrench
+from kane.dynamics.routes.moving import moving
+from kane.dynamics.routes.places import Wrench
 from kane.dynamics.routes.pressed import Number, Pressed
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import forward
 from kane.kinematics.travel import Travel
-from kane.space.rotation import NOTHING, Triple, cross3
-from kane.space.spatial import summed, times
+from kane.space.rotation import Triple
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,32 +59,4 @@ class Composed:
         for each, x in zip(forces, amounts, strict=True):
             whole = [add(y, mul(each.shares[k], x)) for k, y in enumerate(whole)]
         values = found.values(whole)
-        return Passed(found.rows(values), list(found.factors.pivots), {}, _moving(found.way, self.ground, values))
-
-
-def _moving(way: Way, ground: Triple, values: Sequence[Expr]) -> list[tuple[Triple, Triple]]:
-    """α and a of each segment along B, at ẇ by number."""
-    on, still = way.on, (NOTHING, ground)
-    own, work = [still], [still]
-
-    def driven(places: Sequence[Place], alpha: Triple, a: Triple) -> tuple[Triple, Triple]:
-        for p in places:
-            spin, slide = parts(p.freedom, p.turning)
-            alpha, a = summed(alpha, times(values[p.number], spin)), summed(a, times(values[p.number], slide))
-        return alpha, a
-
-    for i, step in enumerate(on.steps):
-        if i == 0:
-            continue
-        alpha, a = work[step.parent] if step.joins else own[step.parent]
-        for lead in step.lead:
-            alpha, a = lead.down(alpha), lead.down(a)
-        a = summed(a, summed(cross3(alpha, on.placed[i][0]), on.known[i].shift))
-        alpha, a = driven((*way.shared[i], *way.outer[i]), alpha, a)
-        turn, in_a = step.turn, on.base[i]
-        if turn is not None and not in_a:
-            alpha, a = turn.down(alpha), turn.down(a)
-        alpha, a = driven(way.inner[i], summed(alpha, on.known[i].spin), summed(a, on.known[i].sliding))
-        work.append((alpha, a))
-        own.append((turn.down(alpha), turn.down(a)) if turn is not None and in_a else (alpha, a))
-    return own
+        return Passed(found.rows(values), list(found.factors.pivots), {}, moving(found.way, self.ground, values).own)

@@ -75,8 +75,8 @@ def factored(
     """M of the freedoms, eliminated; a SingularError where a pivot is zero whatever the state."""
     on = travel(steps)
     way = way_along(on)
-    places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
-    bending = _bending(on, bent)
+    places = way.places
+    bending = bending_along(on, bent)
     carried = [working(on, i, body) for i, body in enumerate(bodies)]
     count = len(places) + len(way.modes)
     felt = {i: to_rigid(own) for i, own in bending.items()}
@@ -95,7 +95,7 @@ def factored(
     return Factored(way, places, order, factors, trial, forward(factors.lower, [right[i] for i in order]))
 
 
-def _bending(on: Travel, bent: Bent) -> dict[int, Inertia]:
+def bending_along(on: Travel, bent: Bent) -> dict[int, Inertia]:
     """What segments feel of their flexible parts alone, along the basis they work in."""
     found = {}
     for i, (step, w) in enumerate(zip(on.steps, on.rates, strict=True)):

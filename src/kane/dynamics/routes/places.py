@@ -55,6 +55,11 @@ class Way:
     modes: Mapping[Expr, int]
     """The numbers of the rates of those."""
 
+    @property
+    def places(self) -> list[Place]:
+        """Those that move one segment, by number."""
+        return sorted((p for of in (self.inner, self.outer) for own in of for p in own), key=lambda p: p.number)
+
     def up(self, i: int, w: Wrench) -> Iterator[tuple[Place, Expr]]:
         """What a wrench on a segment, along the basis it works in, makes of the freedoms from there to the ground."""
         while i:

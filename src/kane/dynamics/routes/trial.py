@@ -35,7 +35,7 @@ def forces_at_trial(
     on = way.on
     trial, right = [ZERO] * count, [ZERO] * count
     moving = _tried(way, ground, trial)
-    pressing = list(_wrenches(way, bodies, loads, moving))
+    pressing = list(wrenches(way, bodies, loads, moving))
     for i, felt in bending.items():
         at = felt.at(*moving[i])
         pressing[i] = pressing[i].plus(Wrench(at.n, at.f))
@@ -91,7 +91,7 @@ def _without(places: Sequence[Place], alpha: Triple, a: Triple, trial: list[Expr
     return alpha, a
 
 
-def _wrenches(
+def wrenches(
     way: Way, bodies: Sequence[Rigid], loads: Wrenches, moving: Sequence[tuple[Triple, Triple]]
 ) -> Iterator[Wrench]:
     """What each segment alone presses on its origin with."""

@@ -13,12 +13,14 @@ from kane.dynamics.routes.articulated import parts
 from kane.dynamics.routes.composite import freedom_mass
 from kane.dynamics.routes.places import Place, composites, working
 from kane.dynamics.terms import sum_of
+from kane.dynamics.trees.bent_line import bent_line, by_speeds
 from kane.dynamics.trees.line import Line, Vectors, line_at, motions, passed_on, pressing
-from kane.expr.build import add, mul, neg
+from kane.expr.build import neg
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import rate
 from kane.kinematics.constraints import constraint_rows
+from kane.model.bodies import deforming
 from kane.space.spatial import summed
 
 Exprs = tuple[Expr, ...]
@@ -26,13 +28,19 @@ Exprs = tuple[Expr, ...]
 
 def residual(derived: Derived) -> Exprs:
     """M u̇ − f in u̇, of a tree of joint speeds; Unsuited, with what is in the way, of another system."""
-    line = line_at(derived, [rate(u) for u in derived.speeds])
+    u_dot = [rate(u) for u in derived.speeds]
+    if deforming(derived.system.bodies):
+        return bent_line(derived, u_dot).left(derived)
+    line = line_at(derived, u_dot)
     return joint_rows(line, derived).T @ joint_forces(line)
 
 
 def forcing(derived: Derived) -> Exprs:
     """f of a tree; Unsuited, with what is in the way, of another system."""
-    line = line_at(derived, [ZERO] * len(derived.speeds))
+    still = [ZERO] * len(derived.speeds)
+    if deforming(derived.system.bodies):
+        return tuple(map(neg, bent_line(derived, still).left(derived)))
+    line = line_at(derived, still)
     return tuple(map(neg, joint_rows(line, derived).T @ joint_forces(line)))
 
 
@@ -40,7 +48,10 @@ def mass_matrix(derived: Derived) -> Matrix:
     """M of a tree, which constraints do not change; Unsuited, with what is in the way, of another system."""
     if derived.constraints.constraints:
         derived = replace(derived, constraints=constraint_rows((), derived.kinematics, derived.auxiliary_speeds))
-    line = line_at(derived, [ZERO] * len(derived.speeds))
+    still = [ZERO] * len(derived.speeds)
+    if deforming(derived.system.bodies):
+        return bent_line(derived, still).mass(derived)
+    line = line_at(derived, still)
     own, mass = [p.freedom.row for p in line.places], joint_mass(line)
     if all(len(row) == 1 and next(iter(row.values())) is ONE for row in own):
         number = {s: k for k, row in enumerate(own) for s in row}
@@ -60,18 +71,7 @@ def joint_mass(line: Line) -> Matrix:
 
 def joint_rows(line: Line, derived: Derived) -> Matrix:
     """∂w/∂u, a row for each joint speed."""
-    rows = [_by_speeds(p, derived) for p in line.places]
-    return Matrix([[row.get(u, ZERO) for u in derived.speeds] for row in rows], (len(rows), len(derived.speeds)))
-
-
-def _by_speeds(place: Place, derived: Derived) -> dict[Expr, Expr]:
-    """∂w/∂u of a joint speed."""
-    speeds, found = set(derived.speeds), dict[Expr, Expr]()
-    for s, c in place.freedom.row.items():
-        own = {s: ONE} if s in speeds else derived.kinematical.form({s: ONE}).coefficients
-        for u, w in own.items():
-            found[u] = add(found.get(u, ZERO), mul(c, w))
-    return found
+    return by_speeds([p.freedom.row for p in line.places], derived)
 
 
 def joint_forces(line: Line) -> list[Expr]:

@@ -17,6 +17,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import ONE, Expr
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.segments import Segment
+from kane.kinematics.speeds import Row
 from kane.kinematics.travel import travel
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.space.spatial import Rigid, Turn, Turns, negative, summed, times, triple
@@ -102,12 +103,17 @@ def line_at(derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = False) 
     steps, loads = carried.segments.steps, carried.loads
     own = regrouped(carried.bodies, steps, balanced=balanced)
     way = way_along(travel(steps))
-    places = sorted((p for of in (way.inner, way.outer) for own in of for p in own), key=lambda p: p.number)
+    places = way.places
     if len(places) != len(derived.speeds):
         raise Unsuited("speeds that are not those of the joints")
     value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
-    lambdas = [sum_of(mul(c, _change(s, value, derived)) for s, c in p.freedom.row.items()) for p in places]
+    lambdas = [change_of(p.freedom.row, value, derived) for p in places]
     return Line(way, own, loads, falling(derived), places, lambdas)
+
+
+def change_of(row: Row, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
+    """λ of a row in speeds and rates, at u̇ by speed."""
+    return sum_of(mul(c, _change(s, value, derived)) for s, c in row.items())
 
 
 def _change(s: Expr, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
