@@ -11,6 +11,7 @@ import pytest
 import kane as kn
 from kane.dynamics.derivatives.closed import closed_slopes
 from kane.dynamics.derivatives.slopes import forward
+from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.trees import inverse_dynamics
 from kane.expr.count import price
 from kane.expr.node import ONE
@@ -45,9 +46,10 @@ def test_rings(spatial, rng):
     check(ring(5, spatial), rng)
 
 
-def test_they_are_shorter_than_expressions_differentiated():
-    eom = kn.derive(ring(6, True))
-    assert eom.route == "recursive"
+@pytest.mark.parametrize("route", WAYS)
+def test_they_are_shorter_than_expressions_differentiated(route):
+    eom = kn.derive(ring(6, True), route=route)
+    assert eom.route == route
     as_they_stand = [e for s in eom.coordinates for e in forward(eom.solved, [s], [ONE])]
     found = [e for column in closed_slopes(eom.solved, eom.coordinates) for e in column]
     assert price(found) < 0.8 * price(as_they_stand)

@@ -137,6 +137,7 @@ def test_a_ring_of_many_links_is_solved_by_recursion_and_another_by_what_is_shor
     many, few = kn.derive(rings.ring(14)), kn.derive(rings.ring(4))
     assert many.route == "recursive"
     assert few.route != "recursive"
+    assert kn.derive(rings.ring(6, True)).route == "composite"
     six = kn.derive(rings.ring(6))
     assert six.routes[six.route] == min(six.routes.values()) == six.operations.total
 
