@@ -89,8 +89,9 @@ class Stages:
         """The forms of what changes with these rates, None of nothing."""
         if is_still(rates):
             return None
-        x, y, z = self.kinematics.speeds.forms(rates)
-        a, b, c = self.kinematics.speeds.in_rates(rates)
+        speeds = self.kinematics.speeds
+        a, b, c = speeds.in_rates(rates)
+        x, y, z = speeds.form(*a), speeds.form(*b), speeds.form(*c)
         rows = [form.coefficients for form in (x, y, z) if form.coefficients]
         new = [[(u, c) for u, c in row.items() if u not in self.users] for row in rows]
         firsts = {own[0][0] for own in new if len(own) == 1 and is_constant_in_time([own[0][1]])}

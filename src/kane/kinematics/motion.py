@@ -14,6 +14,7 @@ from typing import NamedTuple
 from kane.expr.diff import tangent, time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, input_of, rate
 from kane.kinematics.aligned import AS_DECLARED, Aligned
 from kane.kinematics.matching import Matching
@@ -98,7 +99,7 @@ class Kinematics:
 
     def drift(self, e: Expr) -> Expr:
         """de/dt at constant speeds: q̇ = W u + X, u̇ = 0."""
-        return tangent(e, self._leaf_drift, self._drift)
+        return ZERO if e.op is CONST else tangent(e, self._leaf_drift, self._drift)
 
     def _leaf_drift(self, leaf: Expr) -> Expr:
         if isinstance(leaf, Time):

@@ -11,7 +11,7 @@ nearest to the one before, so that the arm has no component along it.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
 
@@ -301,11 +301,17 @@ class _Maker:
 
         chosen = by_rates(len(raw) + 1, freedoms, self.kinematics.speeds)
         steps = tuple(
-            replace(
-                step,
+            Segment(
+                step.parent,
+                step.lead,
+                step.arm,
+                step.turn,
+                step.joins,
+                step.shift,
                 slide=stage(k, k in chosen),
                 spin=stage(k + n, k + n in chosen),
                 late=late[k],
+                swift=step.swift,
                 modes=self.bearing.get(k, ()),
             )
             for k, step in enumerate(self.steps)

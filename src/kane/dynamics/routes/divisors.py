@@ -9,7 +9,7 @@ from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.node import Expr, nodes
-from kane.expr.ops import DIV, OPS
+from kane.expr.ops import DIV, OPS, REGULAR
 from kane.expr.regular import factors
 
 _TAN = OPS["tan"]
@@ -19,6 +19,7 @@ def divisors(exprs: Sequence[Expr]) -> set[Expr]:
     """What expressions divide by, with its factors; of tangents their cosines."""
     below = nodes(exprs)
     found = {f for node in below if node.op is DIV for f in factors(node.args[1])}
+    found |= {f for node in found if node.op is REGULAR for f in factors(node.args[0])}
     return found | {NODE_BUILDERS["cos"](node.args[0]) for node in below if node.op is _TAN}
 
 

@@ -65,6 +65,7 @@ def by_rates(
             found.append(Found(solution, None if coupled else all_speeds(twin), w))
         if not coupled:
             own = embedding(twin.constraints, e.partition)
+            own = own.guarded() if large else own  # of what is long next to nothing cancels, and nothing is built twice
             particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
             moving = motions(twin, own, particles)
             for carried in (False,) if large else (False, True):
