@@ -95,14 +95,19 @@ def regrouped(
     for i, axis in flat.items():
         own[i] = _felt(own[i], axis)
     tips = {i: tip for i, tip in _tips(steps).items() if tip not in crossed} if balanced else {}
+    at_tip: dict[int, Expr] = {}
     for i in reversed(range(1, len(steps))):
         step, body = steps[i], own[i]
         if i in tips:
-            body, mass = _balanced(step, body, steps[tips[i]].arm, flat.get(i))
-            own[tips[i]] = own[tips[i]].plus(Rigid(mass, NOTHING, NO_ROWS))
+            tip = tips[i]
+            body, mass = _balanced(step, body, at_tip.get(i, ZERO), steps[tip].arm, flat.get(i))
+            own[tip] = own[tip].plus(Rigid(mass, NOTHING, NO_ROWS))
         kept, moved = (body, NO_MASS) if i in crossed else _shared(step, body)
         own[i] = kept
         if moved.is_nothing or step.parent == 0:  # the ground does not mind
+            continue
+        if tips.get(step.parent) == i and moved._replace(m=ZERO).is_nothing:
+            at_tip[step.parent] = moved.m
             continue
         moved = moved.moved(step.arm)
         for turn in reversed(step.lead):
@@ -137,15 +142,16 @@ def _tips(steps: Sequence[Segment]) -> dict[int, int]:
     return found
 
 
-def _balanced(step: Segment, body: Rigid, arm: Triple, axis: int | None) -> tuple[Rigid, Expr]:
+def _balanced(step: Segment, body: Rigid, held: Expr, arm: Triple, axis: int | None) -> tuple[Rigid, Expr]:
     """A body without the component of h along an arm with one, and the mass at the end of the arm that has it.
 
-    Of J only what is felt about the `axis`, if one is given.
+    With that goes the mass that is `held` there already; where h has no such component the body takes it. Of J only what is felt
+    about the `axis`, if one is given.
     """
     along = [k for k in range(3) if arm[k] is not ZERO]
     mass = _mass_at(body.h[along[0]], arm[along[0]]) if len(along) == 1 and not any(step.slide.freedoms) else None
     if mass is None:
-        return body, ZERO
+        return body.plus(Rigid(held, NOTHING, NO_ROWS).moved(arm)) if held is not ZERO else body, ZERO
     own = along[0]
     less = mul(neg(mass), dot(arm, arm))
     felt = (0, 1, 2) if axis is None else (axis,)
@@ -154,7 +160,8 @@ def _balanced(step: Segment, body: Rigid, arm: Triple, axis: int | None) -> tupl
     ]
     h = triple([ZERO if k == own else x for k, x in enumerate(body.h)])
     short = {x: collected(x) for x in dict.fromkeys(chain.from_iterable(j))}
-    return Rigid(collected(sub(body.m, mass)), h, as_rows([[short[x] for x in row] for row in j])), mass
+    kept = Rigid(collected(sub(body.m, mass)), h, as_rows([[short[x] for x in row] for row in j]))
+    return kept, mass if held is ZERO else collected(add(held, mass))
 
 
 def _mass_at(h: Expr, r: Expr) -> Expr | None:
