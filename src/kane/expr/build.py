@@ -210,12 +210,16 @@ def div(a: Expr, b: Expr) -> Expr:
     return intern_pair(DIV, a, b)
 
 
+_SHARES = {n: constant(Fraction(1, n)) for n in range(2, 17)}
+"""1/2, 1/3, …: to make a fraction takes longer than all else here."""
+
+
 def _over_number(a: Expr, value: Number) -> Expr | None:
     """a / value where that is a product, a number or a negative."""
     if value == 0:
         raise ExpressionError(f"Division of {cut(a, 80)} by the constant 0.")
     if type(value) is int:
-        return a if value == 1 else mul(constant(Fraction(1, value)), a)
+        return a if value == 1 else mul(_SHARES[value] if value in _SHARES else constant(Fraction(1, value)), a)
     if isinstance(value, Fraction):
         return mul(constant(1 / value), a)
     if isinstance(value, Surd):
