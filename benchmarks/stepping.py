@@ -73,18 +73,18 @@ class Kane:
     def sampled(self, q: Array, tolerance: float) -> Array:
         """The states at the samples."""
         course = self.course(q, tolerance, SAMPLES)
-        course.kernel(course.given | {"limit": 10**9})
+        course.kernel(limit=10**9)
         return np.vstack([np.append(q, 0 * q), course.out[:, :-1]])
 
     def timed(self, q: Array, tolerance: float) -> Callable[[], object]:
         """The motion alone."""
         course = self.course(q, tolerance, np.zeros(0))
-        given = course.given | {"limit": 10**9}
-        s, y, lag = (given[name].copy() for name in ("s", "y", "lag"))
+        left = course.given["lag"]
+        s, y, lag = course.s.copy(), course.y.copy(), left.copy()
 
         def run() -> None:
-            course.s[:], course.y[:], given["lag"][:] = s, y, lag
-            course.kernel(given)
+            course.s[:], course.y[:], left[:] = s, y, lag
+            course.kernel(limit=10**9)
 
         return run
 

@@ -84,8 +84,10 @@ def test_bounces_without_end_are_named(method, floor):
     assert sol.t[-1] == pytest.approx(1.3, abs=0.1)
 
 
-def test_a_ball_that_does_not_rebound_rests():
-    sol = kn.simulate(ball(kn.Event("hits", y, direction=-1, then={v: 0})), (0, 3), q=[1], u=[0])
+@pytest.mark.parametrize("height", [0.5, 1, 1.1, 1.2, 1.3, 2, 3])
+def test_a_ball_that_does_not_rebound_rests(height):
+    """Whatever sign rounding leaves of the place where it stands."""
+    sol = kn.simulate(ball(kn.Event("hits", y, direction=-1, then={v: 0})), (0, 3), q=[height], u=[0])
     assert sol.status == "stopped"
     assert "acts without end" in sol.message
     assert sol["y"].min() > -1e-9

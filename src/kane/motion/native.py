@@ -72,9 +72,8 @@ class NativeCourse:
         """The kernel goes on from the state at hand by other equations than before."""
         stepper, regimes = self.stepper, self.regimes
         self.now = stepper.now if regimes is None else regimes.routines(stepper)
-        self.kernel = compiled(
-            self.method.name, self.now.settings or Settings(), stepper.manifold is not None, cornered(self.now)
-        )
+        settings = self.now.settings or Settings()
+        kernel = compiled(self.method.name, settings, stepper.manifold is not None, cornered(self.now))
         count = 0 if regimes is None else len(regimes.sides)
         self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
@@ -87,6 +86,7 @@ class NativeCourse:
             self.arguments.held(self.holding.given, self.marks)
             self.given |= self.arguments.given
             self.holding.begin(self.s)
+        self.kernel = kernel.bound(self.given | {"limit": 0})
         self.looked = False
         self.landing: tuple[int, ...] = ()
         self._begin(t)
@@ -150,7 +150,7 @@ class NativeCourse:
             return self._stopped(late)
         limit = min(1 if self.looked else self.stiffness.limit, self.method.max_steps - self.steps)
         before, done = float(self.s[At.TIME]), self.s[At.STEPS]
-        back = Back(self.kernel(self.given | {"limit": min(limit, RECENT) if self.switching else limit}))
+        back = Back(self.kernel(limit=min(limit, RECENT) if self.switching else limit))
         self.arguments.check()
         self._collect()
         over = back is Back.END and self.s[At.END] >= self.span[1]

@@ -91,7 +91,9 @@ def run(
         before = Instant(eom, now, float(piece.t[-1]), piece.states[-1], phase)
         short = short + 1 if before.t - t <= _AT_ONCE * max(abs(before.t), span[1] - span[0]) else 0
         after, met, by, leaving = _changed(before, end.at_once, span[1])
-        if leaving is None or short >= _TIMES:
+        # what acts twice at one instant has no rate by which to leave
+        again = short > 0 and before.t <= t and {e.name for e in end.at_once} <= {e.name for e in phase.by}
+        if leaving is None or short >= _TIMES or again:
             return _stopped(pieces, _without_end(by, before.t, pieces))
         t, phase = before.t, after.phase
         q, u, a = after.parts
