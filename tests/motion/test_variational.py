@@ -122,6 +122,17 @@ def test_what_is_refused(tmp_path):
     sol = kn.simulate(free, (0, 1), q=[1], u=[0])
     with pytest.raises(kn.ArgumentError, match=r"Expected method to be one of repeated, variational, got 'exact'"):
         sol.accuracy(method="exact")
-    sol.save(tmp_path / "run.npz")
+    driven = kn.simulate(line(F), (0, 1), q=[1], u=[0], inputs={F: lambda t: np.sin(t)})
+    driven.save(tmp_path / "driven.npz")
     with pytest.raises(kn.SimulationError, match="got one that was read"):
-        kn.load_solution(tmp_path / "run.npz", free).accuracy(method="variational")
+        kn.load_solution(tmp_path / "driven.npz", driven.equations).accuracy(method="variational")
+
+
+def test_motions_out_of_files(tmp_path):
+    """Where nothing but numbers went in, as of the motion itself."""
+    eom = line(-x)
+    sol = kn.simulate(eom, (0, 1), q=[1], u=[0])
+    sol.save(tmp_path / "run.npz")
+    found, own = (s.accuracy(method="variational") for s in (kn.load_solution(tmp_path / "run.npz", eom), sol))
+    assert found.relative == own.relative
+    assert np.array_equal(found.errors, own.errors)
