@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 import kane as kn
@@ -33,9 +31,7 @@ SLOW = pytest.mark.slow
 def test_dry_friction_that_comes_to_rest(force, method, unit):
     eom = line(force, unit=unit)
     tolerances = {"rtol": 1e-9, "atol": 1e-9 * unit}
-    begun = time.process_time()
     sol = kn.simulate(eom, (0, 20), q=[0.5 * unit], u=[0.5 * unit], method=method, samples=3, **tolerances)
-    assert time.process_time() - begun < 3
     assert sol.status == "stopped"
     assert sol.steps < 9000
     assert "in the pull turns to and fro, as v comes to zero again and again. Declare friction" in sol.message
