@@ -2,8 +2,8 @@
 """Nodes of the expression graph: immutable, interned, compared by identity.
 
 Equal structure is the same object, so sharing is free and common subexpressions never exist twice. The table holds
-strong references (a weak table costs three times as much a node) and is swept when it has doubled: from the youngest node to the
-oldest, whatever only the table still holds is dropped, parents before their arguments.
+strong references (a weak table costs three times as much a node) and is swept when it has doubled: whatever only the table still
+holds is dropped, parents before their arguments.
 
 The hash of a node is its identity. Its `key` is a 64-bit structural number, the same in every process, that orders
 commutative arguments; `digest` is a cryptographic structural hash, made on demand, that breaks ties and serves caches.
@@ -243,7 +243,7 @@ def enter(name: tuple[Any, ...], node: Expr, known: dict[tuple[Any, ...], Expr] 
 
 def tables() -> list[dict[tuple[Any, ...], Expr]]:
     """Where nodes are known by name: by arguments for each row of the table of operations, and the others."""
-    return [_table, *(op.nodes for op in OPS.values())]
+    return [*(op.nodes for op in OPS.values()), _table]
 
 
 def sweep() -> int:
@@ -254,12 +254,21 @@ def sweep() -> int:
         within, _sweeping = _sweeping, True
         _limit = sys.maxsize  # a finalizer that builds expressions must not start another sweep in this one
         for known in tables():
-            names = list(known)
+            names = _alone(known)
             while names:
                 dropped += _dropped(known, names.pop())
         _limit = max(20_000, 2 * max(map(len, tables())))
         _sweeping = within
     return dropped
+
+
+def _alone(known: dict[tuple[Any, ...], Expr]) -> list[tuple[Any, ...]]:
+    """Names of the nodes of a table that nothing else seemed to hold when they were counted: the rest is not looked at one by one."""
+    held = map(
+        sys.getrefcount, list(known.values())
+    )  # by the table, the list and the call; what a list alone holds: one less
+    least = next(map(sys.getrefcount, [object()])) + 1
+    return [name for name, count in zip(list(known), held, strict=False) if count <= least]
 
 
 def _dropped(known: dict[tuple[Any, ...], Expr], name: tuple[Any, ...]) -> int:
@@ -274,7 +283,7 @@ def _dropped(known: dict[tuple[Any, ...], Expr], name: tuple[Any, ...]) -> int:
             known[name] = taken[0]
             continue
         dropped += 1
-        waiting += [(a.op.nodes, a.args) for a in taken[0].args if a.args and a.op.nodes is not None]
+        waiting += [(nodes, a.args) for a in taken[0].args if a.args and (nodes := a.op.nodes) is not None]
         del taken, name
     return dropped
 
