@@ -27,9 +27,9 @@ from kane.program.program import Program, Routine
 
 _ONE = Lanes(1)
 _NOWHERE: Mapping[str, Near] = {}
-_WHOLE, _MATRIX = 2_500, 8_000
+_WHOLE, _MATRIX = 2_500, 6_000
 """Instructions up to which a routine is one function, and one whose results are a matrix: it runs up to a fifth faster than in pieces,
-and is compiled as soon up to there; the columns of a matrix have little to tell each other."""
+and is compiled as soon up to there; the columns of a matrix have little to tell each other. Longer ones no longer fit the cache."""
 _SHORT = 600
 """Statements up to which the time of a piece is that of what waits for each other."""
 
