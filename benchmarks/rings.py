@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Chains in space whose end is held at a point, up to 200 links: `python -m benchmarks.rings` prints how their cost grows.
+
+Derivation and compilation cold, each in a process of its own, seconds of processor time; accelerations and the three multipliers
+are computed at a state off the constraints, which takes as long. `--cold n` prints one of them as JSON.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import kane as kn
+from benchmarks import native
+from benchmarks.rounds import in_turn
+from kane.gallery import four_bar
+
+COUNTS, FRESH, ROUNDS = (25, 50, 100, 200), 3, 5
+COLUMNS = {"operations": "{:.0f}", "derive, s": "{:.2f}", "compile, s": "{:.2f}", "evaluation, µs": "{:.2f}"}
+
+
+def ring(n: int) -> kn.System:
+    """Links on pins about x and z in turn; masses and lengths are parameters."""
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81)
+    at = O = kn.Point("O", fixed_in=N)
+    frame, bodies = N, []
+    for i in range(1, n + 1):
+        frame = frame.rotate(f"B{i}", kn.coordinate(f"q{i}"), frame.x if i % 2 else frame.z)
+        length, mass = kn.parameter(f"l{i}", 1.0 / n), kn.parameter(f"m{i}", 1.0)
+        center = at.at(f"C{i}", length / 2 * frame.y)
+        inertia = kn.inertia(frame, 0.1, 0.02, 0.11)
+        bodies.append(kn.RigidBody(f"b{i}", frame=frame, mass_center=center, mass=mass, inertia=inertia))
+        at = at.at(f"P{i}", length * frame.y)
+    end = O.at("E", kn.parameter("a", 0.4) * N.x + kn.parameter("b", 0.3) * N.y)
+    held = kn.coincident(at, end, along=(N.x, N.y, N.z))
+    return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)], holonomic=held)
+
+
+def cold(n: int) -> dict[str, float]:
+    """One derivation, compilation and evaluation, nothing cached."""
+    kn.derive(four_bar.system()).compile(cache=False)  # what is imported late, and LLVM
+    system = ring(n)
+    start = time.process_time()
+    eom = kn.derive(system)
+    derived = time.process_time()
+    eom.compile(cache=False)
+    done = time.process_time()
+    x = np.random.default_rng(7).uniform(-1, 1, len(eom.coordinates) + len(eom.speeds))
+    kernel = native.kane_loop(native.kane_kernel(eom, x, {}))
+    times = in_turn({"kane": kernel.loop}, ROUNDS)["kane"]
+    kernel.loop(1)
+    if not np.isfinite(kernel.out).all():
+        raise RuntimeError(f"Expected finite accelerations of {n} links, got {kernel.out}.")
+    found = eom.operations.total, derived - start, done - derived, 1e6 * float(np.median(times))
+    return dict(zip(COLUMNS, found, strict=True))
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--cold", type=int, metavar="N", help="one cold derivation and compilation, as JSON")
+    asked = parser.parse_args()
+    if asked.cold:
+        print(json.dumps(cold(asked.cold)))
+        return
+    rows = []
+    for n in COUNTS:
+        runs = [_fresh(n) for _ in range(FRESH)]
+        rows.append([float(np.median([run[name] for run in runs])) for name in COLUMNS])
+        print(
+            f"{n} links: "
+            + "; ".join(f"{name} {form.format(x)}" for (name, form), x in zip(COLUMNS.items(), rows[-1], strict=True))
+        )
+    powers = np.polyfit(np.log(COUNTS), np.log(rows), 1)[0]
+    print("power of n: " + "; ".join(f"{name} {x:.2f}" for name, x in zip(COLUMNS, powers, strict=True)))
+
+
+def _fresh(n: int) -> dict[str, float]:
+    command = [sys.executable, "-m", "benchmarks.rings", "--cold", str(n)]
+    text = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[1]).stdout
+    return dict(json.loads(text))
+
+
+if __name__ == "__main__":
+    main()
