@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chains in space whose end is held at a point, up to 200 links: `python -m benchmarks.rings` prints how their cost grows.
+"""Chains in space whose end is held at a point, up to 400 links: `python -m benchmarks.rings` prints how their cost grows.
 
 Derivation and compilation cold, each in a process of its own, seconds of processor time; accelerations and the three multipliers
 are computed at a state off the constraints, which takes as long. `--cold n` prints one of them as JSON.
@@ -21,7 +21,7 @@ from benchmarks import native
 from benchmarks.rounds import in_turn
 from kane.gallery import four_bar
 
-COUNTS, FRESH, ROUNDS = (25, 50, 100, 200), 3, 5
+COUNTS, FRESH, ROUNDS = (50, 100, 200, 400), 3, 5
 COLUMNS = {"operations": "{:.0f}", "derive, s": "{:.2f}", "compile, s": "{:.2f}", "evaluation, µs": "{:.2f}"}
 
 
