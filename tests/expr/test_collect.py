@@ -21,7 +21,7 @@ VALUES = {R: 0.7, G: 9.81, Q: 0.4, U: -1.7, V: 0.6}
 
 def test_an_equation_of_the_disk():
     e = G * kn.sin(Q) + R * U * V + R * V * U / 2 - R * U * U * kn.tan(Q) / 4
-    assert str(collected(e)) == "g*sin(q) - R*u*(u*tan(q)/4 - 3*v/2)"
+    assert str(collected(e)) == "g*sin(q) - R*u*(u*tan(q) - 6*v)/4"
 
 
 def test_like_terms_are_joined_and_may_vanish():

@@ -128,7 +128,7 @@ def test_sums_of_the_same_two_terms_are_made_of_each_other():
 
 def test_reading_joins_like_terms_and_leaves_others():
     e = U * (V + (2 * V - W) / 4)
-    assert str(joined(e)) == "u*(3*v/2 - w/4)"
+    assert str(joined(e)) == "u*(6*v - w)/4"
     assert joined(U * V + W) is U * V + W
     assert joined((V - W) - V + W) is kn.expr.node.ZERO
 

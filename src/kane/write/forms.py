@@ -4,6 +4,8 @@
 from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
+from math import gcd, lcm
 from typing import TypeVar
 
 from kane.expr.node import Expr, Number, digest
@@ -30,6 +32,10 @@ from kane.write.trees import (
 )
 
 Item = TypeVar("Item")
+Factors = tuple[tuple[Tree, int], ...]
+
+_SMALL = 3
+"""Exponents of sums up to which their numbers are looked at."""
 
 
 def number_tree(value: Number) -> NumberTree:
@@ -113,7 +119,58 @@ def product_form(negative: bool, coefficient: Number, factors: Sequence[tuple[Si
     if coefficient == 1 and not below and len(above) == 1 and above[0][1] == 1:
         return negative, above[0][0]
     tokens = joined(None, (raised(t.tokens, e) for t, e in ordered))
-    return negative, Product(_plain(coefficient), above, below, tokens)
+    return negative, _product(coefficient, above, below, tokens)
+
+
+def _product(coefficient: Number, above: Factors, below: Factors, tokens: Tokens) -> Product:
+    """What all numbers of a sum have in common goes to the product's, where fewer digits are left: 4*(x - y/4)/5 reads (4*x - y)/5."""
+    shown: list[Factors] = []
+    for factors, sign in ((above, 1), (below, -1)):
+        kept = []
+        for tree, exponent in factors:
+            if isinstance(tree, Sum) and isinstance(coefficient, int | Fraction) and exponent <= _SMALL:
+                common, primitive = _primitive(tree)
+                moved = coefficient * Fraction(common) ** (sign * exponent)
+                alone = moved == 1 and len(above) + len(below) == 1  # would be a sum in a sum
+                if not alone and _digits(moved) + _inside(primitive) < _digits(coefficient) + _inside(tree):
+                    coefficient, tree = moved, primitive
+            kept.append((tree, exponent))
+        shown.append(tuple(kept))
+    return Product(_plain(coefficient), shown[0], shown[1], tokens)
+
+
+@lru_cache(maxsize=256)
+def _primitive(tree: Sum) -> tuple[Number, Sum]:
+    """The largest number whose multiples all numbers of a sum are, and the sum without it; one object for one sum."""
+    sizes = [_coefficient(t) for _, t in tree.terms]
+    if not all(isinstance(x, int | Fraction) for x in sizes):
+        return 1, tree
+    exact = [Fraction(x) for x in sizes]
+    common = Fraction(gcd(*(x.numerator for x in exact)), lcm(*(x.denominator for x in exact)))
+    if common in (0, 1):
+        return 1, tree
+    terms = tuple((minus, scaled(1 / common, (False, t))[1]) for minus, t in tree.terms)
+    if any(isinstance(_bare(t), Sum) and _coefficient(t) == 1 for _, t in terms):
+        return 1, tree  # would hold a sum in a sum
+    return common, Sum(terms, tree.moved, tree.tokens)
+
+
+def _coefficient(tree: Tree) -> Number:
+    """The number of a term."""
+    if isinstance(tree, NumberTree):
+        return tree.value
+    return tree.coefficient if isinstance(tree, Product) else 1
+
+
+def _inside(tree: Sum) -> int:
+    """How many digits the numbers of a sum's terms have."""
+    return sum(_digits(_coefficient(t), alone=isinstance(t, NumberTree)) for _, t in tree.terms)
+
+
+def _digits(value: Number, alone: bool = False) -> int:
+    """How many digits are read where this number is: none for 1 beside a factor, two for 3/4."""
+    above, below = Fraction(value).as_integer_ratio()
+    return sum(len(str(x)) for x, shown in ((above, alone or above != 1), (below, below != 1)) if shown)
 
 
 def scaled(coefficient: Number, form: Signed) -> Signed:
@@ -128,8 +185,8 @@ def scaled(coefficient: Number, form: Signed) -> Signed:
     if isinstance(tree, NumberTree):
         return negative, number_tree(times(coefficient, tree.value))
     if isinstance(tree, Product):
-        return negative, Product(_plain(times(coefficient, tree.coefficient)), tree.above, tree.below, tree.tokens)
-    return negative, Product(_plain(coefficient), ((tree, 1),), (), tree.tokens)
+        return negative, _product(times(coefficient, tree.coefficient), tree.above, tree.below, tree.tokens)
+    return negative, _product(coefficient, ((tree, 1),), (), tree.tokens)
 
 
 def _merged(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> tuple[Number, list[tuple[Signed, Expr]]]:
