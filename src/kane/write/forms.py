@@ -123,7 +123,7 @@ def product_form(negative: bool, coefficient: Number, factors: Sequence[tuple[Si
 
 
 def _product(coefficient: Number, above: Factors, below: Factors, tokens: Tokens) -> Product:
-    """What all numbers of a sum have in common goes to the product's, where fewer digits are left: 4*(x - y/4)/5 reads (4*x - y)/5."""
+    """What numbers of a sum share goes to the product's where fewer digits or fractions are left: (4*x - y)/5 for 4*(x - y/4)/5."""
     shown: list[Factors] = []
     for factors, sign in ((above, 1), (below, -1)):
         kept = []
@@ -132,7 +132,7 @@ def _product(coefficient: Number, above: Factors, below: Factors, tokens: Tokens
                 common, primitive = _primitive(tree)
                 moved = coefficient * Fraction(common) ** (sign * exponent)
                 alone = moved == 1 and len(above) + len(below) == 1  # would be a sum in a sum
-                if not alone and _digits(moved) + _inside(primitive) < _digits(coefficient) + _inside(tree):
+                if common != 1 and not alone and _read(moved, primitive) < _read(coefficient, tree):
                     coefficient, tree = moved, primitive
             kept.append((tree, exponent))
         shown.append(tuple(kept))
@@ -140,8 +140,8 @@ def _product(coefficient: Number, above: Factors, below: Factors, tokens: Tokens
 
 
 @lru_cache(maxsize=256)
-def _primitive(tree: Sum) -> tuple[Number, Sum]:
-    """The largest number whose multiples all numbers of a sum are, and the sum without it; one object for one sum."""
+def _primitive(tree: Sum) -> tuple[Fraction | int, Sum]:
+    """The largest number whose multiples all numbers of a sum are, and the sum without it; 1 where one is no fraction."""
     sizes = [_coefficient(t) for _, t in tree.terms]
     if not all(isinstance(x, int | Fraction) for x in sizes):
         return 1, tree
@@ -162,15 +162,19 @@ def _coefficient(tree: Tree) -> Number:
     return tree.coefficient if isinstance(tree, Product) else 1
 
 
-def _inside(tree: Sum) -> int:
-    """How many digits the numbers of a sum's terms have."""
-    return sum(_digits(_coefficient(t), alone=isinstance(t, NumberTree)) for _, t in tree.terms)
+def _read(coefficient: Number, tree: Sum) -> tuple[int, int]:
+    """How many digits are read in a number and in those of a sum's terms, and how many fractions there are beside no number alone."""
+    terms = [t for _, t in tree.terms]
+    bare = any(isinstance(t, NumberTree) for t in terms)
+    found = [_digits(coefficient), *(_digits(_coefficient(t), alone=isinstance(t, NumberTree)) for t in terms)]
+    return sum(n for n, _ in found), 0 if bare else sum(fraction for _, fraction in found)
 
 
-def _digits(value: Number, alone: bool = False) -> int:
-    """How many digits are read where this number is: none for 1 beside a factor, two for 3/4."""
+def _digits(value: Number, alone: bool = False) -> tuple[int, bool]:
+    """How many digits are read where this number is, none for 1 beside a factor, two for 3/4; and whether it is a fraction."""
     above, below = Fraction(value).as_integer_ratio()
-    return sum(len(str(x)) for x, shown in ((above, alone or above != 1), (below, below != 1)) if shown)
+    count = sum(len(str(x)) for x, shown in ((above, alone or above != 1), (below, below != 1)) if shown)
+    return count, below != 1
 
 
 def scaled(coefficient: Number, form: Signed) -> Signed:
