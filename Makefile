@@ -57,6 +57,7 @@ bench-trees: $(VENV)/.dev-stamp  ## trees against robotics engines, and growth; 
 	$(BIN)/python -m benchmarks.trees
 
 bench-precision: $(VENV)/.dev-stamp  ## work and precision of motions, with Numba and diffrax beside; write benchmarks/precision.json and .md
+	$(PIP) install "pip>=25.1"  # the first that knows groups
 	$(PIP) install --group motions
 	$(BIN)/python -m benchmarks.precision
 
