@@ -11,18 +11,22 @@ import argparse
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 
 import kane as kn
-from benchmarks import native
-from benchmarks.rounds import in_turn
+from benchmarks.trees import figures
 from kane.gallery import four_bar
 
-COUNTS, FRESH, ROUNDS = (50, 100, 200, 400), 3, 5
-COLUMNS = {"operations": "{:.0f}", "derive, s": "{:.2f}", "compile, s": "{:.2f}", "evaluation, µs": "{:.2f}"}
+COUNTS, FRESH = (50, 100, 200, 400), 3
+COLUMNS = {
+    "operations": ("{:.0f}", 1),
+    "derive, s": ("{:.2f}", 1),
+    "compile, s": ("{:.2f}", 1),
+    "evaluation, µs": ("{:.2f}", 1e6),
+}
+"""How the figures are written, and in what unit."""
 
 
 def ring(n: int) -> kn.System:
@@ -43,22 +47,10 @@ def ring(n: int) -> kn.System:
 
 
 def cold(n: int) -> dict[str, float]:
-    """One derivation, compilation and evaluation, nothing cached."""
+    """The figures of one."""
     kn.derive(four_bar.system()).compile(cache=False)  # what is imported late, and LLVM
-    system = ring(n)
-    start = time.process_time()
-    eom = kn.derive(system)
-    derived = time.process_time()
-    eom.compile(cache=False)
-    done = time.process_time()
-    x = np.random.default_rng(7).uniform(-1, 1, len(eom.coordinates) + len(eom.speeds))
-    kernel = native.kane_loop(native.kane_kernel(eom, x, {}))
-    times = in_turn({"kane": kernel.loop}, ROUNDS)["kane"]
-    kernel.loop(1)
-    if not np.isfinite(kernel.out).all():
-        raise RuntimeError(f"Expected finite accelerations of {n} links, got {kernel.out}.")
-    found = eom.operations.total, derived - start, done - derived, 1e6 * float(np.median(times))
-    return dict(zip(COLUMNS, found, strict=True))
+    found = figures(ring(n)).values()
+    return {name: x * unit for (name, (_, unit)), x in zip(COLUMNS.items(), found, strict=True)}
 
 
 def main() -> None:
@@ -75,7 +67,9 @@ def main() -> None:
         rows.append([float(np.median([run[name] for run in runs])) for name in COLUMNS])
         print(
             f"{n} links: "
-            + "; ".join(f"{name} {form.format(x)}" for (name, form), x in zip(COLUMNS.items(), rows[-1], strict=True))
+            + "; ".join(
+                f"{name} {form.format(x)}" for (name, (form, _)), x in zip(COLUMNS.items(), rows[-1], strict=True)
+            )
         )
     powers = np.polyfit(np.log(COUNTS), np.log(rows), 1)[0]
     print("power of n: " + "; ".join(f"{name} {x:.2f}" for name, x in zip(COLUMNS, powers, strict=True)))

@@ -55,17 +55,30 @@ def measured(case: TreeCase) -> dict[str, Any]:
 
 
 def cold(name: str, n: int) -> dict[str, float]:
-    """Seconds of processor time to derive, and to compile, and for one evaluation, nothing cached."""
+    """The figures of a chain."""
     kn.derive(pendulums.system(2)).compile(cache=False)  # what is imported late, and LLVM
-    system = GROWING[name](n)
+    return figures(GROWING[name](n))
+
+
+def figures(system: kn.System) -> dict[str, float]:
+    """Seconds of processor time to derive, and to compile, and for one evaluation, nothing cached.
+
+    Raises
+    ------
+    RuntimeError
+        if the rates at the state drawn are not finite
+    """
     start = time.process_time()
     eom = kn.derive(system)
     derived = time.process_time()
     eom.compile(cache=False)
     done = time.process_time()
-    x = np.random.default_rng(7).uniform(-1, 1, 2 * n)
-    loop = native.kane_loop(native.kane_kernel(eom, x, {})).loop
-    times = in_turn({"kane": loop}, 5)["kane"]
+    x = np.random.default_rng(7).uniform(-1, 1, len(eom.coordinates) + len(eom.speeds))
+    kernel = native.kane_loop(native.kane_kernel(eom, x, {}))
+    times = in_turn({"kane": kernel.loop}, 5)["kane"]
+    kernel.loop(1)
+    if not np.isfinite(kernel.out).all():
+        raise RuntimeError(f"Expected finite rates, got {kernel.out}.")
     return {
         "operations": eom.operations.total,
         "derive": derived - start,

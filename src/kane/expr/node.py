@@ -264,9 +264,8 @@ def sweep() -> int:
 
 def _alone(known: dict[tuple[Any, ...], Expr]) -> list[tuple[Any, ...]]:
     """Names of the nodes of a table that nothing else seemed to hold when they were counted: the rest is not looked at one by one."""
-    held = map(
-        sys.getrefcount, list(known.values())
-    )  # by the table, the list and the call; what a list alone holds: one less
+    # each is held by the table, the list and the call: by one more than what a list alone holds
+    held = map(sys.getrefcount, list(known.values()))
     least = next(map(sys.getrefcount, [object()])) + 1
     return [name for name, count in zip(list(known), held, strict=False) if count <= least]
 

@@ -38,8 +38,8 @@ class Op:
     commutative: bool = False
     code: int = 0
     label: str = ""
-    nodes: dict[Any, Any] = None  # type: ignore[assignment]
-    """The nodes of a row's operation by their arguments; None for operations that come and go."""
+    nodes: Any = None
+    """The nodes of a row's operation, a dict by their arguments; None for operations that come and go."""
 
     def __repr__(self) -> str:
         return f"Op({self.name!r})"

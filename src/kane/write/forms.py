@@ -210,8 +210,7 @@ def _merged(constant: Number, terms: Sequence[tuple[Signed, Expr]]) -> tuple[Num
             continue
         total: Number = 0
         for (negative, tree), _ in group:
-            size = tree.coefficient if isinstance(tree, Product) else 1
-            total += -size if negative else size
+            total += -_coefficient(tree) if negative else _coefficient(tree)
         if total:
             (_, first), node = group[0]
             kept.append((scaled(total, (False, _bare(first))), node))

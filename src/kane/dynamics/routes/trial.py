@@ -9,6 +9,7 @@ and its mass centre on the axis of its joint, and then shorter than what composi
 from collections.abc import Iterator, Mapping, Sequence
 
 from kane.dynamics.routes.articulated import Wrenches, unit
+from kane.dynamics.routes.moving import passed_outward
 from kane.dynamics.routes.places import Place, Way, Wrench
 from kane.expr.build import neg, sub
 from kane.expr.node import ZERO, Expr
@@ -34,7 +35,8 @@ def forces_at_trial(
     """Trial accelerations of the freedoms, and −b there."""
     on = way.on
     trial, right = [ZERO] * count, [ZERO] * count
-    moving = _tried(way, ground, trial)
+    # freedoms that several segments share are left as they are
+    moving = passed_outward(way, ground, lambda places, alpha, a: _without(places, alpha, a, trial), way.outer).work
     pressing = list(wrenches(way, bodies, loads, moving))
     for i, felt in bending.items():
         at = felt.at(*moving[i])
@@ -54,28 +56,6 @@ def forces_at_trial(
         if parent:
             pressing[parent] = pressing[parent].plus(way.left(i, w))
     return trial, right
-
-
-def _tried(way: Way, ground: Triple, trial: list[Expr]) -> list[tuple[Triple, Triple]]:
-    """α and a of each segment at the trial accelerations, along the basis it works in."""
-    on = way.on
-    own = [(NOTHING, ground)]  # along B
-    work = [(NOTHING, ground)]
-    for i, step in enumerate(on.steps):
-        if i == 0:
-            continue
-        alpha, a = work[step.parent] if step.joins else own[step.parent]
-        for turn in step.lead:
-            alpha, a = turn.down(alpha), turn.down(a)
-        a = summed(a, summed(cross3(alpha, on.placed[i][0]), on.known[i].shift))
-        alpha, a = _without(way.outer[i], alpha, a, trial)
-        turned = step.turn is not None and not on.base[i]
-        if step.turn is not None and turned:
-            alpha, a = step.turn.down(alpha), step.turn.down(a)
-        alpha, a = summed(alpha, on.known[i].spin), summed(a, on.known[i].sliding)
-        work.append(_without(way.inner[i], alpha, a, trial))
-        own.append(work[i] if turned or step.turn is None else (step.turn.down(work[i][0]), step.turn.down(work[i][1])))
-    return work
 
 
 def _without(places: Sequence[Place], alpha: Triple, a: Triple, trial: list[Expr]) -> tuple[Triple, Triple]:
