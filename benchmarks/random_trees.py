@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Trees of pins with general axes, tilts, offsets and inertias in numbers: what a robot's description usually holds."""
+"""Trees of pins with general axes, tilts, offsets and inertias in numbers: what a robot's description usually holds.
+
+Their operations are counted, so that the numbers are made without BLAS and LAPACK: these round as the machine has it.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -30,7 +34,7 @@ class Mass:
 
     def turned(self, axes: Array) -> Mass:
         """Along other axes, the columns of `axes`."""
-        return Mass(self.mass, axes.T @ self.center, axes.T @ self.inertia @ axes)
+        return Mass(self.mass, product(axes.T, self.center), product(product(axes.T, self.inertia), axes))
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ def random_links(parents: Sequence[int], seed: int, *, floating: bool = False) -
     joints = []
     for parent in parents:
         seat, at, n = _rotation(rng), 0.3 * rng.normal(size=3), rng.normal(size=3)
-        joints.append((parent, seat, at, n / np.linalg.norm(n)))
+        joints.append((parent, seat, at, n / _length(n)))
     base = _mass(rng) if floating else None
     return base, [Link(*joint, _mass(rng)) for joint in joints]
 
@@ -61,8 +65,20 @@ def random_links(parents: Sequence[int], seed: int, *, floating: bool = False) -
 def _mass(rng: np.random.Generator) -> Mass:
     """Four particles about a mass centre beside the joint."""
     arms = 0.1 * rng.normal(size=(4, 3))
-    inertia = np.sum(arms**2) * np.eye(3) - arms.T @ arms
+    inertia = sum((arms**2).ravel().tolist()) * np.eye(3) - product(arms.T, arms)
     return Mass(1.0, 0.2 * rng.normal(size=3), inertia)
+
+
+def product(a: Array, b: Array) -> Array:
+    """a b (m × n, n × p or n), every element summed from left to right, the same on all machines."""
+    total = np.multiply.outer(a[:, 0], b[0])
+    for k in range(1, len(b)):
+        total = total + np.multiply.outer(a[:, k], b[k])
+    return np.asarray(total)
+
+
+def _length(v: Array) -> float:
+    return math.sqrt(sum(x * x for x in v.tolist()))
 
 
 def planar_links(n: int) -> list[Link]:
@@ -76,7 +92,7 @@ def onto_z(axis: Array) -> Array:
     """A rotation that takes z to a unit vector."""
     other = np.eye(3)[np.argmin(np.abs(axis))]
     x = np.cross(other, axis)
-    x /= np.linalg.norm(x)
+    x /= _length(x)
     return np.column_stack((x, np.cross(axis, x), axis))
 
 
@@ -86,7 +102,7 @@ def along_z(links: Sequence[Link]) -> list[Link]:
     above = [turned[link.parent] if link.parent >= 0 else np.eye(3) for link in links]
     z = np.array([0.0, 0.0, 1.0])
     return [
-        Link(link.parent, a.T @ link.seat @ own, a.T @ link.at, z, link.body.turned(own))
+        Link(link.parent, product(product(a.T, link.seat), own), product(a.T, link.at), z, link.body.turned(own))
         for link, own, a in zip(links, turned, above, strict=True)
     ]
 
@@ -147,6 +163,13 @@ def _vector(frame: kn.Frame, v: Sequence[Any]) -> kn.Vector:
 
 
 def _rotation(rng: np.random.Generator) -> Array:
-    """Direction cosines (3, 3)."""
-    q = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    return np.asarray(q * np.linalg.det(q))
+    """Direction cosines (3, 3): the orthogonal factor of a random matrix by Householder's reflections, turned to be a rotation."""
+    left, q = rng.normal(size=(3, 3)), np.eye(3)
+    for k in range(2):
+        normal = np.zeros(3)
+        normal[k:] = left[k:, k]
+        normal[k] += math.copysign(_length(normal), normal[k])
+        normal /= _length(normal)
+        left = left - 2 * np.multiply.outer(normal, product(left.T, normal))
+        q = q - 2 * np.multiply.outer(product(q, normal), normal)
+    return q  # of two reflections: a rotation

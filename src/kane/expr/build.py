@@ -5,13 +5,13 @@ What is rewritten: constants, 0 and 1, signs (outwards), x − x, like terms, x�
 parity of functions. Nothing is ever expanded, and nothing global is done.
 """
 
-import math
 from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
 
 from kane.errors import ExpressionError, cut
+from kane.expr.correctly_rounded import value_of_numbers
 from kane.expr.node import (
     ONE,
     TWO,
@@ -287,7 +287,7 @@ def _sine(a: Expr) -> Expr:
     if value is None:
         known = turns_sine(a, 0)
         return intern_node(SIN, a) if known is None else constant(known)
-    return constant(math.sin(value))
+    return constant(value_of_numbers(SIN, float(value)))
 
 
 def _cosine(a: Expr) -> Expr:
@@ -297,7 +297,7 @@ def _cosine(a: Expr) -> Expr:
     if value is None:
         known = turns_sine(a, 1)
         return intern_node(COS, a) if known is None else constant(known)
-    return constant(math.cos(value))
+    return constant(value_of_numbers(COS, float(value)))
 
 
 def _signed(a: Expr, negative: bool) -> Expr:
@@ -316,8 +316,7 @@ def _function(op: Op) -> Callable[[Expr], Expr]:
                 raise ExpressionError(f"Logarithm of the constant {value}, which is not positive.")
             if op.name in ("asin", "acos") and not -1 <= value <= 1:
                 raise ExpressionError(f"{op.name} of the constant {value}, which is not within −1…1.")
-            with np.errstate(all="ignore"):  # what overflows is refused by `constant`
-                return constant(float(op.numpy(float(value))))
+            return constant(value_of_numbers(op, float(value)))  # what overflows is refused by `constant`
         if a.op is NEG and op in _ODD:
             return neg(intern_node(op, a.args[0]))
         if a.op is NEG and op in _EVEN:
@@ -342,8 +341,7 @@ def _binary(op: Op) -> Callable[[Expr, Expr], Expr]:
     def build(a: Expr, b: Expr) -> Expr:
         x, y = constant_value(a), constant_value(b)
         if op is not LESS and x is not None and y is not None:
-            with np.errstate(all="ignore"):
-                return constant(float(op.numpy(float(x), float(y))))
+            return constant(value_of_numbers(op, float(x), float(y)))
         if op.commutative:
             if a is b:
                 return a

@@ -18,7 +18,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.numeric import rotations
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, product
 from kane.numeric.sample import value_of
 from kane.space.rotation import NOTHING, Basis, Cosines, Orientation, Triple
 
@@ -63,8 +63,7 @@ def _array(rows: Sequence[Sequence[Expr]]) -> Array:
 def times(a: Array, b: Array) -> Array:
     """A B."""
     if are_numbers(a) and are_numbers(b):
-        found: Array = a @ b
-        return found
+        return product(a, b)
     left, right = exact(a), exact(b)
     columns = tuple(zip(*right, strict=True))
     return _array([[dot(row, column) for column in columns] for row in left])

@@ -25,7 +25,7 @@ from kane.kinematics.given_cosines import (
     numbers,
     times,
 )
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, product
 from kane.numeric.rotations import about, turned, zx
 from kane.space.frame import Frame
 from kane.space.rotation import Basis, Orientation
@@ -89,7 +89,7 @@ def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
         return Placed(Node(f, base, cosines), np.eye(3))
     if not are_numbers(cosines):
         return _by_parameters(f, base, cosines, axis, o.angle)
-    direction = cosines @ axis
+    direction = product(cosines, axis[:, None])[:, 0]
     gamma, alpha = zx(direction)
     if alpha in (0, math.pi):  # the same axis once more, or against it
         sense = 1 if alpha == 0 else -1
@@ -102,7 +102,7 @@ def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
     if abs(gamma) > math.pi / 2:  # half a turn less, and over the other way
         gamma, alpha = gamma - math.copysign(math.pi, gamma), -alpha
     node = Node(f, base, seat=Seat(base, gamma, alpha), angle=o.angle)
-    return Placed(node, (about(2, gamma) @ about(0, alpha)).T @ cosines)
+    return Placed(node, product(product(about(2, gamma), about(0, alpha)).T, cosines))
 
 
 def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Expr) -> Placed:
@@ -111,7 +111,7 @@ def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Exp
     γ has no derivatives by parameters there, and x no direction.
     """
     gamma, alpha = zx(axis)
-    own = (about(2, gamma) @ about(0, alpha)).T  # the axis along z
+    own = product(about(2, gamma), about(0, alpha)).T  # the axis along z
     before = times(cosines, own.T)
     direction = triple(row[2] for row in exact(before))
     if not is_apart(direction):

@@ -9,13 +9,13 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import numpy as np
-
 from kane.errors import ModelError, cut
+from kane.expr.build import cos, sin
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.model.directions import check_unit
 from kane.model.joints.gears import length_along
 from kane.model.loads import Load
+from kane.numeric.legendre import gauss
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -115,7 +115,7 @@ def pressure_on_disk(
     for i, (share, weight) in enumerate(rule, 1):
         for k in range(turns):
             angle = 2 * math.pi * (k + 0.5) / turns
-            u, v = (r * share * constant(f(angle)) for f in (math.cos, math.sin))
+            u, v = (r * share * f(constant(angle)) for f in (cos, sin))
             p = as_expr(pressure(u, v) if callable(pressure) else pressure)
             place = center.fixed_in(frame, f"{name or center.name}.{i}.{k + 1}", x * u + y * v)
             forces.append((place, normal * (-p * r * r * (weight * constant(2 * math.pi / turns)))))
@@ -127,16 +127,13 @@ def _gauss(degree: int) -> Rule:
     count = _points(degree)
     if count == 1:
         return [(constant(1) / 2, constant(1))]
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return [(constant((1 + x) / 2), constant(w / 2)) for x, w in zip(nodes, weights, strict=True)]
+    return [(constant(x), constant(w)) for x, w in zip(*gauss(count), strict=True)]
 
 
 def _radial(degree: int) -> Iterator[tuple[Expr, Expr]]:
     """Shares ρ of the radius and weights of ∫ f ρ dρ on 0…1."""
-    nodes, weights = np.polynomial.legendre.leggauss(_points(degree) + 1)
-    for x, w in zip(nodes, weights, strict=True):
-        share = (1 + x) / 2
-        yield constant(share), constant(w / 2 * share)
+    for share, w in zip(*gauss(_points(degree) + 1), strict=True):
+        yield constant(share), constant(w * share)
 
 
 def _points(degree: Any) -> int:

@@ -5,7 +5,11 @@ import math
 
 import numpy as np
 
-from kane.numeric.arrays import Array
+from kane.expr.correctly_rounded import value_of_numbers
+from kane.expr.ops import COS, OPS, SIN
+from kane.numeric.arrays import Array, product
+
+ATAN2 = OPS["atan2"]
 
 ROUNDING = 1e-15
 """Up to which a direction cosine, or an angle, is taken for 0 or another value that is exact."""
@@ -22,7 +26,7 @@ def turned(axis: int, c: float, s: float) -> Array:
 
 def about(axis: int, angle: float) -> Array:
     """Of a rotation about a basis vector."""
-    return turned(axis, math.cos(angle), math.sin(angle))
+    return turned(axis, value_of_numbers(COS, angle), value_of_numbers(SIN, angle))
 
 
 def rounded(cosines: Array) -> Array:
@@ -37,11 +41,11 @@ def zx(direction: Array) -> tuple[float, float]:
     across = math.hypot(x, y)
     if across <= ROUNDING:
         return 0.0, 0.0 if z > 0 else math.pi
-    return math.atan2(x, -y), math.atan2(across, z)
+    return value_of_numbers(ATAN2, x, -y), value_of_numbers(ATAN2, across, z)
 
 
 def zxz(cosines: Array) -> tuple[float, float, float]:
     """a, b, c of R_z(a) R_x(b) R_z(c); c from what a and b leave, so that the product is exact where b is small."""
     a, b = zx(cosines[:, 2])
-    rest = (about(2, a) @ about(0, b)).T @ cosines
-    return a, b, math.atan2(rest[1, 0], rest[0, 0])
+    rest = product(product(about(2, a), about(0, b)).T, cosines)
+    return a, b, value_of_numbers(ATAN2, *rest[1::-1, 0].tolist())

@@ -8,6 +8,7 @@ import numpy as np
 
 from kane.collector import collecting_seldom
 from kane.errors import ValueMissingError
+from kane.expr.correctly_rounded import value_of_numbers
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.piecewise import lowered
@@ -116,8 +117,7 @@ def _fold(order: Iterable[Expr]) -> dict[Expr, float]:
         elif node.op is PI:
             values[node] = float(np.pi)
         elif node.args and all(a in values for a in node.args):
-            with np.errstate(all="ignore"):
-                value = float(node.op.numpy(*[np.float64(values[a]) for a in node.args]))
+            value = value_of_numbers(node.op, *(values[a] for a in node.args))
             if np.isfinite(value):
                 values[node] = value
     return values

@@ -11,7 +11,8 @@ import pytest
 import kane as kn
 from kane.errors import ModelError
 from kane.model.beams.functions import FAMILIES
-from kane.model.beams.integrals import foreshortening, gauss, moments_beyond
+from kane.model.beams.integrals import foreshortening, moments_beyond
+from kane.numeric.legendre import gauss
 
 RULE = gauss(80)
 EIGENVALUES = {  # Blevins (1979), table 8-1

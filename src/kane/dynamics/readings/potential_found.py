@@ -14,6 +14,7 @@ import numpy as np
 
 from kane import show
 from kane.dynamics.derived import Derived
+from kane.dynamics.readings.line_integral import NODES, line_integral
 from kane.dynamics.readings.potential_held import check_allowed, held
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
 from kane.errors import KaneError, PotentialError, cut
@@ -21,7 +22,6 @@ from kane.expr.build import neg
 from kane.expr.diff import diff
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
-from kane.expr.line_integral import NODES, line_integral
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.size import size
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of

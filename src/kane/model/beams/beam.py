@@ -17,12 +17,12 @@ from kane.model.beams.arguments import axial, bending, directions, shearing, tur
 from kane.model.beams.damping import damping_of
 from kane.model.beams.deformation import Fields, section_frame
 from kane.model.beams.elastic import Gauges, elasticity
-from kane.model.beams.integrals import gauss
 from kane.model.beams.masses import Matter, particles, sharing, slices
 from kane.model.beams.section import Tapered, measure, section
 from kane.model.bodies import Part
 from kane.model.joints.joint import check_named
 from kane.model.loads import Load
+from kane.numeric.legendre import gauss
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

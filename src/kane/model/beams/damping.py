@@ -21,6 +21,7 @@ from kane.model.beams.masses import Matter
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 
+_DIGITS = 30
 UNITS = {"mass": ("alpha", "1/s"), "stiffness": ("beta", "s"), "ratio": ("zeta", "1")}
 """Symbol and unit of the parameters that numbers become."""
 
@@ -78,10 +79,20 @@ def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr])
     if "stiffness" in damping:
         terms.append((mul(damping["stiffness"], stiff), k))
     if "ratio" in damping:
-        lower = np.linalg.cholesky(m)
-        inverse = np.linalg.inv(lower)
-        squares, modes = np.linalg.eigh(inverse @ k @ inverse.T)
-        c = lower @ modes @ np.diag(np.sqrt(np.maximum(squares, 0.0))) @ modes.T @ lower.T
-        c[np.abs(c) < 1e-12 * np.abs(c).max()] = 0.0
-        terms.append((mul(2 * damping["ratio"], sqrt(mul(mass, stiff))), c))
+        terms.append((mul(2 * damping["ratio"], sqrt(mul(mass, stiff))), _critical(m, k)))
     return terms
+
+
+def _critical(m: Array, k: Array) -> Array:
+    """mΦ diag(λ) Φᵀm, in more digits than are kept, which LAPACK's last ones depend on the machine."""
+    import mpmath
+
+    with mpmath.workdps(_DIGITS):
+        lower = mpmath.cholesky(mpmath.matrix(m.tolist()))
+        inverse = lower**-1
+        squares, modes = mpmath.eigsy(inverse * mpmath.matrix(k.tolist()) * inverse.T)
+        half = lower * modes
+        c = half * mpmath.diag([mpmath.sqrt(max(x, 0)) for x in squares]) * half.T
+        found = np.array(c.tolist(), dtype=float)
+    found[np.abs(found) < 1e-12 * np.abs(found).max()] = 0.0
+    return found

@@ -13,9 +13,18 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, product
+from kane.numeric.legendre import gauss
+from kane.program.emit.sincos import sine_cosine
 
 Evaluate = Callable[[Array, int], Array]
+
+_LN2 = float.fromhex("0x1.62e42fefa39efp-1")
+_LN2_HIGH, _LN2_LOW = float.fromhex("0x1.62e42feep-1"), float.fromhex("0x1.a39ef35793c76p-33")
+"""ln 2 in two parts, of which multiples of the first are exact."""
+_TERMS = 14
+_QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
+"""cos and sin of so many quarter turns."""
 
 
 class Family(NamedTuple):
@@ -30,20 +39,39 @@ def _roots(sign: int, guesses: Any) -> Array:
     """Solutions of cos β = `sign`/cosh β beside guesses, by Newton's method."""
     beta: Array = np.array(guesses, dtype=float)
     for _ in range(12):  # it doubles the digits each time; the guesses have one
-        beta = beta + (np.cos(beta) - sign / np.cosh(beta)) / (np.sin(beta) - sign * np.sinh(beta) / np.cosh(beta) ** 2)
+        (sine, cosine), (sinh, cosh) = sine_cosine(beta), _hyperbolic(beta)
+        beta = beta + (cosine - sign / cosh) / (sine - sign * sinh / (cosh * cosh))
     return beta
+
+
+def _exp(x: Array) -> Array:
+    """e^x = 2^k e^r with |r| ≤ ln 2/2, by its series: the same bits on every machine, which NumPy's own are not."""
+    k = np.rint(x / _LN2)
+    r = (x - k * _LN2_HIGH) - k * _LN2_LOW
+    series = np.ones_like(r)
+    for n in range(_TERMS, 0, -1):
+        series = 1 + r * series / n
+    return np.asarray(np.ldexp(series, k.astype(int)))
+
+
+def _hyperbolic(x: Array) -> tuple[Array, Array]:
+    """sinh x and cosh x where neither is small."""
+    rising, falling = _exp(x) / 2, _exp(-x) / 2
+    return rising - falling, rising + falling
 
 
 def _clamped_free(n: int) -> Evaluate:
     """cos β cosh β = −1: cosh βξ − cos βξ − σ (sinh βξ − sin βξ), σ = (sinh β − sin β)/(cosh β + cos β)."""
     beta = _roots(-1, (np.arange(n) + 0.5) * np.pi)
-    return _of_exponentials(beta, np.sin(beta) + np.cos(beta) + np.exp(-beta), 1 / (np.cosh(beta) + np.cos(beta)), -1)
+    (sine, cosine), (_, cosh) = sine_cosine(beta), _hyperbolic(beta)
+    return _of_exponentials(beta, sine + cosine + _exp(-beta), 1 / (cosh + cosine), -1)
 
 
 def _free_free(n: int) -> Evaluate:
     """cos β cosh β = 1: cosh βξ + cos βξ − σ (sinh βξ + sin βξ), σ = (cosh β − cos β)/(sinh β − sin β)."""
     beta = _roots(1, (np.arange(n) + 1.5) * np.pi)
-    return _of_exponentials(beta, np.cos(beta) - np.sin(beta) - np.exp(-beta), 1 / (np.sinh(beta) - np.sin(beta)), 1)
+    (sine, cosine), (sinh, _) = sine_cosine(beta), _hyperbolic(beta)
+    return _of_exponentials(beta, cosine - sine - _exp(-beta), 1 / (sinh - sine), 1)
 
 
 def _of_exponentials(beta: Array, rest: Array, scale: Array, sign: int) -> Evaluate:
@@ -54,14 +82,29 @@ def _of_exponentials(beta: Array, rest: Array, scale: Array, sign: int) -> Evalu
     def evaluate(x: Array, order: int) -> Array:
         z = np.multiply.outer(x, beta)
         # e^(βξ) (1 − σ)/2 = e^(β(ξ−1)) · [rest · e^β · scale]/2, which stays of order 1
-        rising = np.exp(z - beta) * (rest * np.exp(beta) * scale) / 2
-        falling = np.exp(-z) * (1 + sigma) / 2 * (-1) ** order
-        turn = order * np.pi / 2
-        waves = np.cos(z + turn) - sigma * np.sin(z + turn)
-        whole: Array = (rising + falling + sign * waves) * beta**order
+        rising = _exp(z - beta) * (rest * _exp(beta) * scale) / 2
+        falling = _exp(-z) * (1 + sigma) / 2 * (-1) ** order
+        sine, cosine = _quarters_further(z, order)
+        waves = cosine - sigma * sine
+        whole: Array = (rising + falling + sign * waves) * _power(beta, order)
         return whole
 
     return evaluate
+
+
+def _quarters_further(z: Array, order: int) -> tuple[Array, Array]:
+    """sin and cos of z + order π/2: derivatives of sin z and, but for a quarter, of cos z."""
+    sine, cosine = sine_cosine(z)
+    c, s = _QUARTERS[order % 4]
+    return c * sine + s * cosine, c * cosine - s * sine
+
+
+def _power(beta: Array, order: int) -> Array:
+    """β^order by products."""
+    power = np.ones_like(beta)
+    for _ in range(order):
+        power = power * beta
+    return power
 
 
 def _pinned(n: int) -> Evaluate:
@@ -78,7 +121,7 @@ def _sines(waves: Any) -> Evaluate:
     beta = np.asarray(waves, dtype=float)
 
     def evaluate(x: Array, order: int) -> Array:
-        values: Array = np.sqrt(2) * np.sin(np.multiply.outer(x, beta) + order * np.pi / 2) * beta**order
+        values: Array = np.sqrt(2) * _quarters_further(np.multiply.outer(x, beta), order)[0] * _power(beta, order)
         return values
 
     return evaluate
@@ -110,13 +153,18 @@ def _orthonormal(power: int) -> Callable[[int], Evaluate]:
 
     def make(n: int) -> Evaluate:
         raw = _polynomials(power)(n)
-        z, w = np.polynomial.legendre.leggauss(n + power + 1)
-        _, upper = np.linalg.qr(np.sqrt(w / 2)[:, None] * raw((z + 1) / 2, 0))
-        turned = np.linalg.inv(upper * np.sign(np.diag(upper))[:, None])
+        rule = gauss(n + power + 1)
+        values, turned = raw(rule.places, 0), np.eye(n)
+        for k in range(n):  # Gram and Schmidt's method, twice: once leaves what rounding makes of it
+            for _ in range(2):
+                v = product(values, turned[:, : k + 1])
+                parts = (rule.weights[:, None] * v[:, :k] * v[:, k:]).sum(axis=0)
+                turned[:, k] -= product(turned[:, :k], parts[:, None])[:, 0]
+            length = (rule.weights * product(values, turned[:, k : k + 1])[:, 0] ** 2).sum()
+            turned[:, k] /= np.sqrt(length)
 
         def evaluate(x: Array, order: int) -> Array:
-            whole: Array = raw(x, order) @ turned
-            return whole
+            return product(raw(x, order), turned)
 
         return evaluate
 

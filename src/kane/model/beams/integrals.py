@@ -10,14 +10,13 @@ mass, ∫ r H dξ and ∫ r ξ H dξ, are by Fubini ∫ m₀ φ'_i φ'_j dξ and
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
 from kane.errors import ModelError
 from kane.model.beams.shapes import ModeShapes
 from kane.numeric.arrays import Array
+from kane.numeric.legendre import Rule, gauss
 
 Share = Callable[[Array], Array]
 
@@ -29,33 +28,6 @@ _RANK = 1e-9
 """Share of the largest singular value of functions of unit length below which they are dependent."""
 _EXACT = 1e-9
 """Error, relative to the lengths of two functions, up to which their product is integrated with few stations."""
-
-
-class Rule(NamedTuple):
-    """Places ξ (m) and weights (m) with Σ w f(ξ) = ∫ f dξ."""
-
-    places: Array
-    weights: Array
-
-    def gram(self, a: Array, b: Array, share: Array | float = 1.0) -> Array:
-        """∫ share a_k b_l dξ of functions by their values (m × …)."""
-        whole: Array = a.T @ ((self.weights * share)[:, None] * b)
-        return whole
-
-
-def gauss(points: int, breaks: Sequence[float] = (0.0, 1.0)) -> Rule:
-    """Gauss's rule with so many points in each piece."""
-    x, w = _of_legendre(points)
-    starts, ends = np.array(breaks[:-1]), np.array(breaks[1:])
-    half = (ends - starts) / 2
-    places = ((starts + ends) / 2)[:, None] + np.multiply.outer(half, x)
-    return Rule(places.ravel(), np.multiply.outer(half, w).ravel())
-
-
-@cache
-def _of_legendre(points: int) -> tuple[Array, Array]:
-    """Gauss's points from −1 to 1 and their weights."""
-    return np.polynomial.legendre.leggauss(points)
 
 
 def fine(shapes: Sequence[ModeShapes]) -> Rule:
@@ -134,5 +106,5 @@ def _products(
         rows, columns = np.triu_indices(s.count)
         values.append(h[:, rows, columns])
     whole = np.hstack(values)
-    gram = rule.gram(whole, whole, share(rule.places))
-    return gram, np.sqrt(np.diag(gram))
+    squares = rule.gram(whole, whole, share(rule.places))
+    return squares, np.sqrt(np.diag(squares))

@@ -22,7 +22,7 @@ from kane.model.beams.integrals import fine, moments_beyond, rounded, stations
 from kane.model.beams.section import Tapered
 from kane.model.beams.shapes import slopes
 from kane.model.bodies import Part
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, product
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
@@ -56,15 +56,15 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
     """Points that share their momentum, of the linearized form."""
     places: list[tuple[str, Vector]] = [("axis", whole.axis * whole.length)]
     places += [(q.name, f.along * q) for f in whole.shifting for q in f.coordinates]
-    gram = _gram(whole, matter)
+    mu = _mu(whole, matter)
     if whole.stiffening and whole.bending:
         moments = _shortening_moments(whole, matter)
         places += [("shortening", whole.axis * whole.shortening(moments[0]))]
         places += [("shortening moment", whole.axis * whole.shortening(moments[1]))]
-        gram = np.pad(gram, (0, 2))
-        gram[0, -2] = gram[-2, 0] = gram[1, -1] = gram[-1, 1] = 1.0
+        mu = np.pad(mu, (0, 2))
+        mu[0, -2] = mu[-2, 0] = mu[1, -1] = mu[-1, 1] = 1.0
     points = [root, *(root.at(f"{name} {what}", d) for what, d in places)]
-    rows = _by_points(gram)
+    rows = _by_points(mu)
     total = mul(matter.mass.value, whole.length)
 
     def times(x: float) -> Expr:
@@ -81,15 +81,15 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
     ]
 
 
-def _gram(whole: Fields, matter: Matter) -> Array:
+def _mu(whole: Fields, matter: Matter) -> Array:
     """μ of 1, ξ and the functions of all deformations, in units of ρA L."""
     rule = fine([f.shapes for f in whole.shifting])
     x = rule.places
     values = np.hstack([np.ones((len(x), 1)), x[:, None], *(f.shapes.evaluate(x, 0) for f in whole.shifting)])
-    gram = rule.gram(values, values, matter.mass.share(x))
-    size = np.sqrt(np.diag(gram))
-    gram[np.abs(gram) < _SMALL * np.multiply.outer(size, size)] = 0.0
-    return rounded((gram + gram.T) / 2)
+    mu = rule.gram(values, values, matter.mass.share(x))
+    size = np.sqrt(np.diag(mu))
+    mu[np.abs(mu) < _SMALL * np.multiply.outer(size, size)] = 0.0
+    return rounded((mu + mu.T) / 2)
 
 
 def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], list[Array]]:
@@ -103,13 +103,11 @@ def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], lis
     return found
 
 
-def _by_points(gram: Array) -> Array:
+def _by_points(mu: Array) -> Array:
     """μ' of velocities of points from μ of their differences from the root's: v_0, v_k − v_0."""
-    n = len(gram)
-    differences = np.eye(n)
+    differences = np.eye(len(mu))
     differences[1:, 0] = -1.0
-    whole: Array = differences.T @ gram @ differences
-    return whole
+    return product(product(differences.T, mu), differences)
 
 
 def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) -> list[Part]:

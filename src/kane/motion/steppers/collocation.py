@@ -8,14 +8,13 @@ Differential Equations II*, 2nd ed. 1996, sec. IV.5.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, localcontext
+from decimal import localcontext
 from functools import cache
 from math import cos, pi
 
-_DIGITS = 50
-_NEWTON = 8
+from kane.numeric.legendre import DIGITS, D, gauss_nodes, legendre, root
+
 Vector = tuple[float, ...]
-D = Decimal
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,20 +38,19 @@ class Nodes:
 def gauss(stages: int) -> Nodes:
     """Gauss's nodes, in ascending order."""
     with localcontext() as context:
-        context.prec = _DIGITS
-        x = [_root(stages, cos(pi * (stages - k - 0.25) / (stages + 0.5))) for k in range(stages)]
-        p = [_legendre(stages + 2, v) for v in x]
-        return _of(x, p, [(1 - v * v) / (stages * row[stages - 1]) ** 2 for v, row in zip(x, p, strict=True)])
+        context.prec = DIGITS
+        x, w = gauss_nodes(stages)
+        return _of(x, [legendre(stages + 2, v) for v in x], [v / 2 for v in w])
 
 
 @cache
 def radau(stages: int) -> Nodes:
     """Radau's nodes, in ascending order, of which 1 is the last: the roots of P_s(2c − 1) − P_s−1(2c − 1)."""
     with localcontext() as context:
-        context.prec = _DIGITS
-        x = [_root(stages, cos(2 * pi * (stages - k) / (2 * stages - 1)), of=-1) for k in range(1, stages)]
+        context.prec = DIGITS
+        x = [root(stages, cos(2 * pi * (stages - k) / (2 * stages - 1)), of=-1) for k in range(1, stages)]
         x = [*sorted(x), D(1)]
-        p = [_legendre(stages + 2, v) for v in x]
+        p = [legendre(stages + 2, v) for v in x]
         return _of(x, p, [(1 + v) / 2 / (stages * row[stages - 1]) ** 2 for v, row in zip(x, p, strict=True)])
 
 
@@ -90,24 +88,6 @@ def _all(rows: Sequence[Sequence[D]]) -> tuple[Vector, ...]:
     return tuple(map(_floats, rows))
 
 
-def _legendre(count: int, x: D) -> list[D]:
-    """P_0 … P_count−1 at x."""
-    p = [D(1), x]
-    for k in range(1, count - 1):
-        p.append(((2 * k + 1) * x * p[k] - k * p[k - 1]) / (k + 1))
-    return p
-
-
-def _root(n: int, guess: float, of: int = 0) -> D:
-    """The root of P_n + `of` P_n−1 near a guess within (−1, 1), by Newton's method."""
-    x = D(guess)
-    for _ in range(_NEWTON):
-        p = _legendre(n + 1, x)
-        slope = sum(w * k * (x * p[k] - (p[k - 1] if k else 0)) for w, k in ((1, n), (of, n - 1)))
-        x -= (p[n] + of * p[n - 1]) * (x * x - 1) / slope
-    return x
-
-
 def _integrals(p: Sequence[D], theta: D) -> list[D]:
     """∫ P_k(2s − 1) ds from 0 to θ, for all k but the last."""
     return [theta] + [(p[k + 1] - p[k - 1]) / (2 * (2 * k + 1)) for k in range(1, len(p) - 1)]
@@ -116,7 +96,7 @@ def _integrals(p: Sequence[D], theta: D) -> list[D]:
 def integrals(nodes: Nodes, theta: float) -> tuple[Vector, Vector]:
     """∫ L_j and ∫∫ L_j from 0 to θ."""
     count, x = len(nodes.c), D(2 * theta - 1)
-    p = _legendre(count + 3, x)
+    p = legendre(count + 3, x)
     once = _integrals(p, D(theta))
     twice = [D(theta) ** 2 / 2] + [(once[k + 1] - once[k - 1]) / (2 * (2 * k + 1)) for k in range(1, count)]
     rows = [[(2 * k + 1) * b * v for k, v in enumerate(column)] for b, column in _columns(nodes)]
@@ -126,7 +106,7 @@ def integrals(nodes: Nodes, theta: float) -> tuple[Vector, Vector]:
 
 def lagrange(nodes: Nodes, theta: float) -> Vector:
     """L_j at θ."""
-    p = _legendre(len(nodes.c), D(2 * theta - 1))
+    p = legendre(len(nodes.c), D(2 * theta - 1))
     return tuple(
         float(sum((2 * k + 1) * float(p[k]) * v for k, v in enumerate(column)) * b) for b, column in _columns(nodes)
     )

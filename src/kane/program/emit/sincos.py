@@ -13,6 +13,10 @@ n (π/2 − P1 − P2 − P3) and the rounding of n P3: below 2⁻⁵⁹ |r| eve
 Rounding to nearest is assumed. Every text is written from `STEPS`; without FMA all give the same bits, at every width.
 """
 
+import numpy as np
+
+from kane.numeric.arrays import Array
+
 LIMIT = 262144.0
 """The largest |x| in rad of the short reduction: 2¹⁸."""
 
@@ -82,3 +86,24 @@ def constant(operand: str) -> float | None:
     """The value of an operand that is a constant with or without a sign."""
     value = CONSTANTS.get(operand.removeprefix("-"))
     return -value if value is not None and operand.startswith("-") else value
+
+
+def sine_cosine(x: Array) -> tuple[Array, Array]:
+    """sin x and cos x for |x| ≤ LIMIT, by the steps without FMA: the same bits on every machine, which NumPy's own are not."""
+    values: dict[str, Array] = {"x": x}
+
+    def value(operand: str) -> Array | float:
+        number = constant(operand)
+        return values[operand] if number is None else number
+
+    for name, form, *operands in STEPS:
+        a, b, *c = map(value, operands)
+        if form == "mul_add":
+            values[name] = np.asarray(a * b + c[0])
+        else:
+            values[name] = np.asarray({"add": np.add, "sub": np.subtract, "mul": np.multiply}[form](a, b))
+    quarter = np.asarray(np.mod(values["n"], 4))
+    s, c0 = values["sine"], values["cosine"]
+    sine = np.where(quarter == 0, s, np.where(quarter == 1, c0, np.where(quarter == 2, -s, -c0)))
+    cosine = np.where(quarter == 0, c0, np.where(quarter == 1, -s, np.where(quarter == 2, -c0, s)))
+    return sine, cosine

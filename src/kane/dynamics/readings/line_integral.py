@@ -8,8 +8,6 @@ by differentiation: where ∂p_i/∂x_k = ∂p_k/∂x_i every way gives the same
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from kane.expr.antiderivative import antiderivative
 from kane.expr.build import add, mul, sub
 from kane.expr.collect import factored
@@ -19,6 +17,7 @@ from kane.expr.expand import expanded
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substitute
+from kane.numeric.legendre import gauss
 
 NODES = 20
 """Of Gauss's rule."""
@@ -48,11 +47,10 @@ def line_integral(slopes: Sequence[Expr], symbols: Sequence[Symbol], base: Expr 
 
 def _by_gauss(e: Expr, x: Symbol, base: Expr) -> Expr:
     """∫ e dx from the base by Gauss's rule."""
-    places, weights = np.polynomial.legendre.leggauss(NODES)
     reach, total = sub(x, base), ZERO
-    for place, weight in zip(places, weights, strict=True):
-        at = add(base, mul(constant(float((1 + place) / 2)), reach))
-        total = add(total, mul(constant(float(weight / 2)), substitute(e, {x: at})))
+    for place, weight in zip(*gauss(NODES), strict=True):
+        at = add(base, mul(constant(float(place)), reach))
+        total = add(total, mul(constant(float(weight)), substitute(e, {x: at})))
     return mul(reach, total)
 
 
