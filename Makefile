@@ -9,7 +9,7 @@ FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-pythons check format docs bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
+.PHONY: help demo test test-full test-package test-machines test-pythons check format docs bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
 
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -25,6 +25,9 @@ test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at
 
 test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at the lowest versions allowed
 	bash requirements/package.sh $(PYTHON)
+
+test-machines: $(VENV)/.dev-stamp  ## the quick tests as on older processors; what is emitted is the same there
+	bash requirements/machines.sh
 
 test-pythons: $(VENV)/.dev-stamp  ## the quick tests on other Pythons, where there are any
 	bash requirements/pythons.sh

@@ -377,3 +377,19 @@ class TestLife:
         assert again.settings == Settings(contract=False)
         assert again.not_finite == "raise"
         assert np.array_equal(again(0.0, TWO), handle(0.0, TWO))
+
+
+def test_kane_cpu_names_a_lesser_processor(monkeypatch):
+    monkeypatch.delenv("KANE_CPU", raising=False)
+    own = set(machine_code.host.__wrapped__().features.split(","))
+    for level, lanes in (("x86-64-v2", 2), ("x86-64-v3", 4), ("x86-64-v4", 8)):
+        if own.issuperset(machine_code.LEVELS[level].split(",")):
+            monkeypatch.setenv("KANE_CPU", level)
+            lesser = machine_code.host.__wrapped__()
+            assert (lesser.cpu, lesser.lanes) == (level, lanes)
+
+
+def test_kane_cpu_must_be_one_that_this_processor_can_stand_for(monkeypatch):
+    monkeypatch.setenv("KANE_CPU", "pentium")
+    with pytest.raises(kn.KaneError, match=r"KANE_CPU as a processor that .* can stand for, one of .*, got 'pentium'"):
+        machine_code.host.__wrapped__()

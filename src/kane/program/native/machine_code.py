@@ -87,12 +87,28 @@ def _inside() -> Iterator[Any]:
         yield llvm
 
 
+_V2 = "+cx16,+popcnt,+sse3,+sse4.1,+sse4.2,+ssse3"
+_V3 = f"{_V2},+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave"
+LEVELS = {"x86-64-v2": _V2, "x86-64-v3": _V3, "x86-64-v4": f"{_V3},+avx512bw,+avx512cd,+avx512dq,+avx512f,+avx512vl"}
+"""Processors that the environment variable KANE_CPU can name, with their features: levels of the x86-64 psABI."""
+
+
 @cache
 def host() -> Target:
-    """The machine that runs this process."""
+    """The machine that runs this process, or the lesser one that KANE_CPU names."""
     llvm = _llvm()
-    features = llvm.get_host_cpu_features()
-    return Target(llvm.get_process_triple(), llvm.get_host_cpu_name(), features.flatten())
+    here = Target(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+    level = os.environ.get("KANE_CPU", "")
+    if not level:
+        return here
+    features = set(here.features.split(","))
+    usable = [name for name, needed in LEVELS.items() if features.issuperset(needed.split(","))]
+    if level not in usable:
+        raise ProgramError(
+            f"Expected the environment variable KANE_CPU as a processor that {here.cpu} can stand for, one of "
+            f"{', '.join(usable) or 'none'}, got {level!r}. Leave it unset for the processor itself."
+        )
+    return Target(here.triple, level, LEVELS[level])
 
 
 def target(cpu: str = "host", features: str = "") -> Target:
