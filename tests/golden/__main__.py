@@ -10,6 +10,7 @@ import json
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import kane as kn
@@ -30,7 +31,11 @@ def systems() -> Iterator[tuple[str, Callable[[], kn.System]]]:
         yield f"gallery: {name}", load(name).system
     yield from COUNTED.items()
     for seed in range(RANDOM):
-        yield f"random {seed}", lambda seed=seed: built(drafted(seed))
+        yield f"random {seed}", partial(_random, seed)
+
+
+def _random(seed: int) -> kn.System:
+    return built(drafted(seed))
 
 
 def record(system: kn.System) -> Record:
