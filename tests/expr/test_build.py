@@ -11,7 +11,7 @@ from hypothesis import given
 from kane.errors import ExpressionError
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant_value, pi, postorder
-from kane.expr.operators import rational
+from kane.expr.operators import Rational
 from kane.expr.ops import OPS
 from kane.expr.symbols import coordinates, parameter
 from tests.expr.expressions import MP, Program, programs, values_of
@@ -90,7 +90,7 @@ def test_signs_and_constants_stand_outside(program: Program) -> None:
         (x**0.5, x.sqrt()),
         (x**-0.5, 1 / x.sqrt()),
         (as_expr(4).sqrt(), as_expr(2)),
-        (rational(4, 9).sqrt(), rational(2, 3)),
+        (Rational(4, 9).sqrt(), Rational(2, 3)),
         (as_expr(3) ** 2, as_expr(9)),
         (as_expr(0) ** 2.5, ZERO),
         (x.max(x), x),
@@ -140,7 +140,7 @@ def test_quarter_turns_as_floating_point_numbers(turns: int) -> None:
 def test_other_angles_stay() -> None:
     assert sin(x + pi / 3).op.name == "sin"
     assert constant_value(sin(1)) == math.sin(1)
-    assert constant_value(cos(rational(1, 2))) == math.cos(0.5)
+    assert constant_value(cos(Rational(1, 2))) == math.cos(0.5)
     assert sin(pi / 5).op.name == "sin"
 
 

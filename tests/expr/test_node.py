@@ -21,7 +21,7 @@ from kane.errors import ExpressionError
 from kane.expr import node
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.node import Expr, as_expr, constant, constant_value, digest, intern_node, pi, postorder, precedes
-from kane.expr.operators import rational
+from kane.expr.operators import Rational
 from kane.expr.ops import ADD, MUL, OPS
 from kane.expr.symbols import Symbol, coordinate, coordinates, parameter, speed
 from tests.expr.expressions import DEEP, Program, programs, random_program
@@ -87,7 +87,7 @@ def test_expr_cannot_be_called_or_changed() -> None:
 
 
 def test_float_of_an_expression() -> None:
-    assert float(rational(1, 4)) == 0.25
+    assert float(Rational(1, 4)) == 0.25
     with pytest.raises(ExpressionError, match=r"kn\.evaluate"):
         float(x + 1)
 
@@ -126,10 +126,10 @@ def test_what_is_no_finite_real_number_is_refused(value) -> None:
 
 
 def test_rational_constants_stay_exact() -> None:
-    third = rational(1, 3)
+    third = Rational(1, 3)
     assert third + third + third is constant(1)
     assert constant_value(third * third) == Fraction(1, 9)
-    assert constant_value(rational(1, 10) + rational(2, 10)) == Fraction(3, 10)
+    assert constant_value(Rational(1, 10) + Rational(2, 10)) == Fraction(3, 10)
 
 
 def test_commutative_order_is_total_when_keys_tie() -> None:

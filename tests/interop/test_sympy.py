@@ -11,7 +11,7 @@ from hypothesis import given
 from kane.errors import ExpressionError
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, as_expr, pi, postorder
-from kane.expr.operators import rational
+from kane.expr.operators import Rational
 from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds, time
 from kane.interop.sympy import from_sympy, to_sympy
 from tests.expr.expressions import LEAVES, MP, Program, programs, value_of
@@ -41,7 +41,7 @@ def test_values_are_kept_both_ways(program: Program) -> None:
         (q1 - q2, Q1 - Q2),
         (-(q1 / q2), -Q1 / Q2),
         (pi / 2 - q1, sympy.pi / 2 - Q1),
-        (rational(1, 3), sympy.Rational(1, 3)),
+        (Rational(1, 3), sympy.Rational(1, 3)),
         (q1.sqrt(), sympy.sqrt(Q1)),
         (1 / q1.sqrt(), 1 / sympy.sqrt(Q1)),
         (q1**2.3, Q1 ** sympy.Float(2.3)),
@@ -72,8 +72,8 @@ def test_each_operation_both_ways(ours: Expr, theirs) -> None:
 
 
 def test_constants_stay_exact() -> None:
-    assert to_sympy(rational(2, 3) + pi) == sympy.Rational(2, 3) + sympy.pi
-    assert from_sympy(sympy.Rational(2, 3), {}) is rational(2, 3)
+    assert to_sympy(Rational(2, 3) + pi) == sympy.Rational(2, 3) + sympy.pi
+    assert from_sympy(sympy.Rational(2, 3), {}) is Rational(2, 3)
     assert from_sympy(sympy.pi, {}) is pi
     assert float(from_sympy(sympy.Float(0.1), {})) == 0.1
     assert float(to_sympy(as_expr(0.1))) == 0.1

@@ -8,7 +8,7 @@ from hypothesis import given
 
 import kane as kn
 from kane.expr.node import Expr, as_expr, pi
-from kane.expr.operators import rational
+from kane.expr.operators import Rational
 from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds
 from kane.write.latex import latex_name, to_latex, unit_vector_latex
 from tests.expr.expressions import Program, programs
@@ -59,7 +59,7 @@ def test_names(name: str, latex: str) -> None:
         (2 * m * l * l, "2 m l^{2}"),
         (m * l * l / 12, r"\frac{m l^{2}}{12}"),
         (-5 * m / 7, r"-\frac{5 m}{7}"),
-        (rational(5, 7), r"\frac{5}{7}"),
+        (Rational(5, 7), r"\frac{5}{7}"),
         (pi / 2 - q2, r"\frac{\pi}{2} - q_{2}"),
         (as_expr(1e-12), "10^{-12}"),
         (2.5e-7 * q1, r"2.5 \cdot 10^{-7} q_{1}"),

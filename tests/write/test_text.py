@@ -11,7 +11,7 @@ from hypothesis import given
 
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr, as_expr, intern_node, pi, postorder
-from kane.expr.operators import rational
+from kane.expr.operators import Rational
 from kane.expr.ops import ADD, MUL, OPS
 from kane.expr.symbols import coordinates, input, parameter, parameters, speeds, time
 from kane.write.text import to_text
@@ -30,8 +30,8 @@ mu = parameter("mu_k", 0.25, "1", "coefficient of friction")
     [
         (as_expr(0), "0"),
         (as_expr(-3), "-3"),
-        (rational(5, 7), "5/7"),
-        (rational(-5, 7), "-5/7"),
+        (Rational(5, 7), "5/7"),
+        (Rational(-5, 7), "-5/7"),
         (as_expr(0.1), "0.1"),
         (q1, "q1"),
         (-q1, "-q1"),

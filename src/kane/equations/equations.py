@@ -368,3 +368,6 @@ class Equations(Energies, Immutable):
             f"Equations({', '.join(b.name for b in self.system.bodies)}: {len(self.coordinates)} coordinates, "
             f"{len(self.speeds)} speeds, {len(self.reactions)} reactions, {self.operations.total} operations)"
         )
+
+
+compile = Equations.compile

@@ -64,7 +64,7 @@ for _alias, _name in (("arcsin", "asin"), ("arccos", "acos"), ("arctan", "atan")
     setattr(Expr, _alias, getattr(Expr, _name))
 
 
-def rational(numerator: int, denominator: int = 1) -> Expr:
+def Rational(numerator: int, denominator: int = 1) -> Expr:
     """The exact constant numerator/denominator."""
     if not all(isinstance(n, Integral | Fraction) for n in (numerator, denominator)):
         raise ExpressionError(
