@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         ExpressionError,
         KaneError,
         KaneWarning,
+        MissingAttributeError,
         ModelError,
         ModesWarning,
         NotAffineError,
@@ -251,7 +252,7 @@ _NAMES = {
     "equations.handle": "Handle",
     "equations.jacobian": "Jacobian",
     "errors":
-        "ArgumentError CornerError ExpressionError KaneError KaneWarning ModelError ModesWarning "
+        "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError ModesWarning "
         "NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
     "expr.affine": "affine",
@@ -335,7 +336,9 @@ _MODULES = {name: f"kane.{module}" for module, names in _NAMES.items() for name 
 
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
-        raise AttributeError(f"module 'kane' has no attribute {name!r}")
+        from kane.errors import MissingAttributeError
+
+        raise MissingAttributeError(import_module("kane"), name)
     value = globals()[name] = getattr(import_module(_MODULES[name]), name)
     return value
 
@@ -379,6 +382,6 @@ __all__ = [
     "free_symbols", "unit_of", "count_operations", "Operations", "to_text", "to_latex", "to_sympy", "from_sympy",
     "KaneError", "ExpressionError", "NotAffineError", "SpaceError", "ModelError", "UnitError", "SpeedsError", "ReactionError",
     "PotentialError", "SingularError", "ValueMissingError", "SimulationError", "CornerError", "SolutionFileError", "ProgramError",
-    "ArgumentError", "NotFiniteError", "KaneWarning", "StiffeningWarning",
+    "ArgumentError", "MissingAttributeError", "NotFiniteError", "KaneWarning", "StiffeningWarning",
     "ModesWarning", "show_versions", "__version__",
 ]  # fmt: skip

@@ -6,12 +6,19 @@ Every message says what was expected, what came, where, and the cure.
 
 import difflib
 from collections.abc import Iterable
+from typing import TYPE_CHECKING, NoReturn
 
 
 def alike(word: str, known: Iterable[str]) -> str:
     """“ Did you mean …?” where some name resembles the word."""
     close = difflib.get_close_matches(word, list(known), cutoff=0.5)
     return f" Did you mean {' or '.join(close)}?" if close else ""
+
+
+def none_of(known: Iterable[object], given: object) -> str:
+    """“a, b, got 'x'. Did you mean …?”: how a message goes on after “Expected one of ” where `given` is none of these names."""
+    names = [str(x) for x in known]
+    return f"{', '.join(names) or 'none'}, got {cut(repr(given))}.{alike(str(given), names)}"
 
 
 def cut(shown: object, most: int = 60) -> str:
@@ -84,6 +91,35 @@ class CornerError(SimulationError):
 
 class SolutionFileError(KaneError, ValueError):
     """A file holds no solution, one of another system, or one of another version; or none can be written there."""
+
+
+class MissingAttributeError(KaneError, AttributeError):
+    """An object has no attribute of this name; its arguments are the object and the name."""
+
+    def __str__(
+        self,
+    ) -> str:  # made when it is shown, as hasattr() and getattr() with a default ask often and show nothing
+        thing, name = self.args
+        label = getattr(thing, "__name__", None) or getattr(thing, "name", "")
+        owner = f"{type(thing).__name__} {label if isinstance(label, str) else ''}".rstrip()
+        known = [n for n in dir(thing) if not n.startswith("_")]
+        what = alike(name, known) or f" It has {cut(', '.join(known), 400)}."
+        return f"Expected an attribute of {owner}, got {name!r}.{what}"
+
+
+class Attributes:
+    """A base of what has attributes: an unknown one is refused by a `MissingAttributeError`."""
+
+    __slots__ = ()
+
+    if not TYPE_CHECKING:  # a type checker would take it for a declaration of every attribute
+
+        def __getattr__(self, name: str) -> NoReturn:
+            if name.startswith("_") or hasattr(
+                type(self), name
+            ):  # a protocol's; or a property that raised, whose error it is
+                object.__getattribute__(self, name)
+            raise MissingAttributeError(self, name)
 
 
 class ProgramError(KaneError, RuntimeError):

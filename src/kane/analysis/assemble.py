@@ -13,7 +13,7 @@ from kane.analysis.state import GIVEN, Entries, check_equations, entries, misses
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import Attributes, SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array
@@ -30,7 +30,7 @@ _BESIDE = "The coordinates, or lengths, are singular there: give other values, o
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Assembled:
+class Assembled(Attributes):
     """A state on the constraints: `q` and `u` by symbol, ready for `simulate(q=…, u=…)`, and the largest `residual`.
 
     `branch` says which of the branches found it is, and where the next one lies; "" where nothing was sought.

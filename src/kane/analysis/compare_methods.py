@@ -10,12 +10,12 @@ from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import METHODS
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
-from kane.errors import ModelError, alike, cut
+from kane.errors import Attributes, ModelError, alike, cut
 from kane.model.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MethodComparison:
+class MethodComparison(Attributes):
     """Formulations of one system side by side; `comparison[name]` is one of them. `refused` says why a method does not take it."""
 
     formulations: dict[str, Formulation]

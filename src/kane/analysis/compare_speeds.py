@@ -18,7 +18,7 @@ from kane.dynamics.routes.divisors import divisors
 from kane.dynamics.routes.table import ASKED
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
-from kane.errors import KaneError, ModelError, SpeedsError, alike, cut
+from kane.errors import Attributes, KaneError, ModelError, SpeedsError, alike, cut
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
@@ -44,7 +44,7 @@ class Along(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpeedSet:
+class SpeedSet(Attributes):
     """A set of generalized speeds: the equations by them, and what they cost.
 
     `operations` are those of each route, by name; `singular` the expressions that q̇ or u̇ are divided by, and that are zero at a
@@ -78,7 +78,7 @@ class SpeedSet:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpeedComparison:
+class SpeedComparison(Attributes):
     """Sets of speeds side by side; `comparison[name]` is one of them, `shortest` the one with the fewest operations."""
 
     sets: tuple[SpeedSet, ...]

@@ -13,14 +13,14 @@ from typing import Any
 from kane.analysis.state import check_equations
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.errors import Attributes, SimulationError
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of, reaction
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ConstraintForces:
+class ConstraintForces(Attributes):
     """The force or torque of each constraint at a state, found in two ways.
 
     Attributes

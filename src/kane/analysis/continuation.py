@@ -19,7 +19,7 @@ from kane.analysis.state import check_equations
 from kane.analysis.trim import KINDS, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import CornerError, KaneWarning, SimulationError, ValueMissingError, cut
+from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import CLOSED, Curve, Path
 from kane.numeric.arrays import Array
@@ -31,7 +31,7 @@ _ROUNDED = 1e-14
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Branch:
+class Branch(Attributes):
     """Steady motions along a branch: `points` and their linearizations `linear` at `values` of `symbol`, in order along the branch.
 
     `eigenvalues` (points × states) keeps each eigenvalue in one column, cyclic coordinates left out. `turning` holds the indices of

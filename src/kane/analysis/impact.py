@@ -17,7 +17,7 @@ import numpy as np
 
 from kane.analysis.state import check_equations
 from kane.equations.equations import Equations
-from kane.errors import ArgumentError, SimulationError, cut
+from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.expr.symbols import Speed
 from kane.model.directions import check_unit
 from kane.numeric.arrays import Array
@@ -31,7 +31,7 @@ _STILL = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Impact:
+class Impact(Attributes):
     """What a blow does.
 
     Attributes

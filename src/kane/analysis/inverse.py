@@ -19,7 +19,7 @@ from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
-from kane.errors import NotAffineError, SimulationError, SingularError, ValueMissingError, cut
+from kane.errors import Attributes, NotAffineError, SimulationError, SingularError, ValueMissingError, cut
 from kane.expr.affine import affine_forms
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
@@ -34,7 +34,7 @@ from kane.program.native.machine import Settings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Inverse:
+class Inverse(Attributes):
     """`inverse(q=…, u=…, given={…})` gives the unknowns by symbol; `unknowns` names them, `known` what `given` must hold."""
 
     eom: Equations

@@ -12,7 +12,7 @@ import numpy as np
 
 from kane import show
 from kane.analysis.point import OperatingPoint
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import Attributes, SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.rank import singular
@@ -21,7 +21,7 @@ _LINK = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Mode:
+class Mode(Attributes):
     """One eigenvalue λ (1/s), one of each conjugate pair, and its vector, the largest component 1.
 
     `shape` gives the vector by state. `frequency` is |λ| (rad/s), `damping` −Re λ/|λ|.
@@ -51,7 +51,7 @@ class Mode:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SecondOrder:
+class SecondOrder(Attributes):
     """M q̈ + C q̇ + K q = F r in the coordinates `names`."""
 
     names: tuple[str, ...]
@@ -63,7 +63,7 @@ class SecondOrder:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Linear:
+class Linear(Attributes):
     """ẋ = A x + B r, y = C x + D r for small deviations x, r, y from `point`.
 
     `states` names x: the independent perturbations of the coordinates (for Euler parameters three small angles `theta…` along the

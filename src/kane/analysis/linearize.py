@@ -19,14 +19,14 @@ from kane.analysis.steady import Steadiness, changing, steadiness
 from kane.analysis.tangents import perturbations
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import SimulationError, ValueMissingError
+from kane.errors import Attributes, SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.program.native.machine import Settings
 from kane.progress import working
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Linearizer:
+class Linearizer(Attributes):
     """`linearizer(q=…, u=…)` gives a `Linear`; the derivatives are compiled at the first call, and kept with the equations."""
 
     eom: Equations

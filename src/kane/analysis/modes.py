@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.linear import Linear, SecondOrder
-from kane.errors import ArgumentError, SimulationError, cut
+from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.numeric.arrays import Array
 
 _SHARE = 1e-8
@@ -19,7 +19,7 @@ _ROUNDING = 16 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class NormalModes:
+class NormalModes(Attributes):
     """x = B η with η̈_k + λ_k η_k = 0.
 
     Attributes

@@ -15,7 +15,7 @@ from kane.analysis.tangents import perturbations, spread
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import ValueMissingError
+from kane.errors import Attributes, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values, symbol_named
@@ -28,7 +28,7 @@ _GROUPS = ("q", "u", "parameters", "inputs", "states")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OperatingPoint:
+class OperatingPoint(Attributes):
     """Values by symbol: `kn.simulate(eom, span, **point.arguments)`, `kn.linearize(eom, **point.arguments)`.
 
     A time t other than 0 is among them: what is linearized or evaluated is so at t, and a span must begin there.

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from kane.analysis.point import OperatingPoint
+from kane.errors import Attributes
 from kane.numeric.arrays import Array, Complex
 
 Middle = Callable[[Array, Array], Array | None]
@@ -21,7 +22,7 @@ _ALIKE = 1e-7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Crossing:
+class Crossing(Attributes):
     """An eigenvalue on the imaginary axis: i ω of a pair where swinging sets in, 0 where the motion begins to fall over.
 
     Where a switch of the equations takes it across at once, `eigenvalue` is that on the side nearer to the axis, and has a real part.

@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.dynamics.constraints.closure import closure, usual_sizes
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, ValueMissingError, cut
+from kane.errors import Attributes, SimulationError, ValueMissingError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
@@ -48,7 +48,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Guess:
+class Guess(Attributes):
     """A value near which one is solved for."""
 
     value: float

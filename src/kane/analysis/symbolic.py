@@ -19,7 +19,7 @@ from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import unsolved
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
-from kane.errors import CornerError, SimulationError, cut
+from kane.errors import Attributes, CornerError, SimulationError, cut
 from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
@@ -36,7 +36,7 @@ _SEED = 20050
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SymbolicLinear:
+class SymbolicLinear(Attributes):
     """ẋ = A x + B r with A and B as expressions; `states` names x, `coordinates` of them are perturbations of coordinates."""
 
     states: tuple[str, ...]

@@ -11,7 +11,7 @@ from kane.dynamics.lazy import read
 from kane.dynamics.solved import Solved
 from kane.equations.handle import Handle
 from kane.equations.routines import ROUTINES, Outputs, output_bundle, ports, program
-from kane.errors import ArgumentError
+from kane.errors import ArgumentError, Attributes
 from kane.numeric.arrays import Array
 from kane.program.native import arguments
 from kane.program.native.compiled_routine import CompiledRoutine, NotFinite
@@ -29,7 +29,7 @@ class HasSolved(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Compiled:
+class Compiled(Attributes):
     """Equations of motion as callable machine code.
 
     `rhs(t, x, p, r)` gives ẋ = (q̇, u̇), `mass_matrix` M, `forcing` f of M u̇ = f, `reactions` the reactions; each is a `Handle`,

@@ -6,12 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from operator import attrgetter
 
+from kane.errors import Attributes
 from kane.expr.node import Expr, as_exprs, nodes, postorder
 from kane.expr.symbols import Parameter, Symbol
 
 
 @dataclass(frozen=True, slots=True)
-class Operations:
+class Operations(Attributes):
     """What one evaluation costs: + − × ÷ √ and each transcendental count 1; changes of sign, |x|, comparisons and choices 0.
 
     `parameter` holds what depends on parameters alone and can be computed once; `state` the rest. Nodes of constants

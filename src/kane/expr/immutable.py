@@ -4,10 +4,12 @@
 from collections.abc import Sequence
 from typing import Any, Protocol, Self
 
+from kane.errors import Attributes
+
 _STRIDE = 32
 
 
-class Immutable:
+class Immutable(Attributes):
     """A copy, a deep one too, is the thing itself: frames, points and records are known by identity."""
 
     __slots__ = ()

@@ -10,7 +10,7 @@ from typing import Any, overload
 import numpy as np
 
 from kane import show
-from kane.errors import ExpressionError, cut
+from kane.errors import Attributes, ExpressionError, cut
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 
@@ -21,7 +21,7 @@ def _row(row: Any) -> Iterable[Any]:
     return row
 
 
-class Matrix:
+class Matrix(Attributes):
     """A matrix of expressions, `A[i, j]`, `A.shape`, `A.T`, `A @ B`, `A + B`, `c * A`; frozen."""
 
     __slots__ = ("rows", "shape")

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 import numpy as np
 
 from kane import show
-from kane.errors import ExpressionError, cut
+from kane.errors import Attributes, ExpressionError, cut
 from kane.expr.ops import CONST, OPS, PI, SYMBOL, UFUNCS, Op
 from kane.expr.surd import Surd
 
@@ -53,7 +53,7 @@ def _undecided(sign: str, cure: str) -> Callable[..., NoReturn]:
 _CONDITION = "For a condition inside the equations write kn.where(kn.less({}), {})."
 
 
-class Expr:
+class Expr(Attributes):
     """A scalar expression. Build it from symbols with operators and the functions of `kane`."""
 
     __slots__ = ("__weakref__", "args", "key", "op")

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from kane.errors import ExpressionError, cut
+from kane.errors import Attributes, ExpressionError, cut
 from kane.expr.node import Expr
 from kane.expr.piecewise import Data, Numbers, Piecewise, applied, derivative
 from kane.expr.piecewise_sides import with_corners
@@ -18,7 +18,7 @@ _LEAST = {"linear": 2, "cubic": 3, "periodic": 4, "steps": 1}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class Table(Attributes):
     """A function through points: of an expression it is an expression, of numbers their values."""
 
     op: Piecewise

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ArgumentError, SimulationError
+from kane.errors import ArgumentError, Attributes, SimulationError
 from kane.motion.joining import Parts
 from kane.numeric.arrays import Array
 
@@ -21,7 +21,7 @@ _SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Accuracy:
+class Accuracy(Attributes):
     """The errors of coordinates and speeds along a motion, as far as a second motion or variational equations show them.
 
     Attributes

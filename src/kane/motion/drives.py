@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, ValueMissingError, cut
+from kane.errors import Attributes, SimulationError, ValueMissingError, cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Input, input_of, time
 from kane.expr.tables import Table
@@ -31,7 +31,7 @@ _PLACED = (Parameter_.POSITIONAL_ONLY, Parameter_.POSITIONAL_OR_KEYWORD)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Signal:
+class Signal(Attributes):
     """A C² function of time through points: called with a time it gives its value, `derivative(n)` is its nth derivative."""
 
     spline: Any

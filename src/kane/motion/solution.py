@@ -16,7 +16,7 @@ from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.values import evaluate_along
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
-from kane.errors import ArgumentError
+from kane.errors import ArgumentError, Attributes
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
@@ -54,7 +54,7 @@ class Segment:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solution:
+class Solution(Attributes):
     """A motion: `t` (n), `states` (n × (coordinates + speeds + further states)), and `work` (n), the integral of the power.
 
     `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kane.errors import Attributes
 from kane.expr.evaluate import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
@@ -19,7 +20,7 @@ ENERGY_LIMIT = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Check(Attributes):
     """What was compared, the figure found and the most that passes; NaN fails.
 
     `detail` says what the figure is: which two routes, at how many states.

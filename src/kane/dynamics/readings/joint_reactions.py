@@ -22,7 +22,7 @@ from kane.dynamics.checks import check_placed
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
-from kane.errors import ReactionError, cut
+from kane.errors import Attributes, ReactionError, cut
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.kinematics.motion import acceleration_form
@@ -44,7 +44,7 @@ Place = str | Joint | Point | Frame | Constraint | Sequence[Constraint]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JointReaction:
+class JointReaction(Attributes):
     """What the near side exerts on the far side: a force at `point` and a torque about it.
 
     Of a frame alone only the torque is known; the force is None.

@@ -12,6 +12,7 @@ from kane.dynamics.derived import Derived
 from kane.dynamics.readings.contributions import vanish
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import Term, sum_of
+from kane.errors import Attributes
 from kane.expr.node import ZERO, Expr
 from kane.model.bodies import Body
 from kane.model.force_systems import ForceSystem
@@ -21,7 +22,7 @@ from kane.space.point import Point
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Noncontributing:
+class Noncontributing(Attributes):
     """A load that is in no generalized active force, and why."""
 
     load: Load

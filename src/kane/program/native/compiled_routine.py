@@ -12,7 +12,7 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy import vdot
 
-from kane.errors import ArgumentError, NotFiniteError
+from kane.errors import ArgumentError, Attributes, NotFiniteError
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 from kane.program.emit.llvm_entries import block
@@ -64,7 +64,7 @@ def _is_finite(a: Array) -> bool:
     return isfinite(vdot(a, a)) if a.size <= _FEW else bool(np.isfinite(a).all())
 
 
-class CompiledRoutine:
+class CompiledRoutine(Attributes):
     """One compiled routine: `routine(*values)`, an argument for each port of its program in their order, or by name.
 
     A scalar port takes a number, a vector its values (…, n) or a mapping by symbol or name. What a port of the tier "parameter" is not

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kane.collector import collecting_seldom
+from kane.errors import Attributes
 from kane.program.emit.llvm import emit_llvm, hoists
 from kane.program.native.machine_code import Library, compile_text, target
 from kane.program.program import Program
@@ -12,7 +13,7 @@ from kane.progress import working
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class Settings(Attributes):
     """How to compile; the fields are those of `kn.compile`, and motions and analyses take them as `settings=`.
 
     `contract` allows a·b + c in one rounding (FMA) and shared reciprocals. `cpu` is "host", or "generic" for what every processor of
