@@ -31,6 +31,7 @@ from kane.motion.smooth import check_prescribed
 from kane.motion.start import check_masses
 from kane.numeric.named import finite_number
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
+from kane.space.rotation import in_degrees
 
 _TURN = 2 * math.pi
 
@@ -134,18 +135,15 @@ def _degrees(eom: kn.Equations, begin: Start) -> Iterator[str]:
     """Angles beyond a whole turn, which are perhaps given in degrees."""
     angles = {f: f.orientation.angle for f in eom.system.frames if f.orientation and f.orientation.angle is not None}
     for f, angle in angles.items():
-        if all(s.default is not None for s in kn.free_symbols([angle])):
+        symbols = kn.free_symbols([angle])  # a number is warned of where the frame is turned by it
+        if symbols and all(s.default is not None for s in symbols):
             value = float(kn.evaluate(angle, {}))
             if abs(value) > _TURN:
-                yield _turns(f"The frame {f.name} is turned by {value:g} rad", value)
+                yield in_degrees(f"The frame {f.name} is turned by {value:g} rad", value)
     for q in dict.fromkeys(s for s in kn.free_symbols(angles.values()) if isinstance(s, kn.Coordinate)):
         value = float(begin.q.get(q.name, 0.0))
         if abs(value) > _TURN:
-            yield _turns(f"START has the angle {q.name} = {value:g} rad", value)
-
-
-def _turns(what: str, value: float) -> str:
-    return f"{what}, {value / _TURN:.3g} turns: angles are in radians. If degrees are meant, write math.radians({value:g})."
+            yield in_degrees(f"START has the angle {q.name} = {value:g} rad", value)
 
 
 def _loads(eom: kn.Equations) -> Iterator[str]:

@@ -80,21 +80,20 @@ def repartition(eom: Equations, partition: Partition) -> Equations:
     return _equations(replace(solved(eom.derived, partition, route), asked=s.asked))
 
 
-def _reduced(eom: Equations) -> tuple[Any, ...]:
+def _reduced(solution: Solved) -> tuple[Any, ...]:
     """Pickled are the system, and which speeds are dependent: what follows from them is derived again."""
-    partition = None if eom.embedding is None else eom.embedding.partition
-    return _restored, (eom.system, eom.derived.near, partition, eom.solved.asked)
+    partition = None if solution.embedding is None else solution.embedding.partition
+    return _restored, (solution.derived.system, solution.derived.near, partition, solution.asked)
 
 
-def _restored(
-    system: System, near: Mapping[Any, Any] | None, partition: Partition | None, route: str | None
-) -> Equations:
+def _restored(system: System, near: Mapping[Any, Any] | None, partition: Partition | None, route: str | None) -> Solved:
     eom = derive(system, near=near, route=route)
     again = partition is None or (eom.embedding is not None and eom.embedding.partition == partition)
-    return eom if again or partition is None else repartition(eom, partition)
+    return (eom if again or partition is None else repartition(eom, partition)).solved
 
 
-copyreg.pickle(Equations, _reduced)
+copyreg.pickle(Solved, _reduced)
+copyreg.pickle(Equations, lambda eom: (_equations, (eom.solved,)))
 
 
 def _equations(solution: Solved) -> Equations:

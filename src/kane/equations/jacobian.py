@@ -76,6 +76,9 @@ class Jacobian(Immutable):
         lambda j: count_operations(j.matrix.entries), "Operations of one evaluation of all entries together."
     )
 
+    def __reduce__(self) -> tuple[Callable[..., Jacobian], tuple[Any, ...]]:
+        return jacobian, (self.solved, self.columns)
+
     def __iter__(self) -> Iterator[tuple[Expr, ...]]:
         return iter(self.matrix)
 

@@ -50,6 +50,7 @@ def _undecided(sign: str, cure: str) -> Callable[..., NoReturn]:
     return refuse
 
 
+_FROM_SYMPY = "Translate SymPy's with kn.from_sympy(expression, {SymPy's symbol: kane's})"
 _CONDITION = "For a condition inside the equations write kn.where(kn.less({}), {})."
 
 
@@ -90,6 +91,13 @@ class Expr(Attributes):
                 "math.sin; for numbers give its symbols values with kn.evaluate(...)."
             )
         return float(value)
+
+    def _sympy_(self) -> NoReturn:
+        """What SymPy asks for where this stands beside an expression of its own."""
+        raise ExpressionError(
+            f"Expected operands of one kind, got {cut(self, 80)} of kane beside one of SymPy's. {_FROM_SYMPY}, or make SymPy's of "
+            "this one with kn.to_sympy."
+        )
 
     def __copy__(self) -> Expr:
         return self
@@ -352,6 +360,8 @@ def _exact(value: Any) -> Number:
     cure = ""
     if isinstance(value, tuple) and any(isinstance(x, Expr) for x in value):
         cure = " The plurals give tuples: unpack it, as in q1, q2 = kn.coordinates('q1 q2'), or declare one with kn.coordinate(…)."
+    elif type(value).__module__.startswith("sympy."):
+        cure = f" {_FROM_SYMPY}."
     raise ExpressionError(
         f"Expected a real number or an expression, got {type(value).__name__}: {cut(repr(value), 80)}.{cure}"
     )

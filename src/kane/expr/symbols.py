@@ -7,9 +7,10 @@ System refuses two symbols of one name that meet in it.
 
 import hashlib
 from collections.abc import Hashable, Iterable
+from importlib import import_module
 from typing import Any, Self, SupportsIndex, TypeVar, cast
 
-from kane.errors import ExpressionError, cut
+from kane.errors import ExpressionError, UnitError, cut
 from kane.expr.node import Expr, Number, _table, as_expr, constant_value, enter, leaf
 from kane.expr.ops import SYMBOL
 
@@ -231,9 +232,23 @@ def names(text: str | Iterable[str]) -> tuple[str, ...]:
     return tuple(words)
 
 
+def _several(kind: type[S], text: str | Iterable[str], *declaration: Any) -> tuple[S, ...]:
+    """Symbols that differ in name alone; what stands in the place of a unit is read at once, as it may be meant as a name."""
+    unit = declaration[1]
+    if unit and _is_text(unit):
+        try:
+            import_module("kane.units.parse").parse(unit)  # units stand above expressions
+        except UnitError as error:
+            listed = f"{' '.join(names(text))} {unit}"
+            raise UnitError(
+                f"{error} If {unit!r} is another name: one text holds all, {kind.__name__.lower()}s({listed!r})."
+            ) from None
+    return tuple(kind.declare(n, *declaration) for n in names(text))
+
+
 def coordinates(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Coordinate, ...]:
     """Coordinates by their names; always a tuple: `q1, q2 = coordinates("q1:3")`."""
-    return tuple(Coordinate.declare(n, None, unit, description) for n in names(text))
+    return _several(Coordinate, text, None, unit, description)
 
 
 def coordinate(name: str, unit: str = "", description: str = "") -> Coordinate:
@@ -243,7 +258,7 @@ def coordinate(name: str, unit: str = "", description: str = "") -> Coordinate:
 
 def speeds(text: str | Iterable[str], unit: str = "", description: str = "") -> tuple[Speed, ...]:
     """Generalized speeds by their names; always a tuple."""
-    return tuple(Speed.declare(n, None, unit, description) for n in names(text))
+    return _several(Speed, text, None, unit, description)
 
 
 def speed(name: str, unit: str = "", description: str = "") -> Speed:
@@ -255,7 +270,7 @@ def parameters(
     text: str | Iterable[str], default: float | None = None, unit: str = "", description: str = ""
 ) -> tuple[Parameter, ...]:
     """Parameters by their names, all with the same default, unit and description; always a tuple."""
-    return tuple(Parameter.declare(n, default, unit, description) for n in names(text))
+    return _several(Parameter, text, default, unit, description)
 
 
 def parameter(name: str, default: float | None = None, unit: str = "", description: str = "") -> Parameter:

@@ -23,6 +23,7 @@ from kane.expr.operators import atan2, sqrt
 from kane.numeric.arrays import Array, Entries
 from kane.space import attitude_formulas as formulas
 from kane.space.frame import Frame, turned_about, turning_axes
+from kane.space.rotation import doubt_degrees
 from kane.space.vector import Vector
 
 if TYPE_CHECKING:
@@ -115,6 +116,8 @@ class Rotation(Immutable):
             return cls._of(
                 lambda: _about(n, theta), lambda: (_halved(n, theta), True), axis_angle=(_read(n), as_expr(theta[()]))
             )
+        if not theta.ndim:
+            doubt_degrees("A rotation", [theta])
         n = _unit(n, "an axis")
         return cls._of(None, lambda: (formulas.upward(_halved(n, theta)), True))
 
@@ -125,6 +128,8 @@ class Rotation(Immutable):
         The 24 sequences of appendix I: body-three, body-two, space-three, space-two. `angles` are 3, or (…, 3).
         """
         given = _entries(angles, (3,), "three angles")
+        if given.ndim == 1:
+            doubt_degrees("A rotation", given)
         axes = turning_axes(sequence, (0, 0, 0))
         turns = [(k, given[..., n]) for n, k in enumerate(axes)]
         if space:

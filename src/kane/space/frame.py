@@ -26,6 +26,7 @@ from kane.space.rotation import (
     Triple,
     about_axis,
     connected,
+    doubt_degrees,
     express,
     path,
     transposed,
@@ -100,6 +101,7 @@ class Frame(Basis):
     def _rotated(self, name: str, angle: Any, axis: Vector) -> Frame:
         theta = as_expr(angle)
         direction = self._direction(axis)
+        doubt_degrees(f"The frame {name}", [theta])
         for i in range(3):
             unit = direction[i]
             if all(x is ZERO for k, x in enumerate(direction) if k != i) and constant_value(unit) in (1, -1):

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
 
@@ -12,10 +14,11 @@ from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import dot
-from kane.expr.node import ONE, TWO, ZERO, Expr
+from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, constant_value
 from kane.expr.ops import NEG, SUB
 from kane.expr.remembered import remembered
 from kane.expr.symbols import Coordinate, QuasiRate
+from kane.program.native.callers import warn
 
 Triple = tuple[Expr, Expr, Expr]
 Cosines = tuple[Triple, Triple, Triple]
@@ -56,6 +59,20 @@ def about_axis(base: Basis, axis: int, angle: Expr) -> Orientation:
     rates = [ZERO, ZERO, ZERO]
     rates[axis] = time_derivative(angle)
     return Orientation(base, (rates[0], rates[1], rates[2]), axis=axis, c=cos(angle), s=sin(angle), angle=angle)
+
+
+def in_degrees(what: str, angle: float) -> str:
+    """That an angle beyond a whole turn may be meant in degrees."""
+    turns = abs(angle) / (2 * math.pi)
+    return f"{what}, {turns:.3g} turns: angles are in radians. If degrees are meant, write math.radians({angle:g})."
+
+
+def doubt_degrees(name: str, angles: Iterable[Any]) -> None:
+    """Warn of a number beyond a whole turn that has few digits, as degrees have: sums of turns in radians have many."""
+    for angle in angles:
+        exact = constant_value(as_expr(angle))
+        if isinstance(exact, int | Fraction) and abs(value := float(exact)) > 2 * math.pi:
+            warn(in_degrees(f"{name} is turned by {value:g} rad", value))
 
 
 class Basis(Immutable):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a method gives: equations in its own unknowns and variables, solved, and u̇ from them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from kane import show
 from kane.dynamics.lazy import read
@@ -38,6 +39,10 @@ class Formulation(Immutable):
         lambda f: count_operations(f.right_hand_side), "Operations of one evaluation of the right-hand side."
     )
 
+    def __reduce__(self) -> tuple[Callable[..., "Formulation"], tuple[Any, ...]]:
+        written = (self.equations, self.right_hand_side, self.accelerations)
+        return _restored, (self.method, self.source, self.state, self.unknowns, self.eliminated, written)
+
     def __repr__(self) -> str:
         gone = f"; eliminated: {', '.join(self.eliminated)}" if self.eliminated else ""
         return f"Formulation({self.method}: {len(self.unknowns)} unknowns{gone})"
@@ -47,3 +52,12 @@ class Formulation(Immutable):
         return "\n".join([f"{self.method} ({self.source}), in {', '.join(map(str, self.unknowns))}", *lines])
 
     _repr_html_ = show.html
+
+
+def _restored(
+    method: str, source: str, state: Exprs, unknowns: Exprs, gone: tuple[str, ...], written: Sequence[Exprs]
+) -> Formulation:
+    equations, right_hand_side, accelerations = written
+    return Formulation(
+        method, source, state, unknowns, gone, lambda: equations, lambda: right_hand_side, lambda: accelerations
+    )

@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,11 @@ class ModeShapes(Immutable):
 
     def __repr__(self) -> str:
         return f"ModeShapes({self.label}, {self.count})"
+
+    def __reduce__(self) -> tuple[Callable[..., "ModeShapes"], tuple[Any, ...]]:
+        if self.label in FAMILIES:
+            return mode_shapes, (self.label, self.count)
+        return ModeShapes, (self.label, self.count, self.evaluate, self.breaks)
 
     def at(self, xi: float, order: int = 0) -> Array:
         """The values, or derivatives by ξ, at a place (count); zero where they vanish but for rounding: a pinned tip does not move."""
@@ -116,10 +122,11 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
 def _of_series(series: Sequence[Chebyshev]) -> Evaluate:
     derivatives = [[p.deriv(k) if k else p for p in series] for k in range(3)]
 
-    def evaluate(x: Array, order: int) -> Array:
-        return np.array([p(x) for p in derivatives[order]]).T
+    return partial(_summed, derivatives)
 
-    return evaluate
+
+def _summed(derivatives: list[list[Chebyshev]], x: Array, order: int) -> Array:
+    return np.array([p(x) for p in derivatives[order]]).T
 
 
 def _tabulated(table: Any) -> ModeShapes:
@@ -146,12 +153,7 @@ def _tabulated(table: Any) -> ModeShapes:
         if not np.isfinite(v).all():
             raise ModelError(f"Expected finite {what} of the tabulated modes, got {cut(v[~np.isfinite(v)][0])}.")
     spline = CubicHermiteSpline(x, values, parts[2]) if len(parts) == 3 else CubicSpline(x, values)
-
-    def evaluate(at: Array, order: int) -> Array:
-        found: Array = spline(at, order)
-        return found
-
-    return ModeShapes("table", values.shape[1], evaluate, tuple(map(float, x)))
+    return ModeShapes("table", values.shape[1], spline, tuple(map(float, x)))
 
 
 def _numbers(table: Sequence[Any]) -> list[Array]:
@@ -176,16 +178,19 @@ def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
 
 def together(first: ModeShapes, other: ModeShapes) -> ModeShapes:
     """The functions of both, one after the other."""
-
-    def evaluate(x: Array, order: int) -> Array:
-        return np.hstack([first.evaluate(x, order), other.evaluate(x, order)])
-
     breaks = tuple(sorted({*first.breaks, *other.breaks}))
+    evaluate = partial(_side_by_side, first.evaluate, other.evaluate)
     return ModeShapes(f"{first.label}, {other.label}", first.count + other.count, evaluate, breaks)
+
+
+def _side_by_side(first: Evaluate, other: Evaluate, x: Array, order: int) -> Array:
+    return np.hstack([first(x, order), other(x, order)])
 
 
 def slopes(shapes: ModeShapes) -> ModeShapes:
     """The first derivatives of functions."""
-    return ModeShapes(
-        f"slopes of {shapes.label}", shapes.count, lambda x, order: shapes.evaluate(x, order + 1), shapes.breaks
-    )
+    return ModeShapes(f"slopes of {shapes.label}", shapes.count, partial(_slope, shapes.evaluate), shapes.breaks)
+
+
+def _slope(evaluate: Evaluate, x: Array, order: int) -> Array:
+    return evaluate(x, order + 1)
