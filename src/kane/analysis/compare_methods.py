@@ -10,7 +10,7 @@ from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import METHODS
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
-from kane.errors import Attributes, ModelError, alike, cut
+from kane.errors import Attributes, ModelError, alike, cut, none_of
 from kane.model.system import System
 
 
@@ -33,9 +33,7 @@ class MethodComparison(Attributes):
         if name in self.refused:
             raise ModelError(self.refused[name])
         if name not in self.formulations:
-            raise ModelError(
-                f"Expected one of {', '.join(self.formulations)}, got {name!r}.{alike(name, list(METHODS))}"
-            )
+            raise ModelError(f"Expected one of {none_of(self.formulations, name)}")
         return self.formulations[name]
 
     def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

@@ -18,7 +18,7 @@ from kane.dynamics.routes.divisors import divisors
 from kane.dynamics.routes.table import ASKED
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
-from kane.errors import Attributes, KaneError, ModelError, SpeedsError, alike, cut
+from kane.errors import Attributes, KaneError, ModelError, SpeedsError, cut, none_of
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
@@ -94,7 +94,7 @@ class SpeedComparison(Attributes):
     def __getitem__(self, name: str) -> SpeedSet:
         by_name = {s.name: s for s in self.sets}
         if name not in by_name:
-            raise ModelError(f"Expected one of {', '.join(by_name)}, got {name!r}.{alike(name, list(by_name))}")
+            raise ModelError(f"Expected one of {none_of(by_name, name)}")
         return by_name[name]
 
     def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

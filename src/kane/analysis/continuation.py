@@ -19,7 +19,7 @@ from kane.analysis.state import check_equations
 from kane.analysis.trim import KINDS, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut
+from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut, none_of
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import CLOSED, Curve, Path
 from kane.numeric.arrays import Array
@@ -153,8 +153,8 @@ def _problem(
             others = {k: v for k, v in (values or {}).items() if (k.name if isinstance(k, Symbol) else k) != name}
             task = problem(numeric, groups | {kind: {**others, name: value}}, 0.0, moving, independent)
             return task, [s.name for s in task.conditions.symbols].index(name)
-    names = ", ".join(s.name for symbols in kinds.values() for s in symbols)
-    raise ValueMissingError(f"Expected a value of the system to change ({names}), got {symbol!r}.")
+    names = [s.name for symbols in kinds.values() for s in symbols]
+    raise ValueMissingError(f"Expected a value of the system to change, one of {none_of(names, symbol)}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

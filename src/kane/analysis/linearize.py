@@ -36,7 +36,7 @@ class Linearizer(Attributes):
     def __call__(
         self,
         *,
-        q: Any,
+        q: Any = None,
         u: Any = None,
         parameters: Mapping[Any, float] | None = None,
         inputs: Mapping[Any, float] | None = None,
@@ -109,7 +109,7 @@ def linearizer(
 def linearize(
     eom: Equations,
     *,
-    q: Any,
+    q: Any = None,
     u: Any = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, float] | None = None,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, Generic, TypeVar, get_args
 
-from kane.errors import ValueMissingError
+from kane.errors import ValueMissingError, alike
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -63,8 +63,14 @@ class LazyMapping(Mapping[K, V]):
         )
         found = [k for k in self._keys if _named(k, own)]
         if len(found) != 1:
-            many = " more than once, by that name. Give the key itself" if found else ""
-            raise ValueMissingError(f"Expected one of {', '.join(map(_label, self._keys))}, got {_label(key)}{many}.")
+            names = [*map(_label, self._keys)]
+            if found:
+                raise ValueMissingError(
+                    f"Expected one of {', '.join(names)}, got {_label(key)} more than once, by that name. Give the key itself."
+                )
+            raise ValueMissingError(
+                f"Expected one of {', '.join(names)}, got {_label(key)}.{alike(_label(key), names)}"
+            )
         return found[0]
 
     def __iter__(self) -> Iterator[K]:

@@ -11,7 +11,7 @@ from kane.dynamics.lazy import read
 from kane.dynamics.solved import Solved
 from kane.equations.handle import Handle
 from kane.equations.routines import ROUTINES, Outputs, output_bundle, ports, program
-from kane.errors import ArgumentError, Attributes
+from kane.errors import ArgumentError, Attributes, none_of
 from kane.numeric.arrays import Array
 from kane.program.native import arguments
 from kane.program.native.compiled_routine import CompiledRoutine, NotFinite
@@ -121,7 +121,7 @@ class Compiled(Attributes):
         chosen = (routines,) if isinstance(routines, str) else routines
         program = self.program if chosen is None else self._program(chosen)
         if target not in EMITTERS:
-            raise ArgumentError(f"Expected one of {', '.join(EMITTERS)}, got {target!r}.")
+            raise ArgumentError(f"Expected one of {none_of(EMITTERS, target)}")
         return EMITTERS[target](program, contract=self.settings.contract, version=version("kane"))
 
     def __reduce__(self) -> NoReturn:

@@ -17,7 +17,7 @@ from kane.dynamics.potentials import check_potentials
 from kane.dynamics.routes.table import ASKED, solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
-from kane.errors import ModelError, cut
+from kane.errors import ModelError, cut, none_of
 from kane.expr.remembered import remembering
 from kane.model.system import System
 from kane.progress import working
@@ -59,9 +59,7 @@ def derive(
             f"Expected a System to derive equations of, got {cut(repr(system))}. Gather bodies and speeds in kn.System(…)."
         )
     if route is not None and route not in ASKED:
-        raise ModelError(
-            f"Expected route= one of {', '.join(map(repr, ASKED))}, or None for the shortest, got {cut(repr(route))}."
-        )
+        raise ModelError(f"Expected route= None for the shortest or one of {none_of(ASKED, route)}")
     with working("Deriving"), collecting_seldom(), remembering():
         parts = derived(system, place(system, near))
         held = parts.constraints.constraints

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from kane.errors import Attributes, ExpressionError, cut
+from kane.errors import Attributes, ExpressionError, cut, none_of
 from kane.expr.node import Expr
 from kane.expr.piecewise import Data, Numbers, Piecewise, applied, derivative
 from kane.expr.piecewise_sides import with_corners
@@ -72,7 +72,7 @@ def table(
 
 def _points(x: Any, y: Any, kind: Any) -> tuple[Numbers, Numbers]:
     if not isinstance(kind, str) or kind not in _LEAST:
-        raise ExpressionError(f"Expected the kind of a table as one of {', '.join(_LEAST)}, got {cut(repr(kind))}.")
+        raise ExpressionError(f"Expected the kind of a table as one of {none_of(_LEAST, kind)}")
     try:
         places, values = np.array(x, dtype=float), np.array(y, dtype=float)
     except (TypeError, ValueError) as error:

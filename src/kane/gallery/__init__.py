@@ -6,7 +6,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any, Literal
 
-from kane.errors import ModelError
+from kane.errors import ModelError, none_of
 
 _NAMES = """
     particle_on_spring pendulum double_pendulum pendulums pendulum_on_cart spherical_pendulum spinning_top free_body
@@ -23,7 +23,7 @@ def load(name: str) -> ModuleType:
     """The module of a system by its name in `GALLERY`, else a ModelError: `load("spinning_top").system()`."""
     path = GALLERY.get(name)
     if path is None:
-        raise ModelError(f"Expected a system of the gallery, one of {', '.join(GALLERY)}; got {name!r}.")
+        raise ModelError(f"Expected a system of the gallery, one of {none_of(GALLERY, name)}")
     return import_module(path)
 
 
@@ -32,5 +32,5 @@ def choose(choices: Mapping[str, Mapping[Any, Any]], speeds: str) -> Mapping[Any
     if speeds in choices:
         return choices[speeds]
     if speeds != "rates":
-        raise ModelError(f"Expected speeds to be one of {', '.join({'rates': None, **choices})}; got {speeds!r}.")
+        raise ModelError(f"Expected speeds to be one of {none_of(dict.fromkeys(['rates', *choices]), speeds)}")
     return "rates"

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from kane import show
-from kane.errors import ModelError
+from kane.errors import ModelError, none_of
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
@@ -184,9 +184,7 @@ class System(Declarations):
         for item in others:
             if item.name == name:
                 return item
-        raise ModelError(
-            f"Expected the name of a joint, body, frame, point or load ({', '.join(known)}), got {name!r}."
-        )
+        raise ModelError(f"Expected the name of a joint, body, frame, point or load, one of {none_of(known, name)}")
 
     def all_loads(self) -> tuple[Load, ...]:
         """The loads with gravity written out: one force a body, and its potential −Σ m g·r."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ArgumentError, Attributes, SimulationError
+from kane.errors import ArgumentError, Attributes, SimulationError, none_of
 from kane.motion.joining import Parts
 from kane.numeric.arrays import Array
 
@@ -48,7 +48,7 @@ class Accuracy(Attributes):
 def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accuracy:
     """See Solution.accuracy."""
     if method not in (REPEATED, VARIATIONAL):
-        raise ArgumentError(f"Expected method to be one of {REPEATED}, {VARIATIONAL}, got {method!r}.")
+        raise ArgumentError(f"Expected method to be one of {none_of((REPEATED, VARIATIONAL), method)}")
     if again is None or isinstance(again, Parts):
         raise SimulationError(
             "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from kane.dynamics.events import SlipEnd
-from kane.errors import SimulationError
+from kane.errors import SimulationError, none_of
 from kane.expr.node import postorder
 from kane.expr.piecewise import Piecewise
 from kane.motion.corners import of_inputs, of_time, operations
@@ -116,7 +116,7 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
 def check_method(method: Any) -> str:
     """A method by its name."""
     if method not in METHODS:
-        raise SimulationError(f"Expected method to be one of {', '.join(METHODS)}, got {method!r}.")
+        raise SimulationError(f"Expected method to be one of {none_of(METHODS, method)}")
     if method == CVODE:
         check_installed()
     return str(method)

@@ -35,6 +35,12 @@ STEPPED = "DOP853"
 """What "auto" is where a motion does not run in machine code."""
 IMPLICIT = "Radau"
 """What leads on where equations are stiff."""
+_ILLEGAL = -3
+"""SciPy's code for illegal input. What it is given has been checked, so its memory is that of another motion."""
+_NESTED = (
+    "LSODA runs once at a time, and a function asked during the motion, of an input or an event, runs another LSODA: take another "
+    "method for one of them, such as method='auto' here or 'DOP853' there. The motion ends"
+)
 _IMPLICIT = ("Radau", "BDF", "LSODA", CVODE)
 """Those that take derivatives of the rates."""
 _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
@@ -307,13 +313,21 @@ def _step(solver: Any) -> str | None:
             warnings.simplefilter("ignore", RuntimeWarning)
             warnings.filterwarnings("ignore", message="lsoda", category=UserWarning)
             message: str | None = solver.step()
-            return message
+            return _NESTED if _refused(solver) else message
     except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
         return str(error)
 
 
+def _refused(solver: Any) -> bool:
+    """Whether LSODA found its own memory to be of another motion."""
+    integrator = getattr(getattr(solver, "_lsoda_solver", None), "_integrator", None)
+    return getattr(integrator, "istate", 0) == _ILLEGAL
+
+
 def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], failure: str | None, told: str) -> str:
     """Why there is no step from y at t; `failure` is what the solver said, `told` which load stands at a switch."""
+    if failure == _NESTED:
+        return f"{failure} at t = {t:.6g}"
     if told:
         return f"the motion does not get on beyond t = {t:.6g} ({failure or 'no progress'}): {told}"
     coarse = told_apart(t, span)

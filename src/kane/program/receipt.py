@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from kane.errors import ValueMissingError, none_of
 from kane.expr.count import Operations
 from kane.program.program import Program
 
@@ -24,7 +25,7 @@ class Receipt:
     def __getitem__(self, name: str) -> Operations:
         by_name = dict(self.routines)
         if name not in by_name:
-            raise KeyError(f"Expected one of {', '.join(by_name)}, got {name!r}.")
+            raise ValueMissingError(f"Expected one of {none_of(by_name, name)}")
         return by_name[name]
 
     def __str__(self) -> str:

@@ -7,7 +7,7 @@ from kane.dynamics.methods import boltzmann_hamel, hamilton, kane, lagrange, new
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.solved import Solved
-from kane.errors import ModelError, cut
+from kane.errors import ModelError, cut, none_of
 
 OTHERS: Mapping[str, Callable[[InRates], Formulation]] = {
     "lagrange": lagrange.second_kind,
@@ -28,7 +28,7 @@ def formulation(solved: Solved, method: str) -> Formulation:
     """The equations of what is solved by Kane's method, by the method of this name."""
     given: object = method
     if not isinstance(given, str) or given not in METHODS:
-        raise ModelError(f"Expected a method, one of {', '.join(map(repr, METHODS))}, got {cut(repr(method))}.")
+        raise ModelError(f"Expected a method, one of {none_of(METHODS, method)}")
     if method == "kane":
         return kane.kane(solved)
     if solved.derived.states:

@@ -14,7 +14,7 @@ import numpy as np
 
 from kane.dynamics.derived import Derived
 from kane.dynamics.terms import Term, met, sum_of
-from kane.errors import SpeedsError, cut
+from kane.errors import SpeedsError, none_of
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.piecewise import Piecewise
@@ -100,8 +100,7 @@ def mass_contributions(derived: Derived, r: Expr | str, s: Expr | str) -> tuple[
 def _own(derived: Derived, speed: Expr | str) -> Expr:
     """The speed of the system that a symbol or name means."""
     if speed not in derived.all_speeds:
-        names = ", ".join(map(str, derived.all_speeds))
-        raise SpeedsError(f"Expected one of the speeds of the system ({names}), got {cut(repr(speed))}.")
+        raise SpeedsError(f"Expected a speed of the system, one of {none_of(derived.all_speeds, speed)}")
     return derived.all_speeds[derived.all_speeds.index(speed)]
 
 

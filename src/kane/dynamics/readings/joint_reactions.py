@@ -22,7 +22,7 @@ from kane.dynamics.checks import check_placed
 from kane.dynamics.derived import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
-from kane.errors import Attributes, ReactionError, cut
+from kane.errors import Attributes, ReactionError, cut, none_of
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.kinematics.motion import acceleration_form
@@ -116,7 +116,7 @@ def _by_name(system: System, name: str) -> Joint | Point | Frame | tuple[Constra
         return place
     names = [x.name for x in system.joints] + [c.name for c in system.constraints] + [x.name for x in places]
     raise ReactionError(
-        f"Expected the name of a joint (listed in System(joints=…)), constraint, point or frame ({', '.join(names)}), got {name!r}."
+        f"Expected the name of a joint (listed in System(joints=…)), constraint, point or frame, one of {none_of(names, name)}"
     )
 
 

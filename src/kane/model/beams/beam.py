@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ModelError, cut
+from kane.errors import ModelError, cut, none_of
 from kane.expr.build import div, mul
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
@@ -238,7 +238,7 @@ def _check(name: Any, root: Any, frame: Any, form: Any) -> None:
         raise ModelError(f"Expected frame=Frame for the beam {name}, got {cut(repr(frame))}.")
     root.frame._check(frame)
     if form not in _FORMS:
-        raise ModelError(f"Expected form= of {name} to be one of {', '.join(_FORMS)}, got {cut(repr(form))}.")
+        raise ModelError(f"Expected form= of {name} to be one of {none_of(_FORMS, form)}")
 
 
 def _check_choice(name: str, stiffening: Any) -> None:
