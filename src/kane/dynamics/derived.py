@@ -60,9 +60,9 @@ class Derived(Immutable):
     constraints: ConstraintRows
     near: Mapping[Symbol, float] | None = None
 
-    speeds = read[tuple[Speed, ...]](lambda d: d.kinematical.speeds, "u.")
+    speeds = read[Symbols[Speed]](lambda d: d.kinematical.speeds, "u.")
     reactions = read[tuple[Reaction, ...]](lambda d: d.system.reactions, "The reactions brought into evidence.")
-    all_speeds = read[tuple[Symbol, ...]](
+    all_speeds = read[Symbols[Symbol]](
         lambda d: Symbols((*d.speeds, *d.auxiliary_speeds)),
         "Generalized speeds, then auxiliary ones: the rows of Fr and Fr_star.",
     )

@@ -49,7 +49,7 @@ class Motions(Immutable):
     embedding: Embedding | None
     nonholonomic: bool = False
 
-    coordinates = read[tuple[Coordinate, ...]](lambda m: m.derived.system.coordinates, "q.")
+    coordinates = read[Symbols[Coordinate]](lambda m: m.derived.system.coordinates, "q.")
     speeds = read[tuple[Speed, ...]](
         lambda m: m.independent_speeds if m.nonholonomic else m.derived.speeds, "u, or u_I where these are asked."
     )

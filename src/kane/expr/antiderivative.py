@@ -261,6 +261,7 @@ def _multiple(e: Expr, of: Expr, x: Symbol) -> Expr | None:
         if any(_holds(f, x) for f, _ in rest):
             continue
         share = _product(k / n if isinstance(k, float) or isinstance(n, float) else Fraction(k) / n, rest)
-        if expanded(sub(e, mul(share, of))) == []:
+        left_over = expanded(sub(e, mul(share, of)))
+        if left_over is not None and not left_over:
             return share
     return None

@@ -2,7 +2,7 @@
 """The reference evaluator: the graph walked with NumPy, the meaning that every emitter must reproduce; its symbols."""
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,7 +15,7 @@ from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, as_exprs, constant_value, postorder
 from kane.expr.ops import OPS, PI, SYMBOL, Op
-from kane.expr.symbols import Parameter, State, Symbol, declared
+from kane.expr.symbols import Parameter, State, Symbol, Symbols, declared
 
 Values = Mapping[Any, Any]
 
@@ -209,7 +209,7 @@ def stacked(entries: Sequence[Any], shape: tuple[int, int]) -> Any:
     return np.moveaxis(flat.reshape(*shape, *leading), (0, 1), (-2, -1))
 
 
-def free_symbols(roots: Expr | Iterable[Expr]) -> tuple[Symbol, ...]:
+def free_symbols(roots: Expr | Iterable[Expr]) -> Symbols[Symbol]:
     """The symbols below an expression, or below several, in the order of their first appearance."""
     seen: set[Expr] = set()
     found: list[Symbol] = []
@@ -223,10 +223,10 @@ def free_symbols(roots: Expr | Iterable[Expr]) -> tuple[Symbol, ...]:
                 waiting += args[::-1]
             elif isinstance(node, Symbol):
                 found.append(node)
-    return tuple(found)
+    return Symbols(found)
 
 
-def holds_any(roots: Iterable[Expr], among: Container[Expr]) -> bool:
+def holds_any(roots: Iterable[Expr], among: Set[Expr]) -> bool:
     """Whether any of the expressions `among` is below `roots`."""
     seen: set[Expr] = set()
     waiting = list(roots)

@@ -18,6 +18,7 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Ex
     given : names by what they stand for, which is found as it is, or as factors of products
     kept : expressions in the roots that stay as they are
     """
+    same = {e: e for e in kept}
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
     replaced: dict[Expr, Expr] = {}
     for node in postorder(roots):
@@ -25,11 +26,11 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Ex
             if node is e or (e.op is NEG and node is e.args[0]):
                 replaced[node] = name if node is e else neg(name)
             elif (node.op is MUL or node.op is DIV) and len(factors) > 1:
-                rest = _without(node, factors, kept)
+                rest = _without(node, factors, same)
                 if rest is not None:
                     replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
     memo: dict[Expr, Expr] = {}
-    whole = replaced | {e: e for e in kept}
+    whole = replaced | same
     return tuple(substitute(r, whole, memo) for r in roots) if replaced else tuple(roots)
 
 
@@ -45,7 +46,7 @@ def _factors(e: Expr) -> list[Expr]:
     return found
 
 
-def _without(e: Expr, factors: Sequence[Expr], kept: Collection[Expr]) -> Expr | None:
+def _without(e: Expr, factors: Sequence[Expr], kept: Mapping[Expr, Expr]) -> Expr | None:
     """What is left of a product, in its order, without some factors; None where it has not all of them."""
     left = list(factors)
 

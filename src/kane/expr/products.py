@@ -4,7 +4,7 @@
 u₂/c,  u₁ u₂/(c c)  →  w = u₂/c,  w u₁/c;      c u₁ u₁,  s u₁ u₁  →  v = u₁ u₁,  c v,  s v
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations
 from typing import NamedTuple
@@ -48,7 +48,7 @@ def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
     return best
 
 
-def _products(roots: Sequence[Expr], kept: Collection[Expr]) -> dict[Expr, _Product]:
+def _products(roots: Sequence[Expr], kept: Mapping[Expr, Expr]) -> dict[Expr, _Product]:
     """The products in `roots` that are used by something else than one product, and what they are products of."""
     uses: dict[Expr, int] = dict.fromkeys(roots, 2)
     order = postorder(roots)

@@ -48,7 +48,7 @@ class Sample:
 
     def by(self, speeds: Speeds) -> "Sample":
         """The same numbers for other speeds of the same rates."""
-        if speeds.rates != self.speeds.rates:
+        if speeds.rates not in {self.speeds.rates}:
             return Sample(speeds, self.seed)
         return Sample(speeds, self.seed, self.values, self.turns, self.rooted)
 

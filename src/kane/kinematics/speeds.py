@@ -18,7 +18,7 @@ from kane.expr.count import price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import DIV, MUL, NEG
-from kane.expr.symbols import Coordinate, Speed, rate
+from kane.expr.symbols import Coordinate, Speed, Symbols, rate
 from kane.expr.visit import fold, substitute
 from kane.model.system import System
 
@@ -55,7 +55,7 @@ class Speeds:
     """
 
     system: System
-    speeds: tuple[Speed, ...]
+    speeds: Symbols[Speed]
     rates: tuple[Expr, ...]
     rows: tuple[dict[Expr, Expr], ...]
     z: tuple[Expr, ...]

@@ -129,7 +129,7 @@ class _Links:
         link = max(place.link for place in places)
         _, parent, offset = self.begun[link]
         for place in places:
-            if place.link != link and not (place.link == parent and place.arm.parts == offset.parts):
+            if place.link != link and not (place.link == parent and place.arm.parts in {offset.parts}):
                 return None
         return own if own.link == link else _Place(link, Vector())
 

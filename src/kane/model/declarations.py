@@ -10,7 +10,7 @@ import numpy as np
 from kane.errors import ModelError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, State
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, State, Symbols
 from kane.model.actions import as_action
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
@@ -98,7 +98,7 @@ class Declarations(Immutable):
     reactions: tuple[Reaction, ...]
     auxiliary_speeds: tuple[AuxiliarySpeed, ...]
     events: tuple[Event, ...]
-    coordinates: tuple[Coordinate, ...]
+    coordinates: Symbols[Coordinate]
     constraints: tuple[Constraint, ...]
     dependent_coordinates: tuple[Coordinate, ...]
     dependent_speeds: tuple[Speed, ...]

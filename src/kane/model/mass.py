@@ -117,8 +117,8 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
         own = Dyadic() if p.inertia is None else p.inertia
         total = total + parallel_axis(own, p.mass, p.mass_center.position(center).express(frame))
     whole = _along(frame, total)
-    moving = free_symbols([*center.offset.scalars(), *whole.components(frame).entries])
-    moving = tuple(s for s in moving if not isinstance(s, Parameter))
+    symbols = free_symbols([*center.offset.scalars(), *whole.components(frame).entries])
+    moving = [s for s in symbols if not isinstance(s, Parameter)]
     if moving:
         raise ModelError(
             f"Expected bodies of the composite {name} that are fixed in {frame.name}, got places or inertias there that depend on "

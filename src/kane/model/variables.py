@@ -41,7 +41,7 @@ def euler_sets(frames: tuple[Frame, ...]) -> tuple[EulerParameters, ...]:
 
 def ordered_coordinates(
     symbols: tuple[Symbol, ...], order: Sequence[Coordinate | str] | None, first: Iterable[Coordinate] = ()
-) -> tuple[Coordinate, ...]:
+) -> Symbols[Coordinate]:
     """The coordinates in the order given, else those of joints, `first`, then the others as they appear.
 
     Of the others those of positions come before those of orientations, and q1, q2, … stay together.
@@ -87,8 +87,8 @@ def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
     return Symbols(known.get(x, x) if isinstance(x, str) else x for x in items)
 
 
-def _coordinates(order: Any) -> tuple[Any, ...]:
-    """Coordinates as a tuple; a single one, or something else, is refused."""
+def _coordinates(order: Any) -> Symbols[Coordinate]:
+    """Coordinates; a single one, or something else, is refused."""
     if isinstance(order, Expr) or not isinstance(order, Iterable) or not all(isinstance(q, Coordinate) for q in order):
         raise ModelError(
             f"Expected coordinates= to be a list of coordinates, such as (q1, q2), got {cut(repr(order))}."

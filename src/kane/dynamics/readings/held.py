@@ -6,7 +6,7 @@ vanish at the state: coordinates and speeds that were computed are right to some
 """
 
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ NOISE = 1e-10
 _NONE_FREE = "The constraints give all speeds: leave them out."
 
 
-def reading(solved: Solved, walk: Walk, known: Collection[Expr]) -> Reading:
+def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
     """Expressions of q, u, t, parameters and inputs with those dependent speeds filled in that are not `known`.
 
     The constraints are read too where dependent speeds are given, and the expressions hold speeds: those of which all is known.
@@ -50,7 +50,7 @@ def reading(solved: Solved, walk: Walk, known: Collection[Expr]) -> Reading:
     return Reading(Walk(every) if rows or filled else walk, count, tuple(name for name, _, _ in rows))
 
 
-def _rows(solved: Solved, known: Collection[Expr]) -> list[tuple[str, Expr, Expr]]:
+def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
     """The constraints in which all is known: names, A u + b, and what it may be for rounding's sake."""
     speeds, rows = solved.derived.speeds, []
     memo: Sizes = {}

@@ -31,7 +31,7 @@ class ConstraintRates:
         roots = (*found.accelerations, *found.reactions, *found.pivots, *found.reaction_matrix.entries)
         return (
             found.mapped(self.held)
-            if holds_any((*roots, *found.bare_reaction_matrix.entries), self.vanishing)
+            if holds_any((*roots, *found.bare_reaction_matrix.entries), self.vanishing.keys())
             else found
         )
 

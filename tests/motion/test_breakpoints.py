@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loads whose switches and tables turn at times that parameters set: a road of given heights under a wheel at speed V."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+import kane as kn
+from tests.examples import examples
+
+N = kn.Frame("N")
+x, v = kn.coordinate("x"), kn.speed("v")
+V, S, L = kn.parameter("V", 2.0, "m/s"), kn.parameter("S", 1.0, "m"), kn.parameter("L", 1.0, "m")
+K, C, M = 400.0, 3.0, 1.5
+"""Stiffness, damping, mass."""
+P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+ALONG = V * kn.time - S
+KINDS = {
+    "abs": (abs(ALONG) / L, lambda s: abs(s)),
+    "max": (kn.max(ALONG, 0) / L, lambda s: max(s, 0.0)),
+    "min": (kn.min(ALONG, L) / L, lambda s: min(s, 1.0)),
+    "sign": (kn.sign(ALONG), np.sign),
+    "where": (kn.where(kn.less(ALONG, L), 1, -1), lambda s: 1.0 if s < 1 else -1.0),
+    "linear": ("linear", None),
+    "cubic": ("cubic", None),
+    "steps": ("steps", None),
+    "periodic": ("periodic", None),
+}
+
+
+def wheel(height):
+    """Equations of a mass on spring and damper over a road of this height, of which the damper feels nothing."""
+    force = K * (height - x) - C * v
+    return kn.derive(kn.System(N, bodies=[kn.Particle("m", P, M)], speeds={v: x.dt}, loads=[kn.Force(P, force * N.x)]))
+
+
+def reached(height, ends, span):
+    """(x, v) at the end of a span, from rest, integrated from one of the ends of pieces to the next."""
+    state = np.zeros(2)
+    for a, b in pairwise([span[0], *sorted(t for t in ends if span[0] < t < span[1]), span[1]]):
+        inside = lambda t, a=a, b=b: min(max(t, np.nextafter(a, b)), np.nextafter(b, a))  # noqa: E731
+        found = solve_ivp(
+            lambda t, y, inside=inside: [y[1], (K * (height(inside(t)) - y[0]) - C * y[1]) / M],
+            (a, b), state, "DOP853", rtol=1e-12, atol=1e-14,
+        )  # fmt: skip
+        state = found.y[:, -1]
+    return state
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_road_at_speed_is_felt(kind, rng):
+    """Tables, corners and steps of V t, with V as a run-time parameter, against SciPy's steps from one corner to the next."""
+    check(kind, "auto", rng)
+
+
+@given(
+    kind=st.sampled_from(sorted(KINDS)),
+    method=st.sampled_from(["auto", "dop853", "gauss16", "tsit5", "radau9", "DOP853"]),
+    seed=st.integers(0, 2**32 - 1),
+)
+@examples(0.3)
+def test_any_road_at_any_speed_is_felt(kind, method, seed):
+    check(kind, method, np.random.default_rng(seed))
+
+
+def check(kind, method, rng):
+    height, plain = KINDS[kind]
+    values = {V: float(rng.uniform(0.5, 20)), S: float(rng.uniform(-2, 5))}
+    speed, begin = values[V], values[S]
+    corners = [0.0, 1.0]
+    if plain is None:
+        corners = np.cumsum(rng.uniform(0.01, 1, 9)).tolist()
+        heights = rng.normal(size=9)
+        heights[-1] = heights[0]
+        table = kn.table(corners, heights.tolist(), height)
+        height, plain = table(ALONG / L), lambda s: float(table(s))
+    first = (
+        np.array(corners)
+        if kind != "periodic"
+        else np.add.outer(np.arange(-9, 50) * (corners[-1] - corners[0]), corners)
+    )
+    span = (0.0, 2.0)
+    sol = kn.simulate(wheel(height), span, q=[0], u=[0], parameters=values, method=method, rtol=1e-10, atol=1e-10)
+    assert sol.status == "finished"
+    expected = reached(lambda t: plain(speed * t - begin), ((first + begin) / speed).ravel().tolist(), span)
+    assert sol.states[-1] == pytest.approx(expected, abs=1e-7 * max(1, *np.abs(sol.states).max(axis=0)))
