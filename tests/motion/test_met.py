@@ -3,10 +3,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 import kane as kn
+from tests.examples import examples
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -86,6 +91,63 @@ class TestSteps:
     def test_errors(self, given, message):
         with pytest.raises(kn.SimulationError, match=message):
             kn.simulate(line(), (0, 1), q=[0], u=[0], **given)
+
+
+METHODS = ("gauss16", "dop853", "tsit5", "vern9", "DOP853", "Radau", "LSODA", "BDF")
+ROOTS, POLES, RATE = kn.parameters("r1:4", 0.0), kn.parameters("p1:4", 0.0), kn.parameter("rate", 1.0)
+RATIO = math.prod((x - r for r in ROOTS), start=1) / math.prod((x - p for p in POLES), start=1)
+SWINGS = line(-(RATE**2) * x, [kn.Event("zero", RATIO, terminal=False)])
+
+
+class TestPoles:
+    """A change of sign through infinity is no crossing; through a jump it is."""
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_of_1_over_x_and_of_tan_x(self, method):
+        events = [kn.Event("pole", 1 / (x - 2), terminal=False), kn.Event("tan", kn.tan(x), terminal=False)]
+        sol = kn.simulate(line(None, events), (0, 6.5), q=[0.5], u=[1], method=method)
+        assert [e.name for e, _ in sol.events] == ["tan", "tan"]
+        assert [t for _, t in sol.events] == pytest.approx([np.pi - 0.5, 2 * np.pi - 0.5], abs=1e-9)
+
+    @pytest.mark.parametrize("method", ["gauss16", "DOP853"])
+    def test_a_pole_at_the_end_of_a_step(self, method):
+        events = [kn.Event("pole", 1 / x, terminal=False), kn.Event("no value", kn.sin(x) / x**2, terminal=False)]
+        sol = kn.simulate(line(None, events), (0, 2), q=[-1], u=[1], method=method, breakpoints=[1.0])
+        assert sol.events == ()
+
+    @pytest.mark.parametrize("method", ["gauss16", "DOP853"])
+    def test_a_jump_across_the_threshold_is_met(self, method):
+        """From −1 to 1, to a large value, and to one side of a pole."""
+        beyond = kn.less(1, x)
+        quantities = [kn.sign(x - 1), kn.where(beyond, 1e6, -1), kn.where(beyond, 1 / (x - 1), -1)]
+        events = [kn.Event(f"jump {k}", c, direction=1, terminal=False) for k, c in enumerate(quantities)]
+        sol = kn.simulate(line(None, events), (0, 2), q=[0], u=[1], method=method)
+        assert [t for _, t in sol.events] == pytest.approx([1, 1, 1], abs=1e-9)
+
+    @given(
+        st.lists(st.floats(-0.95, 0.95), min_size=6, max_size=6),
+        st.floats(-2, 2),
+        st.sampled_from(METHODS),
+    )
+    @examples(0.2)
+    def test_random_roots_among_random_poles(self, places, exponent, method):
+        """Every root of a rational quantity of x = cos(ω t), and none of its poles."""
+        assume(np.diff(np.sort(places)).min() > 1e-3)
+        rate, values = 10.0**exponent, dict(zip((*ROOTS, *POLES), places, strict=True))
+        given = {
+            "q": [1],
+            "u": [0],
+            "parameters": {RATE: rate, **values},
+            "method": method,
+            "rtol": 1e-9,
+            "atol": 1e-11,
+        }
+        sol = kn.simulate(SWINGS, (0, 7 / rate), samples=2, **given)
+        first = np.arccos(places[:3])
+        times = np.sort(np.concatenate([first, 2 * np.pi - first, 2 * np.pi + first]))
+        times = times[times < 7]
+        assert len(sol.events) == len(times)
+        np.testing.assert_allclose([t * rate for _, t in sol.events], times, atol=1e-4)
 
 
 SLOW = pytest.mark.slow

@@ -21,6 +21,8 @@ _TIME_TOLERANCE = 1e-12
 """Share of a step to which the time of an event is found."""
 _GONE, _LOOSE = 1e-9, 1e-2
 """Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
+_BESIDE, _GROWN = (8 * _TIME_TOLERANCE, 1e-5), 10.0
+"""Shares of a step beside a change of sign, and how many times larger a quantity is at the nearer one where that is a pole."""
 _CLOSE = 1e-3
 """Share of a part of a step after which it shows whether a quantity falls or rises."""
 _SOON, _TINY = 1e-6, np.finfo(float).tiny
@@ -71,7 +73,9 @@ def crossings(
         found = _leaving(gaps, times, float(over[-1]), side, most) if anew else passages(gaps, times, over, most)
         for start, end, a, b in found:
             if event.direction <= 0 < a or a < 0 <= event.direction:
-                met.append((event, _located(gap, start, end, a, b)))
+                t = _located(gap, start, end, a, b)
+                if not _is_pole(gap, t, times, over):
+                    met.append((event, t))
     return sorted(met, key=lambda pair: pair[1])
 
 
@@ -116,7 +120,25 @@ def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float
         return float(t_old)
     if b == 0 or last * a > 0:
         return float(t_new)
-    return float(brentq(gap, t_old, t_new, xtol=_TIME_TOLERANCE * (t_new - t_old), maxiter=1000, disp=False))
+
+    def finite(t: float) -> float:  # a pole that is hit may be NaN
+        return float(np.nan_to_num(gap(t), nan=np.inf))
+
+    return float(brentq(finite, t_old, t_new, xtol=_TIME_TOLERANCE * (t_new - t_old), maxiter=1000, disp=False))
+
+
+def _is_pole(gap: Callable[[float], float], t: float, times: Array, over: Array) -> bool:
+    """Whether a quantity changes its sign at t through infinity; `over` are its values at the `times` of the step.
+
+    Towards a pole it grows, beyond its usual size in the step; towards a root it falls, and at a jump one side at least stays.
+    """
+    usual = np.median(np.abs(over[np.abs(over) > 0]))
+    near, far = (share * (times[-1] - times[0]) + 4 * float(np.spacing(abs(t))) for share in _BESIDE)
+    within = [s for s in (-1, 1) if times[0] <= t + s * far <= times[-1]]
+    sizes = [abs(np.nan_to_num(gap(t + s * near), nan=np.inf)) for s in within]
+    return min(sizes, default=0.0) > usual and all(
+        size > _GROWN * abs(gap(t + s * far)) for s, size in zip(within, sizes, strict=True)
+    )
 
 
 def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | None:

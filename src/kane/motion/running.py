@@ -14,7 +14,7 @@ from kane.analysis.assemble import assemble
 from kane.analysis.state import start_state
 from kane.dynamics.readings.undirected import undirected
 from kane.equations.equations import Equations
-from kane.errors import KaneWarning, SimulationError
+from kane.errors import KaneError, KaneWarning, SimulationError
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.acting import Instant, acted, leapt_over, sides
@@ -77,7 +77,7 @@ def run(
             piece, end, now = _phase(
                 eom, (t, span[1]), begin, phase, rest, (times, options["settings"], begun), not pieces
             )
-        except SimulationError as error:
+        except KaneError as error:
             if not pieces:
                 raise
             return _stopped(pieces, f"the motion does not go on after {_names(phase.by)} at t = {t:.9g}: {error}")
@@ -86,11 +86,14 @@ def run(
                 raise KeyboardInterrupt from None
             return _stopped(pieces, f"{MESSAGE}{t:.6g}")
         pieces.append(piece)
-        if not any(e.then is not None for e in end.at_once):
+        if not _acting(end.at_once):
             return whole(pieces)
         before = Instant(eom, now, float(piece.t[-1]), piece.states[-1], phase)
         short = short + 1 if before.t - t <= _AT_ONCE * max(abs(before.t), span[1] - span[0]) else 0
-        after, met, by, leaving = _changed(before, end.at_once, span[1])
+        try:
+            after, met, by, leaving = _changed(before, end.at_once, span[1])
+        except KaneError as error:
+            return _stopped(pieces, f"{_names(_acting(end.at_once))} cannot act at t = {before.t:.9g}: {error}")
         # what acts twice at one instant has no rate by which to leave
         again = short > 0 and before.t <= t and {e.name for e in end.at_once} <= {e.name for e in phase.by}
         if leaving is None or short >= _TIMES or again:
@@ -117,11 +120,11 @@ def _changed(
     """The instant after the actions, the events that it leaps across, those that acted, and where the quantities go."""
     own = {e.name: e for e in before.first.system.events}
     done = [own[e.name] for e in at_once if e.name in own]
-    acting, by, met, after = [e for e in done if e.then is not None], list[Event](), list[Event](), before
+    now, by, met, after = _acting(done), list[Event](), list[Event](), before
     met_here = list(done)
-    while acting:
-        prior, after = after, acted(after, acting, end)
-        by += acting
+    while now:
+        prior, after = after, acted(after, now, end)
+        by += now
         others = [e for e in own.values() if e not in done]
         quantities = [e.quantity for e in others]
         leapt = (
@@ -129,9 +132,14 @@ def _changed(
         )
         met += leapt
         done += leapt
-        acting = [e for e in leapt if e.then is not None]
+        now = _acting(leapt)
     after = replace(after, phase=replace(after.phase, by=tuple(by)))
     return after, met, by, sides(before, after, met_here)
+
+
+def _acting(events: Sequence[Event]) -> list[Event]:
+    """Those that change the motion."""
+    return [e for e in events if e.then is not None]
 
 
 def _names(events: Sequence[Event]) -> str:
