@@ -161,9 +161,9 @@ def test_loads_in_rates_are_written_in_speeds():
 
 def test_a_slip_direction_is_watched():
     eom = kn.derive(mechanism())
-    slips = [e for e in eom.events if "onset of rolling" in e.name]
+    slips = [e for e in eom.events if "onset of sticking" in e.name]
     # a share of the largest slip ends it
-    assert [(e.name, e.direction, e.threshold) for e in slips] == [("onset of rolling (friction)", -1, 0.0)]
+    assert [(e.name, e.direction, e.threshold) for e in slips] == [("onset of sticking (friction)", -1, 0.0)]
     assert str(slips[0].quantity) == "sqrt(u1^2)"
 
 

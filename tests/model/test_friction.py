@@ -33,7 +33,7 @@ class TestFriction:
         written = block(kn.Force(P, -0.3 * normal * P.velocity(N).normalized()), normal)
         assert [str(e) for e in declared.accelerations] == [str(e) for e in written.accelerations]
         names = [e.name for e in declared.events]
-        assert names == ["onset of rolling (friction on P)", "contact lost (R = 0)"]
+        assert names == ["onset of sticking (friction on P)", "contact lost (R = 0)"]
         assert [e.name for e in written.events] == ["contact lost (R = 0)"]
 
     @pytest.mark.parametrize("threshold", [1e-4, 1e-2, 1e2])
@@ -55,15 +55,15 @@ class TestFriction:
         turned = kn.derive(kn.System(N, bodies=[rod], joints=[pin], loads=[kn.dry_friction(pin, 0.3 * G)]))
         for speed in (1e-6, 1.0, 1e6):
             for system, name in (
-                (eom, "onset of rolling (friction on P)"),
-                (turned, "onset of rolling (dry friction in pin)"),
+                (eom, "onset of sticking (friction on P)"),
+                (turned, "onset of sticking (dry friction in pin)"),
             ):
                 sol = kn.simulate(system, (0, 1e7), q=[0], u=[speed], samples=3, atol=1e-9 * speed)
                 assert sol.event is not None
                 assert sol.event.name == name
                 assert "fell below a ten-thousandth of its largest" in sol.message
                 assert sol.t[-1] == pytest.approx((1 - 1e-4) * speed / (0.3 * G), rel=1e-6)
-        with pytest.raises(kn.SimulationError, match="Expected a start before the event 'onset of rolling"):
+        with pytest.raises(kn.SimulationError, match="Expected a start before the event 'onset of sticking"):
             kn.simulate(eom, (0, 1), q=[0], u=[0])
 
     @pytest.mark.parametrize(
@@ -146,6 +146,45 @@ class TestWhatIsNoFriction:
             assert "turns to and fro" in sol.message
 
 
+@pytest.mark.parametrize("kind", ["block", "tip", "wheel", "wheel on wheel"])
+def test_the_end_of_a_slip_at_a_point_is_named_for_what_sets_in(kind):
+    """Rolling where another particle of a body is in contact at every instant, else sticking."""
+    B = N.rotate("B", y, N.z)
+    at = {
+        "block": P,
+        "tip": P.fixed_in(B, "tip", 0.2 * B.y - 0.3 * B.x),
+        "wheel": P.fixed_in(B, "rim", -0.3 * N.y),
+        "wheel on wheel": P,
+    }[kind]
+    against = P.fixed_in(B, "roll", 0.1 * N.y) if kind == "wheel on wheel" else None
+    normal = pressed()
+    load = kn.friction(at, normal, 0.3, against=against, name="rub")
+    body = kn.RigidBody("b", frame=B, mass_center=P, mass=2, inertia=kn.inertia(B, 1, 1, 1))
+    loads = [kn.gravity(-G * N.y), load]
+    eom = kn.derive(kn.System(N, bodies=[body], speeds="rates", loads=loads, reactions=[normal]))
+    onset = "rolling" if "wheel" in kind else "sticking"
+    (event,) = (e for e in eom.events if "onset" in e.name)
+    assert event.name == f"onset of {onset} (rub)"
+    assert f"fell below a ten-thousandth of its largest: {onset} sets in" in event.message
+
+
+def test_a_clutch_sticks():
+    """Two disks of 1 and 2 kg m² pressed together: at rest relative to each other after (Ω₁ − Ω₂)/(M (1/J₁ + 1/J₂))."""
+    first = kn.pin("shaft", O, N, axis=N.z)
+    clutch = kn.pin("clutch", O, first.frame, axis=N.z)
+    disks = [
+        kn.RigidBody(j.name, frame=j.frame, mass_center=O, mass=1, inertia=kn.inertia(j.frame, 1, 1, k))
+        for k, j in enumerate((first, clutch), 1)
+    ]
+    load = kn.dry_friction(clutch, 0.6, threshold=1e-6)
+    eom = kn.derive(kn.System(N, bodies=disks, joints=[first, clutch], loads=[load]))
+    sol = kn.simulate(eom, (0, 20), q=[0, 0], u=[3, 4.5], samples=3)
+    assert sol.event is not None
+    assert sol.event.name == "onset of sticking (dry friction in clutch)"
+    assert sol.t[-1] == pytest.approx(4.5 / 0.9, rel=1e-6)
+    assert "sticking sets in" in sol.message
+
+
 class TestDryFriction:
     @pytest.mark.parametrize("kind", ["pin", "slider"])
     def test_a_joint_that_comes_to_rest(self, kind):
@@ -159,7 +198,7 @@ class TestDryFriction:
         eom = kn.derive(kn.System(N, bodies=[body], joints=[joint], loads=[load]))
         sol = kn.simulate(eom, (0, 10), q=[0], u=[1.5], samples=3)
         assert sol.event is not None
-        assert sol.event.name == "onset of rolling (dry friction in J)"
+        assert sol.event.name == "onset of sticking (dry friction in J)"
         assert sol.t[-1] == pytest.approx(1.5 * (1 - 1e-4) / 0.3, rel=1e-6)
         smooth = kn.derive(
             kn.System(N, bodies=[body], joints=[joint], loads=[kn.dry_friction(joint, 0.6, smooth=1e-3)])

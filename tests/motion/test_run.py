@@ -238,7 +238,7 @@ class TestFriction:
         sol = kn.simulate(self.EOM, (0, 5), q=[0], u=[2.0 * sign])
         decline = 0.3 * 9.81
         assert sol.status == "event"
-        assert sol.event.name == "onset of rolling (friction)"
+        assert sol.event.name == "onset of sticking (friction)"
         assert sol.t[-1] == pytest.approx(2 * (1 - 1e-4) / decline, abs=1e-6)
         assert sol[v] == pytest.approx(sign * (2 - decline * sol.t), abs=1e-7)
         assert sol[x][-1] == pytest.approx(sign * 4 / decline / 2, abs=1e-6)
@@ -247,7 +247,7 @@ class TestFriction:
         assert sol.work[-1] == pytest.approx(-4, abs=1e-6)
 
     def test_a_start_without_slip(self):
-        with pytest.raises(kn.SimulationError, match=r"onset of rolling \(friction\).*slip"):
+        with pytest.raises(kn.SimulationError, match=r"onset of sticking \(friction\).*slip"):
             kn.simulate(self.EOM, (0, 5), q=[0], u=[0.0])
 
     @pytest.mark.parametrize("speed", [1e-6, 1.0, 1e6])

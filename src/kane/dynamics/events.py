@@ -14,7 +14,6 @@ from kane.kinematics.speeds import Speeds
 from kane.model.declarations import Event
 from kane.model.loads import Load
 
-ROLLING = "onset of rolling"
 SLIPS = 1e-4
 """Share of the largest slip of a motion below which a contact no longer slides, unless its friction says from which speed on."""
 PAINLEVE_THRESHOLD = 1e-3
@@ -26,7 +25,7 @@ SINGULAR = "singular kinematics"
 _LARGEST_WATCHED = 3
 
 _STOPS_SLIPPING = (
-    "the slip speed of the {0} fell below {1}: rolling sets in, and the direction that the load takes from the slip "
+    "the slip speed of the {0} fell below {1}: {2} sets in, and the direction that the load takes from the slip "
     "is lost. The sliding model ends here; with smooth= the friction goes on, and creeps"
 )
 _OPENS = (
@@ -85,8 +84,9 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
         own = load.slip
         if own is not None and own.speed is not None:
             least = "a ten-thousandth of its largest" if own.threshold is None else f"{own.threshold:g}"
-            told = _STOPS_SLIPPING.format(load.name, least)
-            event = SlipEnd(f"{ROLLING} ({load.name})", own.speed, own.threshold or 0.0, -1, message=told)
+            onset = "rolling" if own.rolls else "sticking"
+            told = _STOPS_SLIPPING.format(load.name, least, onset)
+            event = SlipEnd(f"onset of {onset} ({load.name})", own.speed, own.threshold or 0.0, -1, message=told)
             slips.setdefault(own.speed, event)
         pressing = own.presses if own is not None else held if any(isinstance(s, Speed) for s in held) else ()
         for s in pressing:

@@ -36,8 +36,8 @@ def friction(
 ) -> Load:
     """Coulomb's friction −μ N v/|v| at a particle that slides under the normal force N.
 
-    The slip v is the particle's velocity across the normal's direction. A motion ends where |v| falls below the threshold (rolling
-    sets in), and where N falls to zero (the contact opens).
+    The slip v is the particle's velocity across the normal's direction. A motion ends where |v| falls below the threshold (the
+    contact sticks, or rolls where the particle in contact changes), and where N falls to zero (the contact opens).
 
     Parameters
     ----------
@@ -78,7 +78,8 @@ def friction(
     force = _direction(slip, slip.dot(slip), _speed("smooth", smooth)) * (-as_expr(mu) * normal)
     name = name or f"friction on {point.name}"
     load = Force(point, force, name) if against is None else action_reaction(point, against, force, name)
-    return _declared(load, slip.magnitude(), normal, threshold, smooth)
+    rolls = any(p.body is not None and not p.offset.dt(p.body).is_zero for p in (point, against) if p is not None)
+    return _declared(load, Slip(slip.magnitude(), rolls=rolls), normal, threshold, smooth)
 
 
 def dry_friction(
@@ -120,7 +121,7 @@ def dry_friction(
         if turns
         else action_reaction(joint.point, joint.at, load, name)
     )
-    return _declared(pair, NODE_BUILDERS["abs"](rate), as_expr(size), threshold, smooth)
+    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), as_expr(size), threshold, smooth)
 
 
 def _direction(v: Vector, square: Expr, eps: float | None) -> Vector:
@@ -128,9 +129,10 @@ def _direction(v: Vector, square: Expr, eps: float | None) -> Vector:
     return v.normalized() if eps is None else v / sqrt(add(square, mul(as_expr(eps), as_expr(eps))))
 
 
-def _declared(load: Load, speed: Expr, size: Expr, threshold: float | None, smooth: float | None) -> Load:
+def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:
     presses = tuple(s for s in free_symbols([size]) if isinstance(s, Reaction))
-    return replace(load, slip=Slip(speed if smooth is None else None, _speed("threshold", threshold), presses))
+    speed = slip.speed if smooth is None else None
+    return replace(load, slip=replace(slip, speed=speed, threshold=_speed("threshold", threshold), presses=presses))
 
 
 def _speed(name: str, value: Any) -> float | None:

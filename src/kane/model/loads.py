@@ -31,12 +31,14 @@ def is_given(s: Symbol) -> bool:
 class Slip(Immutable):
     """What friction was declared with: the `speed` of the slip, the `threshold` down to which it holds, the reactions that must press.
 
-    No speed where it holds at rest too; no threshold where it is a share of the largest slip.
+    No speed where it holds at rest too; no threshold where it is a share of the largest slip. Without slip the contact `rolls` where
+    another particle of a body is in contact at every instant, else it sticks.
     """
 
     speed: Expr | None
-    threshold: float | None
+    threshold: float | None = None
     presses: tuple[Reaction, ...] = ()
+    rolls: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
