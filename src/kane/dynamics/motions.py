@@ -239,7 +239,7 @@ def motions(
     system = scaffold(inertial, speeds, of, holonomic, nonholonomic, dependent_speeds, coordinates)
     parts = derived(system, place(system, near))
     held = parts.constraints.constraints
-    partition = first_partition(system, parts.constraints, parts.compared) if held else None
+    partition = first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None
     return Motions(parts, None if partition is None else embedding(parts.constraints, partition))
 
 

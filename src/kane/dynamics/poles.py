@@ -14,6 +14,7 @@ import numpy as np
 
 from kane.dynamics.constraints.closure import Closure, residual_function, usual_sizes
 from kane.dynamics.constraints.partition import Partition, choose
+from kane.dynamics.constraints.steady import follow_everywhere
 from kane.dynamics.derived import Derived
 from kane.expr.build import div
 from kane.expr.diff import jacobian
@@ -44,7 +45,8 @@ _ZERO = 1e-9
 def without_poles(derived: Derived, partition: Partition | None) -> Partition | None:
     """Dependent speeds with which the motion is regular at false poles; None where none is found.
 
-    Those of `partition`, or, if the user named none, others that are determined no worse at configurations elsewhere.
+    Those of `partition`, or, if the user named none and these do not follow alike everywhere else, others that are determined no worse
+    at configurations elsewhere.
     """
     pivots = [p for p in derived.kinematical.pivots if any(isinstance(s, Coordinate) for s in free_symbols([p]))]
     if partition is None or not partition.dependent or not pivots:
@@ -53,6 +55,7 @@ def without_poles(derived: Derived, partition: Partition | None) -> Partition | 
     place = {u: i for i, u in enumerate(derived.speeds)}
     named = [place[u] for u in derived.system.dependent_speeds]
     dependent = partition.dependent
+    everywhere = follow_everywhere(derived.compared, derived.constraints.a, dependent)
     own = f[len(derived.system.holonomic) :]  # the unit lengths of Euler parameters
     # off the constraints first: there most poles are seen to be true ones, for little
     for conditions in dict.fromkeys((own, f)):
@@ -62,7 +65,8 @@ def without_poles(derived: Derived, partition: Partition | None) -> Partition | 
         usual = [b for b in places.admissible(conditions) if len(b) == len(dependent)]
         sizes = np.max([np.abs(b).max(axis=0) for b in usual], axis=0, initial=0)
         sizes = np.where(sizes > 0, sizes, 1.0)
-        others = [choose(b, named, reach=np.broadcast_to(sizes, b.shape)).dependent for b in usual]
+        reach = np.broadcast_to(sizes, usual[0].shape) if usual else sizes
+        others = [] if everywhere else [choose(b, named, reach=reach).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
         best = max(choices, key=lambda d: min((_determined(b, d, sizes) for b in usual), default=0.0))
         if not any(_determined(b, best, sizes) > _REGULAR for b in poles):

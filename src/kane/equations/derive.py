@@ -63,7 +63,9 @@ def derive(
     with working("Deriving"), collecting_seldom(), remembering():
         parts = derived(system, place(system, near))
         held = parts.constraints.constraints
-        partition = first_partition(system, parts.constraints, parts.compared) if held else None
+        partition = (
+            first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None
+        )
         check_potentials(parts)
         if route is not None:
             return _equations(replace(solved(parts, partition, route), asked=route))

@@ -18,6 +18,7 @@ import numpy as np
 from kane.dynamics.constraints.choice import Compared, chosen
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.redundancy import check_determinate
+from kane.dynamics.constraints.steady import steady_speeds
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant_value
@@ -165,15 +166,21 @@ def _solution(rows: ConstraintRows, partition: Partition, free: Sequence[int]) -
     return Solution(a_n, a_na, b_n.entries, c, solver.divisors, sizes)
 
 
-def first_partition(system: System, rows: ConstraintRows, compared: Compared) -> Partition:
+def first_partition(system: System, rows: ConstraintRows, compared: Compared, mass: Callable[[], Matrix]) -> Partition:
     """The partition at configurations that satisfy the constraints, parameters at their defaults.
 
-    What the user made dependent is taken first. There the constraints must give `dependent_speeds` and not contradict each other, and
-    every reaction must be determined.
+    What the user made dependent is taken first, then what follows everywhere, of that what the shortest equations have, to which the
+    `mass` matrix belongs. There the constraints must give `dependent_speeds` and not contradict each other, and every reaction must be
+    determined.
     """
     place = {u: i for i, u in enumerate(system.speeds)}
     easy = np.array([constant_value(x) is not None for x in rows.a.entries]).reshape(rows.a.shape)
-    partition = chosen(compared.a, compared.at.special, [place[u] for u in system.dependent_speeds], easy)
+    preferred = [place[u] for u in system.dependent_speeds]
+    partition = chosen(compared.a, compared.at.special, preferred, easy)
+    if not set(preferred) >= set(partition.dependent):
+        steady = steady_speeds(compared, rows.a, partition.dependent, preferred, mass)
+        if steady is not None and set(steady) != set(partition.dependent):
+            partition = chosen(compared.a, compared.at.special, steady, easy)
     strangers = [str(u) for u in system.dependent_speeds if place[u] not in partition.dependent]
     if strangers:
         names = ", ".join(u.name for u, i in place.items() if i in partition.dependent)

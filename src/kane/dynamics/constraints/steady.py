@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Dependent speeds that follow everywhere: those whose block A_D of the constraints has the same determinant at all configurations.
+
+With redundant rows that is the volume √det(A_Dᵀ A_D). One of several such sets is the one of the shortest equations: of the fewest
+entries of A_n and of the mass matrix BᵀMB of the independent speeds that are not zero, those that change with the configuration
+counted as what they take to compute.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.constraints.choice import Compared
+from kane.dynamics.constraints.configurations import Configurations
+from kane.expr.evaluate import free_symbols
+from kane.expr.matrix import Matrix
+from kane.expr.symbols import Coordinate, Parameter
+from kane.numeric.arrays import Array
+from kane.numeric.sample import HIGH, LOW, values_of
+
+_SEED = 20611
+_SAME = 1e-9
+"""Share by which numbers may differ that are the same but for rounding: others, at random configurations, differ by far more."""
+_FOLLOWS = 1e-5
+"""Share of the product of the lengths of its columns that a volume must have: what is below has lost the digits that tell."""
+_FEWEST = 3
+"""Configurations that tell what is the same everywhere, at least."""
+_ENTRIES, _EXCHANGES = 10_000, 200
+"""Numbers in the matrices, and exchanges of one speed for another, up to which sets are looked for."""
+_ROUNDS, _SETS = 12, 24
+"""How many exchanges lead to a set that follows everywhere, and how many of these sets are compared, at most."""
+_CHANGING = 3
+"""Operations that an entry counts for that changes with the configuration; a constant one counts for one."""
+
+Set = tuple[int, ...]
+
+
+def steady_speeds(
+    compared: Compared, a: Matrix, dependent: Sequence[int], kept: Sequence[int], mass: Callable[[], Matrix]
+) -> Set | None:
+    """Dependent speeds that follow everywhere, those `kept` among them, of the shortest equations; None where none are found.
+
+    They are looked for beginning with the `dependent` ones; of several sets the `mass` matrix tells which has the shortest equations.
+    """
+    numbers = _at_any_time(compared, a)
+
+    @cache
+    def inertia() -> Array:
+        return _with_defaults(compared.at, mass())
+
+    return steadiest(numbers, dependent, kept, lambda s: price(numbers, inertia(), s))
+
+
+def follow_everywhere(compared: Compared, a: Matrix, dependent: Sequence[int]) -> bool:
+    """Whether the dependent speeds follow alike at all configurations."""
+    return steady(_at_any_time(compared, a), dependent)
+
+
+def _at_any_time(compared: Compared, matrix: Matrix) -> Array:
+    """A at the configurations, the time and inputs at random values of their own: what is the same there is so at any time."""
+    free = [s for s in free_symbols(matrix.entries) if not isinstance(s, Coordinate | Parameter)]
+    if not free:
+        return compared.a
+    rng = np.random.default_rng(_SEED)
+    at = compared.at
+    return replace(at, values={**at.values, **{s: rng.uniform(LOW, HIGH, at.count) for s in free}}).matrices(matrix)
+
+
+def steady(a: Array, dependent: Collection[int]) -> bool:
+    """Whether the volume of these columns is the same in all of several matrices (k × m × n)."""
+    return len(a) >= _FEWEST and bool(_spreads(_scaled(a), [tuple(sorted(dependent))])[0] <= _SAME)
+
+
+def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price: Callable[[Set], float]) -> Set | None:
+    """The set of least `price` of those that follow at all of several matrices (k × m × n) alike; None where none is found.
+
+    From the `dependent` speeds one after the other is exchanged, none of those `kept`, for which the volume changes least.
+    """
+    a = _scaled(a)
+    now = tuple(sorted(dependent))
+    if not now or len(a) < _FEWEST or a.size > _ENTRIES or len(now) * (a.shape[2] - len(now)) > _EXCHANGES:
+        return None
+    least = float(_spreads(a, [now])[0])
+    for _ in range(_ROUNDS):
+        others = [] if least <= _SAME else _exchanged(now, a.shape[2], kept)
+        if not others:
+            break
+        spreads = np.round(_spreads(a, others), 6)  # what only rounding tells apart is a tie, which the order decides
+        place = int(np.argmin(spreads))
+        if not spreads[place] < least:
+            break
+        now = others[place]
+        least = float(_spreads(a, [now])[0])
+    if least > _SAME:
+        return None
+    found = [now]
+    for each in found:
+        others = [s for s in _exchanged(each, a.shape[2], kept) if s not in found]
+        if len(found) >= _SETS or not others:
+            break
+        found += [s for s, x in zip(others, _spreads(a, others), strict=True) if x <= _SAME]
+    return min(found, key=price) if len(found) > 1 else now
+
+
+def price(a: Array, mass: Array, dependent: Set) -> float:
+    """Operations that A_n and BᵀMB of these dependent speeds take, about: A and M at several configurations (k × m × n, k × n × n)."""
+    n = a.shape[2]
+    free = [i for i in range(n) if i not in dependent]
+    a_n = -np.linalg.pinv(a[:, :, list(dependent)]) @ a[:, :, free]
+    b = np.zeros((len(a), n, len(free)))
+    b[:, free, range(len(free))] = 1.0
+    b[:, list(dependent)] = a_n
+    bt = np.swapaxes(b, 1, 2)
+    upper = np.triu_indices(len(free))
+    sizes = np.abs(bt) @ np.abs(mass) @ np.abs(b)
+    return _filled(a_n, np.abs(a_n).max(axis=(0, 2), keepdims=True)) + _filled(
+        (bt @ mass @ b)[:, *upper], sizes[:, *upper]
+    )
+
+
+def _with_defaults(at: Configurations, matrix: Matrix) -> Array:
+    """A matrix in numbers at the configurations, which may hold symbols that the constraints do not."""
+    return replace(at, values={**values_of(free_symbols(matrix.entries), _SEED), **at.values}).matrices(matrix)
+
+
+def _filled(x: Array, sizes: Array) -> float:
+    """What entries (k × …) count for: nothing those that are zero beside their `sizes`, more those that change."""
+    size = np.broadcast_to(sizes, x.shape).max(axis=0)
+    there, changing = np.abs(x).max(axis=0) > _SAME * size, np.ptp(x, axis=0) > _SAME * size
+    return float((there + (_CHANGING - 1) * (there & changing)).sum())
+
+
+def _scaled(a: Array) -> Array:
+    """Rows and columns divided by the largest entries that they have at any of the configurations, so that units do not matter."""
+    sizes = np.abs(a).max(axis=0, initial=0)
+    for axis in (0, 1, 0, 1):
+        size = sizes.max(axis=axis, keepdims=True, initial=0)
+        size[size <= 0] = 1.0
+        a, sizes = a / size, sizes / size
+    return a
+
+
+def _spreads(a: Array, sets: Sequence[Set]) -> npt.NDArray[np.float64]:
+    """By how much the logarithm of each set's volume differs from configuration to configuration; infinite where it follows poorly."""
+    block = np.moveaxis(a[:, :, np.array(sets)], 2, 0)  # sets × k × m × d
+    square = block.shape[2] == block.shape[3]
+    volume = np.abs(np.linalg.det(block)) if square else np.linalg.svd(block, compute_uv=False).prod(axis=-1)
+    lengths = np.sqrt((block**2).sum(axis=2)).prod(axis=-1)
+    share = np.where(lengths > 0, volume / np.where(lengths > 0, lengths, 1.0), 0.0)
+    spread = np.log(np.maximum(volume, 1e-300)).std(axis=1)
+    return np.asarray(np.where(share.min(axis=1) > _FOLLOWS, spread, spread + 1.0))
+
+
+def _exchanged(now: Set, count: int, kept: Collection[int]) -> list[Set]:
+    """The sets with one speed exchanged for another."""
+    others = [j for j in range(count) if j not in now]
+    return [tuple(sorted({*now, j} - {i})) for i in now if i not in kept for j in others]
