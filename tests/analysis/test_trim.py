@@ -3,10 +3,16 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import kane as kn
 from kane.gallery import whipple_bicycle
+from tests.examples import examples
 from tests.systems import steady as systems
+
+UNIT = st.floats(-6, 6).map(lambda k: 10.0**k)
+RATIO = st.floats(-2, 2).map(lambda k: 10.0**k)
 
 
 @pytest.fixture(scope="module")
@@ -158,3 +164,70 @@ def test_the_time_of_a_point_goes_with_it():
     ):
         kn.simulate(eom, (0, 1), **point.arguments)
     assert kn.simulate(eom, (np.pi, 4), **point.arguments).t[0] == np.pi
+
+
+@examples(0.2)
+@given(
+    st.sampled_from(["polynomials", "legendre"]),
+    st.integers(3, 6),
+    st.floats(0, 5),
+    st.sampled_from([0.0, 1e-3, 0.1]),
+    st.floats(-9, -3).map(lambda k: 10.0**k),
+    st.tuples(UNIT, UNIT, UNIT),
+    st.booleans(),
+)
+def test_a_cantilever_under_its_weight(family, count, heavy, soft, bent, units, guessed):
+    """w L⁴/(8 EI) + w L²/(2 k_s GA) by the weight w per length, P L³/(3 EI) + P L/(k_s GA) by a body at the tip, in any units.
+
+    Polynomials have both shapes. `heavy` is the mass of the body over the beam's, `soft` is EI/(k_s GA L²), `bent` is w L³/EI.
+    """
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    length, mass, time = units
+    g = length / time**2
+    EI = mass * g * length**2 / bent
+    more = {}
+    if soft:
+        shapes = kn.mode_shapes("rod polynomials", count - 1)
+        more = {"shear": EI / (soft * length**2), "shear_modes": shapes, "rotary": 1e-3 * mass * length}
+    shapes = kn.mode_shapes(family, count)
+    beam = kn.Beam(
+        "beam",
+        O,
+        frame=N,
+        axis=N.x,
+        along=N.y,
+        length=length,
+        mass_per_length=mass / length,
+        EI=EI,
+        modes=shapes,
+        **more,
+    )
+    tip = beam.point_at(1)
+    bodies = [beam, kn.Particle("body", tip, heavy * mass)] if heavy else [beam]
+    eom = kn.derive(kn.System(N, bodies=bodies, loads=[kn.gravity(-g * N.y)]))
+    q = {c: kn.guess(0.0) for c in eom.coordinates} if guessed else None
+    expected = -bent * length * (1 / 8 + soft / 2 + heavy * (1 / 3 + soft))
+    for point in (kn.equilibrium(eom, q=q), kn.trim(eom, q=q)):
+        assert eom.evaluate(tip.position(O).dot(N.y), **point.arguments) == pytest.approx(expected, rel=1e-9)
+
+
+@examples(0.3)
+@given(st.lists(st.tuples(RATIO, RATIO), min_size=1, max_size=6), st.tuples(UNIT, UNIT, UNIT))
+def test_masses_that_hang_on_springs(links, units):
+    """A spring is stretched by the weight below it over its stiffness, in any units."""
+    length, mass, time = units
+    g = length / time**2
+    links = [(stiffness * mass / time**2, m * mass) for stiffness, m in links]
+    N = kn.Frame("N")
+    above, bodies, loads = kn.Point("O", fixed_in=N), [], [kn.gravity(-g * N.y)]
+    x = kn.coordinates(f"x1:{len(links) + 1}")
+    for i, (stretch, (stiffness, mass)) in enumerate(zip(x, links, strict=True), 1):
+        below = above.at(f"P{i}", -stretch * N.y)
+        bodies.append(kn.Particle(f"b{i}", below, mass))
+        loads += [kn.Force(below, stiffness * stretch * N.y), kn.Force(above, -stiffness * stretch * N.y)]
+        above = below
+    eom = kn.derive(kn.System(N, bodies=bodies, loads=loads, speeds="rates"))
+    weights = np.cumsum([g * m for _, m in links[::-1]])[::-1]
+    for point in (kn.equilibrium(eom), kn.trim(eom)):
+        np.testing.assert_allclose([point[c] for c in x], weights / [k for k, _ in links], rtol=1e-9)

@@ -55,6 +55,12 @@ class TestMass:
         eom = derive(light, heavy, loads=[kn.gravity(N.x)])
         assert np.array(eom.evaluate(list(eom.accelerations), q=[0, 0], u=[0, 0])) == pytest.approx([1, 1])
 
+    @pytest.mark.parametrize("length", [1e-6, 1e-4, 1.0, 1e6])
+    def test_a_beam_of_any_length_with_a_body_at_its_tip(self, length):
+        beam = kn.Beam("beam", O, frame=N, axis=N.x, length=length, mass_per_length=1, EI=1, modes=3)
+        eom = derive(beam, kn.Particle("body", beam.point_at(1), 3 * length), speeds=None)
+        assert np.array(eom.evaluate(list(eom.accelerations), q=[0] * 3, u=[0] * 3)) == pytest.approx([0] * 3)
+
 
 class TestInertia:
     def body(self, frame, dyadic):

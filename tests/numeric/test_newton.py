@@ -27,6 +27,21 @@ def test_a_step_that_is_too_long_is_halved():
     assert abs(found.x[0]) < 1e-12
 
 
+@pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3])
+def test_what_is_linear_is_solved_whatever_its_sizes(size, rng):
+    """Sizes of x that are much too small only make the first steps short."""
+    a, b = rng.normal(size=(4, 4)), rng.normal(size=4)
+    found = close(lambda x: (a @ x - b, a), np.zeros(4), range(4), sizes=(1.0, size))
+    np.testing.assert_allclose(found.x, np.linalg.solve(a, b), rtol=1e-9)
+    assert found.steps < 30
+
+
+def test_steps_stay_short_where_the_function_bends():
+    """From x = 1.5 the tangent of sin x leads to −12.6, a root far away; steps of 1 at most lead to a near one."""
+    found = close(lambda x: (np.sin(x), np.diag(np.cos(x))), np.array([1.5]), [0])
+    assert abs(found.x[0]) < 1e-10
+
+
 def test_what_cannot_close_ends_nearest():
     found = close(lambda x: (np.array([x[0] ** 2 + 1]), np.array([[2 * x[0]]])), np.array([2.0]), [0])
     assert found.size == pytest.approx(1, abs=1e-6)

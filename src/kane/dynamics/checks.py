@@ -65,14 +65,23 @@ def check_reactions_independent(system: System, reactions: Sequence[Expr], matri
 
 
 def _null_vector(matrix: Matrix, system: System) -> Array | None:
-    """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several."""
-    found, sets = None, [s.coordinates for s in system.euler_parameters]
-    for seed in _SEEDS if matrix.rows else ():
-        numbers = np.array(sample(matrix.entries, seed, sets)).reshape(matrix.shape)
-        found = null_direction(numbers, SOLVE_RANK)
+    """x with A x = 0 at a random point, its entries scaled; None where A is regular at one of several, or at zero.
+
+    Deflections of about 1 m would coil a beam of 1e-4 m, and a mass at its tip then outweighs all else.
+    """
+    sets = [s.coordinates for s in system.euler_parameters]
+
+    def numbers(seed: int, spread: float = 1.0) -> Array:
+        return np.array(sample(matrix.entries, seed, sets, spread)).reshape(matrix.shape)
+
+    found = None
+    for seed in _SEEDS:
+        found = null_direction(numbers(seed), SOLVE_RANK) if matrix.rows else None
         if found is None:
-            break
-    return found
+            return None
+    at_zero = numbers(_SEED, 0.0)
+    regular = np.all(np.isfinite(at_zero)) and null_direction(at_zero, SOLVE_RANK) is None
+    return None if regular else found
 
 
 def check_released(system: System, rows: ConstraintRows) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""f(x) = 0 by Gauss–Newton steps of least size, halved until they help, from one start or from several."""
+"""f(x) = 0 by Gauss–Newton steps of least size in a trust region, halved until they help, from one start or from several."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -18,6 +18,8 @@ Residual = Callable[[Array], tuple[Array, Array]]
 CLOSED = 1e-10
 """Residual, over the size of the terms it is made of, at which a configuration counts as closed."""
 _HALVINGS = 30
+_STRAIGHT, _GROWTH = 0.1, 4.0
+"""Where f differs from its tangent by no more than this share of a step's change, the trust region grows by this factor."""
 _SHARE = 1e-12
 """Singular values of ∂f/∂x below this share of the largest move nothing."""
 
@@ -44,20 +46,22 @@ def close(
     steps: int = 60,
     sizes: tuple[Array | float, Array | float] = (1.0, 1.0),
 ) -> Closed:
-    """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move, by at most 1 a step.
+    """Steps from x until the residual is below `limit` or falls no more; those of x that are `free` move.
 
-    `sizes` of f (m) and x (n) are what these are measured by.
+    `sizes` of f (m) and x (n) are what these are measured by. A step moves x by at most the radius of a trust region, which is 1 at
+    first and grows where f follows its tangent: what is linear is solved whatever the sizes of x are.
     """
     columns, (rows, wide) = list(free), sizes
     scale = np.broadcast_to(wide, x.shape)[columns]
     f, g = function(x)
     length = np.linalg.norm(f / rows)
-    best = Closed(x, f, 0)
+    best, radius = Closed(x, f, 0), 1.0
     for step in range(1, steps + 1):
         if not math.isfinite(length) or np.abs(best.residual / rows).max(initial=0) <= limit or not columns:
             break
-        change = least_squares(g[:, columns] * scale / np.reshape(rows, (-1, 1)), -f / rows, _SHARE)
-        share = 1.0 / max(1.0, np.abs(change).max(initial=0))
+        slopes = g[:, columns] * scale / np.reshape(rows, (-1, 1))
+        change = least_squares(slopes, -f / rows, _SHARE)
+        within = share = radius / max(radius, np.abs(change).max(initial=0))
         before = length
         for _ in range(_HALVINGS):
             x = best.x.copy()
@@ -69,8 +73,12 @@ def close(
             share /= 2
         else:
             break
+        predicted = share * (slopes @ change)
+        curved = np.linalg.norm((f - best.residual) / rows - predicted)
+        if within < 1 and curved <= _STRAIGHT * np.linalg.norm(predicted):
+            radius *= _GROWTH
         best = Closed(x, f, step)
-        if length > 0.999 * before:
+        if length > (1 - 1e-3 * within) * before:
             break
     return best
 

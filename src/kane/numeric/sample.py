@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from kane.expr.floats import FLOAT
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, SYMBOL
+from kane.expr.symbols import Parameter
 
 LOW, HIGH = 0.3, 1.2
 """Numbers are drawn from this range: no angle there is special, no length zero."""
@@ -65,15 +66,17 @@ def unit(values: dict[Any, Any], groups: Iterable[Sequence[Any]]) -> dict[Any, A
     return values
 
 
-def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = ()) -> list[float]:
+def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = (), spread: float = 1.0) -> list[float]:
     """Values at one point: parameters at their defaults, other symbols drawn; `groups` of them are Euler parameters.
 
-    For questions about structure (is this zero everywhere?), asked while deriving: one pass over the graph.
+    What is drawn of others than parameters is multiplied by `spread`. For questions about structure (is this zero everywhere?), asked
+    while deriving: one pass over the graph.
     """
     wanted = list(roots)
     values: dict[Expr, float] = {}
     order = postorder(wanted)
-    values.update((node, value_of(node, seed)) for node in order if node.op is SYMBOL)
+    symbols = [node for node in order if node.op is SYMBOL]
+    values.update((s, value_of(s, seed) * (1.0 if isinstance(s, Parameter) else spread)) for s in symbols)
     values = {s: float(x) for s, x in unit(values, groups).items()}
     with np.errstate(all="ignore"):
         for node in order:
