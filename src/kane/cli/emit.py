@@ -53,6 +53,6 @@ def emit(
         compiled = eom.compile(name=called or model.name)
         source = emit_simulator(compiled, with_integrator) if with_integrator else compiled.emit(target.value)
     if place:
-        screen.write(place, source)
+        screen.write(place, source, force)
     else:
         typer.echo(source, nl=False)

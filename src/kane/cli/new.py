@@ -20,5 +20,5 @@ def new(
     if file.suffix != ".py":
         raise Misuse(f"Expected a name that ends in .py, got {file}: `kane new {file.with_suffix('.py')}`.")
     _, _, text = (files("kane.cli") / "example.py").read_text(encoding="utf-8").partition("\n")  # without the licence
-    screen.write(screen.target(file, None, force), text)
+    screen.write(screen.target(file, None, force), text, force)
     typer.echo(f"Go on with: kane check {file}", err=True)

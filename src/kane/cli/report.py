@@ -26,7 +26,7 @@ def report(
     force: Force = False,
 ) -> None:
     """Write the derivation of MODEL, and a motion where START is known, as one HTML page that works offline."""
-    from kane.present.report import report as written  # matplotlib and jinja2 only here
+    from kane.present.report import page  # matplotlib and jinja2 only here
 
     model = model_of(name)
     place = screen.target(out or Path(f"{model.name}.html"), model.path, force)
@@ -38,7 +38,7 @@ def report(
         typer.echo(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     with working("Writing the report"):
-        written(eom, place, solution=sol, title=model.title, sources=model.sources, checks=checks)
+        screen.put(place, page(eom, solution=sol, title=model.title, sources=model.sources, checks=checks), force)
     if sol is not None:
         typer.echo(f"From {sol.t[0]:g} s: {sol.message}.")
         typer.echo(str(checks[0]))

@@ -3,7 +3,8 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import typer
 
 from kane.cli.faults import Misuse
 from kane.expr.count import Operations
+from kane.whole import exchange, refusal
 
 
 def heading(text: str) -> None:
@@ -53,22 +55,24 @@ def target(path: Path, source: Path | None, force: bool = False) -> Path:
     """Where a result may be written: Misuse over the model, over a file unless `force`, or where no file can be; folders are made."""
     if source is not None and path.resolve() == source.resolve():
         raise Misuse(f"Expected another file to write than the model's own, got {path}.")
-    if path.is_dir():
-        raise Misuse(f"Expected a file to write, got the folder {path}.")
-    if path.is_file() and not force:
-        raise Misuse(f"Expected a new file, got {path}, which is there already. Choose another name, or add --force.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        there = path.exists()
-        path.open("ab").close()
-        if not there:  # nothing is left behind where the work fails
-            path.unlink()
     except OSError as error:
         raise Misuse(f"Expected a file that can be written, got {path}: {error.strerror or error}.") from error
+    if reason := refusal(path):
+        raise Misuse(reason)
+    if path.is_file() and not force:
+        raise Misuse(f"Expected a new file, got {path}, which is there already. Choose another name, or add --force.")
     return path
 
 
-def write(path: Path, text: str) -> None:
-    """Write a text and say where."""
-    path.write_text(text, encoding="utf-8")
+def put(path: Path, content: str | Callable[[Path], object], force: bool) -> None:
+    """Write a text, or let `content` write; over a file that came in the meantime only by `force`."""
+    write = content if callable(content) else partial(Path.write_text, data=content, encoding="utf-8")
+    exchange(path, write, None if force else lambda _: False, Misuse)
+
+
+def write(path: Path, content: str | Callable[[Path], object], force: bool) -> None:
+    """Write, and say where."""
+    put(path, content, force)
     typer.echo(f"Written: {path}", err=True)

@@ -2,6 +2,7 @@
 """`kane simulate`: a motion in figures, as a table of values, or drawn."""
 
 import csv
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -47,10 +48,11 @@ def simulate(
     drawing = screen.target(_drawable(figure), model.path, force) if figure else None
     sol = motion(model, eom, begin, t1)
     if place:
-        _write(place, sol)
+        screen.write(place, lambda path: _write(path, sol), force)
     if drawing:
-        kn.plot(sol, path=drawing)
-        typer.echo(f"Written: {drawing}", err=True)
+        from kane.present.figure import save  # matplotlib only here
+
+        screen.write(drawing, partial(save, kn.plot(sol)), force)
     what = summary(sol)
     if as_json:
         screen.as_json({"model": model.name, "title": model.title, **what})
@@ -118,4 +120,3 @@ def _write(place: Path, sol: kn.Solution) -> None:
         out = csv.writer(file)
         out.writerow(["t", *(s.name for s in symbols), "E"])
         out.writerows([repr(float(v)) for v in row] for row in zip(*columns, strict=True))
-    typer.echo(f"Written: {place}", err=True)

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a file keeps of a motion: its numbers, the names of what they are of, and rates by which its equations are known again."""
+"""What a file keeps of a motion: its numbers, the names of what they are of, and what its system declares."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -10,22 +9,28 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO
+from kane.motion.declared import declared
 from kane.motion.drives import constant
 from kane.motion.feedback import along
 from kane.motion.files import Contents
 from kane.numeric.arrays import Array
 
 _KINDS = ("coordinates", "speeds", "states", "parameters", "inputs")
-COMPARED = 25
-"""At as many samples, at most, a file keeps the rates."""
+_STATUS = ("finished", "event", "stopped")
+_TYPES = {
+    **dict.fromkeys(("kane", "status", "message", "method"), str),
+    **dict.fromkeys(("steps", "evaluations"), int),
+    **dict.fromkeys(("events", "partitions", "numbers", "phases", "declared"), list),
+}
+"""What a header says, and as what."""
 
 
-def contents(motion: Any, rates: Callable[[Array], Array]) -> Contents:
-    """Of a Solution; `rates` gives (q̇, u̇) at some of its samples."""
+def contents(motion: Any) -> Contents:
+    """Of a Solution."""
     eom: Equations = motion.equations
     kept = list(dict.fromkeys([eom, *(s.equations for s in motion.segments), *motion.samples]))
     place = {one: k for k, one in enumerate(kept)}
-    at = np.unique(np.linspace(0, len(motion.t) - 1, min(len(motion.t), COMPARED)).astype(int))
+    known = declared(eom.system)
     header = {
         "kane": version("kane"),
         **names(eom),
@@ -39,6 +44,7 @@ def contents(motion: Any, rates: Callable[[Array], Array]) -> Contents:
         "partitions": [_partition(one) for one in kept],
         "numbers": [[constant(p.inputs[s]) for s in motion.inputs] for p in motion.phases],
         "phases": [[e.name for e in p.by] for p in motion.phases],
+        "declared": known.things,
     }
     columns = [_column(motion, s) for s in motion.inputs]
     arrays = {
@@ -56,10 +62,50 @@ def contents(motion: Any, rates: Callable[[Array], Array]) -> Contents:
         "phase_parameters": np.array(
             [[float(p.parameters[s]) for s in eom.parameters] for p in motion.phases], dtype=float
         ).reshape(len(motion.phases), len(eom.parameters)),
-        "compared": at,
-        "rates": rates(at),
+        "declared": known.numbers,
     }
     return Contents(header, arrays)
+
+
+def check(found: Contents, eom: Equations) -> None:
+    """A ValueError names what a file of these equations cannot hold: a wrong type or shape, NaN, times that fall."""
+    header, arrays = found
+    for name, kind in _TYPES.items():
+        if type(header[name]) is not kind:
+            raise ValueError(f"{name} should be {kind.__name__}, got {type(header[name]).__name__}")
+    if header["status"] not in _STATUS:
+        raise ValueError(f"the status should be one of {', '.join(_STATUS)}, got {header['status']!r}")
+    n, starts, samples = (arrays[name].size for name in ("t", "segment_starts", "samples"))
+    own, phases, kept = len(eom.parameters), len(header["phases"]), len(header["partitions"])
+    shapes = {
+        "t": (max(n, 1),),
+        "states": (n, len(eom.state)),
+        "work": (n,),
+        "parameters": (own,),
+        "inputs": (len(eom.inputs), n),
+        "tolerances": (2,),
+        "event_times": (len(header["events"]),),
+        "segment_starts": (starts,),
+        "phase_parameters": (phases, own),
+    }
+    for name, shape in shapes.items():
+        _check_array(name, arrays[name], shape, "f")
+        if not np.isfinite(arrays[name]).all():
+            raise ValueError(f"{name} should be finite numbers, got NaN or infinity")
+    for name, length, count in (("segments", starts, kept), ("samples", samples and n, kept), ("phase", n, phases)):
+        _check_array(name, arrays[name], (length,), "i")
+        if np.any((arrays[name] < 0) | (arrays[name] >= count)):
+            raise ValueError(f"{name} should be counted from 0 to {count - 1}, got others")
+    steps, leaps = np.diff(arrays["t"]), np.diff(arrays["phase"])
+    if np.any((leaps < 0) | (steps < 0) | ((steps == 0) & (leaps == 0))):
+        raise ValueError("times should rise, and come twice only where a phase begins, got others")
+
+
+def _check_array(name: str, array: Any, shape: tuple[int, ...], kind: str) -> None:
+    if array.shape != shape or array.dtype.kind != kind:
+        raise ValueError(
+            f"{name} should be of shape {shape} and kind {kind!r}, got {array.shape} and {array.dtype.kind!r}"
+        )
 
 
 def _column(motion: Any, symbol: Any) -> Array:
@@ -82,11 +128,3 @@ def _partition(eom: Equations) -> list[list[int]] | None:
         return None
     p = eom.embedding.partition
     return [[int(k) for k in part] for part in (p.rows, p.dependent, p.redundant)]
-
-
-def some(motion: Any, at: Array) -> Any:
-    """The motion at some of its samples."""
-    samples = tuple(motion.samples[k] for k in at) if motion.samples else ()
-    return replace(
-        motion, t=motion.t[at], states=motion.states[at], work=motion.work[at], samples=samples, phase=motion.phase[at]
-    )

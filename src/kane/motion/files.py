@@ -1,27 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Files of arrays with a header: written beside their place and then renamed, so that a name never stands for a part of a file.
+"""Files of arrays with a header: one zip file each, whose seal is the SHA-256 of header and arrays.
 
-The header is text of JSON and says, among other things, the SHA-256 of all arrays: what is cut off, or was changed, is not read.
-Nothing in a file is executed.
+The header is text of JSON. Nothing in a file is executed.
 """
 
 import hashlib
 import json
-import os
-import shutil
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from kane.errors import SolutionFileError
+from kane.whole import exchange, opened
 
-FORMAT, VERSION = "kane solution", 1
-_HEADER = "header"
+FORMAT, VERSION = "kane solution", 2
+_HEADER, _SEAL = "header", "sha256"
 
 Anything = npt.NDArray[Any]
 
@@ -40,33 +37,21 @@ class Container(NamedTuple):
     read: Callable[[Path], tuple[str, dict[str, Anything]]]
 
 
-def write(path: Any, contents: Contents) -> None:
-    """Write a file, or put it in the place of one.
+def write(path: Path, contents: Contents) -> None:
+    """Write a file, or put it in the place of one that holds a solution.
 
     Raises
     ------
     SolutionFileError
-        if its name has another ending than those of `CONTAINERS`, or there is no such folder
+        if its name has another ending than those of `CONTAINERS`, there is no such folder, or something else has that name
     """
-    target = Path(path).absolute()
-    container = _container(target)
-    if not target.parent.is_dir():
-        raise SolutionFileError(f"Expected a folder that there is, got {target.parent} in {target}. Make it first.")
-    header = {"format": FORMAT, "version": VERSION, "sha256": _sum(contents.arrays), **contents.header}
-    beside = Path(mkdtemp(prefix=f".{target.name}.", dir=target.parent))
-    try:
-        fresh = beside / target.name
-        container.write(fresh, json.dumps(header), contents.arrays)
-        _flush(fresh)
-        if target.is_dir():
-            os.replace(target, beside / "old")  # a folder takes the place of none that holds something
-        os.replace(fresh, target)
-        _flush(target.parent)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
+    container = _container(path)
+    header = {"format": FORMAT, "version": VERSION, **contents.header}
+    text = json.dumps({**header, _SEAL: _seal(header, contents.arrays)})
+    exchange(path, lambda fresh: container.write(fresh, text, contents.arrays), _holds_solution, SolutionFileError)
 
 
-def read(path: Any) -> Contents:
+def read(path: Path) -> Contents:
     """The contents of a file.
 
     Raises
@@ -74,34 +59,54 @@ def read(path: Any) -> Contents:
     SolutionFileError
         if there is none, it is cut off or damaged, no file of this kind, or of another version
     """
-    place = Path(path)
-    container = _container(place)
-    if not place.exists():
-        raise SolutionFileError(f"Expected a file with a solution, got none at {place}. Write one by sol.save(path).")
+    _container(path)
     try:
-        text, arrays = container.read(place)
-        header = json.loads(text)
-        own = isinstance(header, dict) and header.get("format") == FORMAT
+        header, arrays = _stored(path)
+        known = header.get("format") == FORMAT
+    except FileNotFoundError:
+        raise SolutionFileError(
+            f"Expected a file with a solution, got none at {path}. Write one by sol.save(path)."
+        ) from None
     except (ImportError, SolutionFileError):
         raise
     except Exception as error:  # what damage there is has as many names as there are libraries below
         raise SolutionFileError(
-            f"Expected a file with a solution, got one that cannot be read, {place}: it is cut off, damaged or something else "
+            f"Expected a file with a solution, got one that cannot be read, {path}: it is cut off, damaged or something else "
             f"({type(error).__name__}: {error}). Write it again by sol.save(path)."
         ) from error
-    if not own:
-        raise SolutionFileError(f"Expected a file with a solution, got {place} with something else in it.")
+    if not known:
+        raise SolutionFileError(f"Expected a file with a solution, got {path} with something else in it.")
     if header.get("version") != VERSION:
         raise SolutionFileError(
             f"Expected a file with a solution of version {VERSION}, got version {header.get('version')!r}, written by kane "
-            f"{header.get('kane')}: {place}. Read it by that version of kane, or simulate again."
+            f"{header.get('kane')}: {path}. Read it by that version of kane, or simulate again."
         )
-    if header.get("sha256") != _sum(arrays):
+    if header.pop(_SEAL, None) != _seal(header, arrays):
         raise SolutionFileError(
-            f"Expected a file with a solution whose arrays are as they were written, got {place}, which was changed or is cut off. "
+            f"Expected a file with a solution as it was written, got {path}, which was changed or is cut off. "
             "Take a copy of it, or simulate again."
         )
     return Contents(header, arrays)
+
+
+def _stored(path: Path) -> Contents:
+    """Header and arrays as they are in the file."""
+    with opened(path) as file:
+        if not zipfile.is_zipfile(file):
+            raise ValueError("it has no table of contents")
+    text, arrays = _container(path).read(path)
+    header = json.loads(text)
+    return Contents(header if isinstance(header, dict) else {}, arrays)
+
+
+def _holds_solution(path: Path) -> bool:
+    """Whether a file can be read as one that was written here, by this version or another one."""
+    try:
+        return bool(_stored(path).header.get("format") == FORMAT)
+    except ImportError:
+        raise
+    except Exception:  # as above
+        return False
 
 
 def _container(path: Path) -> Container:
@@ -113,9 +118,9 @@ def _container(path: Path) -> Container:
     return found
 
 
-def _sum(arrays: Mapping[str, Anything]) -> str:
-    """SHA-256 of names, types, shapes and numbers."""
-    total = hashlib.sha256()
+def _seal(header: Mapping[str, Any], arrays: Mapping[str, Anything]) -> str:
+    """SHA-256 of the header, and of names, types, shapes and numbers of arrays."""
+    total = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])
         total.update(f"{name} {array.dtype.str} {array.shape} ".encode())
@@ -123,30 +128,13 @@ def _sum(arrays: Mapping[str, Anything]) -> str:
     return total.hexdigest()
 
 
-def _flush(path: Path) -> None:
-    """To the disk, so that a name is not there before what it stands for."""
-    for file in [path, *path.rglob("*")] if path.is_dir() and path.suffix in CONTAINERS else [path]:
-        try:
-            handle = os.open(file, os.O_RDONLY)
-        except OSError:  # a folder, on systems that open none
-            continue
-        try:
-            os.fsync(handle)
-        except OSError:
-            pass
-        finally:
-            os.close(handle)
-
-
 def _write_npz(path: Path, text: str, arrays: Mapping[str, Anything]) -> None:
     with path.open("wb") as file:
-        own: dict[str, Any] = {**arrays, _HEADER: np.frombuffer(text.encode(), dtype=np.uint8)}
-        np.savez_compressed(file, **own)
+        every: dict[str, Any] = {**arrays, _HEADER: np.frombuffer(text.encode(), dtype=np.uint8)}
+        np.savez_compressed(file, **every)
 
 
 def _read_npz(path: Path) -> tuple[str, dict[str, Anything]]:
-    if not zipfile.is_zipfile(path):
-        raise ValueError("it has no table of contents")
     with path.open("rb") as handle, np.load(handle, allow_pickle=False) as file:
         arrays = {name: file[name] for name in file.files}
     return arrays.pop(_HEADER).tobytes().decode(), arrays
@@ -154,7 +142,7 @@ def _read_npz(path: Path) -> tuple[str, dict[str, Anything]]:
 
 def _zarr() -> Any:
     try:
-        import zarr
+        import zarr.storage
     except ImportError as error:
         raise ImportError(
             "Expected the package zarr for files that end in .zarr, got none. Install it, pip install 'kane[table]', or take a "
@@ -164,15 +152,19 @@ def _zarr() -> Any:
 
 
 def _write_zarr(path: Path, text: str, arrays: Mapping[str, Anything]) -> None:
-    group = _zarr().open_group(str(path), mode="w", attributes={_HEADER: text})
-    for name, array in arrays.items():
-        group.create_array(name, data=np.ascontiguousarray(array))
+    zarr = _zarr()
+    with zarr.storage.ZipStore(path, mode="w") as store:
+        group = zarr.create_group(store, attributes={_HEADER: text})
+        for name, array in arrays.items():
+            group.create_array(name, data=np.ascontiguousarray(array))
 
 
 def _read_zarr(path: Path) -> tuple[str, dict[str, Anything]]:
-    group = _zarr().open_group(str(path), mode="r")
-    arrays = {name: np.asarray(array[...]) for name, array in group.arrays()}
-    return str(group.attrs[_HEADER]), arrays
+    zarr = _zarr()
+    with zarr.storage.ZipStore(path, mode="r") as store:
+        group = zarr.open_group(store, mode="r")
+        arrays = {name: np.asarray(array[...]) for name, array in group.arrays()}
+        return str(group.attrs[_HEADER]), arrays
 
 
 CONTAINERS: Mapping[str, Container] = {

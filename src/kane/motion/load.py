@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Solutions out of files: of the equations given, by names and by the rates that they have along the motion."""
+"""Solutions out of files, of the equations given, whose system must be the one that was simulated."""
 
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,39 +12,39 @@ import numpy as np
 from kane.dynamics.constraints.partition import Partition
 from kane.equations.derive import derive, repartition
 from kane.equations.equations import Equations
-from kane.errors import ArgumentError, SimulationError, SolutionFileError, cut
+from kane.errors import ArgumentError, KaneError, SimulationError, SolutionFileError, cut
 from kane.expr.node import ZERO, Expr
 from kane.model.declarations import Event
 from kane.model.system import System
-from kane.motion.contents import names, some
+from kane.motion.contents import check, names
+from kane.motion.declared import Declared, declared, difference
 from kane.motion.drives import a_constant, constant
 from kane.motion.files import Contents, read
 from kane.motion.phases import Phase
 from kane.motion.recorded import Recorded
 from kane.motion.run import repeatable
 from kane.motion.solution import Segment, Solution
-from kane.numeric.arrays import Array
+from kane.whole import path_of
 
-_SAME = 1e-6
-"""Share of its largest by which a rate of the same system may differ."""
 _APART = 1.0
 """Tolerances by which the end of a motion that is taken once more may differ."""
-_MOVED, _TIMES = 1e-13, 100.0
-"""By what share states are moved to see what rounding makes of rates, and how many times that is let pass."""
 
 
 def load_solution(path: Any, system: Equations | System) -> Solution:
     """The solution that `sol.save(path)` wrote, a file .npz or .zarr.
 
-    A file holds numbers; what they are of is said by the equations, or the system, which is derived. It is checked that both fit: by
-    the names of coordinates, speeds, parameters and inputs, and by the rates along the motion, at the parameters that it was
-    simulated with. Of inputs the values at the samples are kept.
+    A file holds numbers; what they are of is said by the equations, or the system, which is derived. It must be the system that was
+    simulated: all that it declares is compared, its masses and loads, the units and defaults of its parameters. The parameters of the
+    solution are those that it was simulated with. Of inputs the values at the samples are kept.
 
     Raises
     ------
     SolutionFileError
-        if the file is cut off or damaged, of another version, or of another system
+        if the file is cut off, damaged or changed, of another version, or of another system, and it says what differs
+    ArgumentError
+        if `path` is no path, or `system` neither Equations nor a System
     """
+    path = path_of(path, 'kn.load_solution("run.npz", eom)')
     if not isinstance(system, Equations | System):
         raise ArgumentError(
             f"Expected the Equations or the System that the file is of, got {cut(repr(system))}. A file holds numbers alone: "
@@ -51,14 +52,17 @@ def load_solution(path: Any, system: Equations | System) -> Solution:
         )
     found = read(path)
     eom = system if isinstance(system, Equations) else derive(system)
-    _check_names(path, found, eom)
     try:
+        _check_system(path, found, eom)
+        check(found, eom)
         solution = _solution(found, eom)
-    except (KeyError, IndexError, ValueError, TypeError) as error:
+    except SolutionFileError:
+        raise
+    except (KaneError, KeyError, IndexError, AttributeError, ValueError, TypeError) as error:
         raise SolutionFileError(
-            f"Expected a file with all parts of a solution, got {path} without some ({type(error).__name__}: {error})."
+            f"Expected a file with all parts of a solution, got {path}, where some are missing or do not fit together "
+            f"({type(error).__name__}: {error}). Simulate again."
         ) from error
-    _check_rates(path, found, solution)
     return _repeated(solution)
 
 
@@ -91,14 +95,20 @@ def _as_kept(solution: Solution, again: Callable[..., Any], **more: Any) -> Any:
     return replace(found, work=found.work + solution.work[0])
 
 
-def _check_names(path: Any, found: Contents, eom: Equations) -> None:
+def _check_system(path: Path, found: Contents, eom: Equations) -> None:
     for kind, own in names(eom).items():
-        kept = found.header.get(kind, [])
+        kept = found.header[kind]
         if kept != own:
             raise SolutionFileError(
                 f"Expected a file of these equations, with the {kind} {', '.join(own) or 'none'}, got {path} with "
-                f"{', '.join(map(str, kept or ())) or 'none'}. It is of another system: load it with that one."
+                f"{', '.join(map(str, kept)) or 'none'}. It is of another system: load it with that one."
             )
+    differs = difference(Declared(found.header["declared"], found.arrays["declared"]), declared(eom.system))
+    if differs:
+        raise SolutionFileError(
+            f"Expected a file of this system, got {path}, whose system differs in {differs}. Load it with the system that was "
+            "simulated, as it was then."
+        )
 
 
 def _solution(found: Contents, eom: Equations) -> Solution:
@@ -117,7 +127,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
     return Solution(
         first,
         t,
-        arrays["states"].reshape(len(t), len(first.state)),
+        arrays["states"],
         arrays["work"],
         dict(zip(first.parameters, arrays["parameters"].tolist(), strict=True)),
         _inputs(found, first, 0),
@@ -167,35 +177,3 @@ def _event(eom: Equations, name: str, told: str | None) -> Event:
         f"Expected equations with the event {name!r}, which the motion in the file met, got those with "
         f"{', '.join(repr(e.name) for e in eom.events) or 'none'}. They are of another system: load the file with its own."
     )
-
-
-def _check_rates(path: Any, found: Contents, solution: Solution) -> None:
-    """The rates of the equations given are those that were kept, up to what rounding makes of them."""
-    at = found.arrays["compared"]
-    few, kept = some(solution, at), found.arrays["rates"]
-    here = few.rates()
-    limit = _SAME * np.nanmax(np.abs(kept), axis=0, initial=0.0)
-    off = _off(here, kept, limit)
-    if not off.any():
-        return
-    signs = np.where(np.arange(few.states.shape[1]) % 2, 1.0, -1.0)
-    for moved in (signs, -signs, np.abs(signs)):
-        near: Array = replace(few, states=few.states * (1 + _MOVED * moved)).rates()
-        limit = np.maximum(limit, _TIMES * np.abs(np.nan_to_num(near - here)))
-    off = _off(here, kept, limit)
-    if off.any():
-        k, i = (int(x) for x in np.argwhere(off)[0])
-        eom = solution.equations
-        name = [s.name for s in eom.state][i]
-        raise SolutionFileError(
-            f"Expected a file of these equations, got {path}, along whose motion {name}' is {kept[k, i]:.9g} at t = "
-            f"{few.t[k]:.6g}; by these equations it is {here[k, i]:.9g}. It is of another system: load it with that one."
-        )
-
-
-def _off(here: Array, kept: Array, limit: Array) -> Any:
-    """Where rates differ by more than the limit; what is infinite or NaN must be so in both."""
-    both = np.isfinite(here) & np.isfinite(kept)
-    with np.errstate(invalid="ignore"):
-        apart = np.abs(here - kept) > limit
-    return np.where(both, apart, np.isfinite(here) != np.isfinite(kept))

@@ -27,7 +27,7 @@ from kane.motion import tables
 from kane.motion.accuracy import REPEATED, Accuracy, accuracy
 from kane.motion.between import between
 from kane.motion.checking import Drift, checking_functions, drifts
-from kane.motion.contents import contents, some
+from kane.motion.contents import contents
 from kane.motion.energy import EnergyCheck, energy_check
 from kane.motion.feedback import along
 from kane.motion.files import write
@@ -38,6 +38,7 @@ from kane.motion.sides import sides
 from kane.motion.works import work_of
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
+from kane.whole import path_of
 
 _ROWS = "Samples are the rows of sol.q, sol.u and sol.states, at the times sol.t; len(sol) is how many there are."
 _SOME = 101
@@ -209,14 +210,16 @@ class Solution(Attributes):
         """Write the motion to a file that `kn.load_solution(path, eom)` reads: .npz, or .zarr where the package zarr is installed.
 
         It holds numbers and names and nothing that is executed; of inputs their values at the samples. It is written beside its
-        place and then renamed: at no time there is a part of a file.
+        place and then renamed: at no time there is a part of a file. A file that holds a solution is replaced, nothing else.
 
         Raises
         ------
         SolutionFileError
-            if the name ends otherwise, or there is no such folder
+            if the name ends otherwise, there is no such folder, or something else than a solution has that name
+        ArgumentError
+            if `path` is no path
         """
-        write(path, contents(self, lambda at: np.asarray(some(self, at).rates())))
+        write(path_of(path, 'sol.save("run.npz")'), contents(self))
 
     def at(self, times: Any) -> "Solution":
         """The motion at a time, or at increasing times, between its samples, as exact as these are.

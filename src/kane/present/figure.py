@@ -3,6 +3,7 @@
 
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,10 +23,17 @@ from kane.motion.solution import Solution
 from kane.present.labels import label as label_of
 from kane.space.vector import Vector
 from kane.units.text import unit_text
+from kane.whole import exchange, path_of
 from kane.write.text import to_text
 
-FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-"""Endings of the files that can be written, and the metadata that makes them the same each time."""
+FORMATS: dict[str, dict[str, str | None]] = {
+    ".png": {"Software": "kane"},
+    ".svg": {"Date": None, "Creator": "kane"},
+    ".pdf": {"CreationDate": None, "Creator": "kane"},
+}
+"""Endings of the files that can be written, and the metadata that makes them the same each time, and known."""
+
+_MARKS = (b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (kane)")
 
 _LABELS, _LETTERS, _AXIS = 12, 48, 16
 """Lines beyond which a panel has no legend; letters beyond which a label is cut, or stands above the panel."""
@@ -59,7 +67,7 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
     ----------
     solution : a motion, from `simulate`
     quantities : symbols, expressions, vectors (by components along the inertial frame), names, or mappings from labels to these
-    path : file to write, `.png`, `.svg` or `.pdf`; missing folders are made
+    path : file to write, `.png`, `.svg` or `.pdf`; missing folders are made, and a file that `plot` wrote is replaced, nothing else
     ax : matplotlib's axes to draw on instead of a new figure; then everything shares them
 
     Returns
@@ -69,13 +77,13 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
     Raises
     ------
     ArgumentError
-        if the path ends in something else
+        if the path ends in something else, or something else than a figure of `plot` has that name
     ValueMissingError
         if the motion knows no such name
     """
     if not isinstance(solution, Solution):
         raise ArgumentError(f"Expected a motion from kn.simulate to plot, got {cut(repr(solution))}.")
-    place = None if path is None else Path(path)
+    place = None if path is None else path_of(path, 'kn.plot(sol, path="motion.svg")')
     if place is not None and place.suffix.lower() not in FORMATS:
         raise ArgumentError(f"Expected a file for the figure that ends in {', '.join(FORMATS)}, got {str(place)!r}.")
     panels = _everything(solution) if not quantities else _panels("", solution, quantities)
@@ -92,9 +100,14 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
     axes[-1].set_xlabel("t [s]")
     if place is not None:
         place.parent.mkdir(parents=True, exist_ok=True)
-        with matplotlib.rc_context({"svg.hashsalt": "kane"}):
-            figure.savefig(place, metadata=FORMATS[place.suffix.lower()], dpi=160)
+        exchange(place, partial(save, figure), lambda p: any(mark in p.read_bytes() for mark in _MARKS))
     return figure
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure, the same each time, in the format that the path's ending says."""
+    with matplotlib.rc_context({"svg.hashsalt": "kane"}):
+        figure.savefig(path, metadata=FORMATS[path.suffix.lower()], dpi=160)
 
 
 def _everything(solution: Solution) -> list[Panel]:

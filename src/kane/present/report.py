@@ -3,7 +3,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -22,7 +22,11 @@ from kane.present.costs import costs
 from kane.present.tables import PageTable, Tex, declared_tables
 from kane.progress import working
 from kane.units.text import unit_text
+from kane.whole import exchange, path_of
 from kane.write.latex import latex_name
+
+_MARK = b'<meta name="generator" content="kane '
+"""By which a report is known."""
 
 
 def report(
@@ -34,7 +38,7 @@ def report(
     sources: Sequence[str] = (),
     checks: Iterable[Check] = (),
 ) -> Path:
-    """Write the report of a derivation to `path` and return it.
+    """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
 
     One self-contained HTML file: what was declared, a chapter for each of the seven steps with its formulas and where their terms
     come from, the operations that one evaluation costs, checks with their figures and, with a solution, checks and plots of
@@ -52,8 +56,24 @@ def report(
     Raises
     ------
     ArgumentError
-        if there are no equations, or the solution is one of other equations
+        if there are no equations, the solution is one of other equations, or something else than a report has that name
     """
+    target = path_of(path, 'kn.report(eom, "report.html")')
+    text = page(eom, solution=solution, title=title, sources=sources, checks=checks)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    exchange(target, partial(Path.write_text, data=text, encoding="utf-8"), lambda p: _MARK in p.read_bytes())
+    return target
+
+
+def page(
+    eom: Equations,
+    *,
+    solution: Solution | None = None,
+    title: str | None = None,
+    sources: Sequence[str] = (),
+    checks: Iterable[Check] = (),
+) -> str:
+    """The text of the report."""
     check_equations(eom)
     if solution is not None and not isinstance(solution, Solution):
         raise ArgumentError(f"Expected solution= as a motion from kn.simulate, got {cut(repr(solution))}.")
@@ -64,7 +84,7 @@ def report(
     with working("Writing the report"):
         told = list(checks)
         motion = {"checks": told} if solution is None else _motion(solution, told)
-        page = _template().render(
+        return _template().render(
             title=title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}",
             eom=eom,
             summary=_summary(eom),
@@ -79,10 +99,6 @@ def report(
             katex_css=Markup(asset("katex.min.css")),
             katex_js=Markup(asset("katex.min.js")),
         )
-        target = Path(path)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(page, encoding="utf-8")
-        return target
 
 
 def _template() -> Template:

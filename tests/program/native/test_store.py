@@ -497,13 +497,13 @@ class TestSize:
 
     @pytest.mark.parametrize("act", [lambda: store.write(KEY, IMAGE), store.clear])
     def test_half_written_entries_of_dead_processes_go(self, folder, act):
-        """Those of live ones stay: they are about to be renamed."""
+        """Those of live ones stay, which are about to be renamed, and what is not the cache's."""
         folder.mkdir(mode=0o700, parents=True)
-        for name, seconds in (("dead.part", 7200), ("alive.part", 5)):
+        for name, seconds in (("dead.kaneobj.part", 7200), ("alive.kaneobj.part", 5), ("film.mp4.part", 7200)):
             (folder / name).write_bytes(b"half")
             age(folder / name, seconds)
         act()
-        assert [path.name for path in folder.glob("*.part")] == ["alive.part"]
+        assert {path.name for path in folder.glob("*.part")} == {"alive.kaneobj.part", "film.mp4.part"}
 
     def test_removed_by_another_process_meanwhile(self, folder, monkeypatch):
         keys = self.filled(folder)

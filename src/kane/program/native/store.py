@@ -24,7 +24,7 @@ LIMIT = 256 * 2**20
 
 _FORMAT = "kane object 1"
 _SUFFIX = ".kaneobj"
-_PART = ".part"
+_PART = _SUFFIX + ".part"
 _READ = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)  # a pipe of that name is not waited for
 _ABANDONED = 3600.0
 """Seconds after which a half-written entry is taken to be one of a process that has died."""
