@@ -5,8 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import kane as kn
+from tests.examples import examples
 from tests.oracles import timoshenko
 from tests.systems.beams import frequencies, spinning
 
@@ -29,6 +32,34 @@ def test_cantilever(form: str) -> None:
     found = of_beam(count, R, S, form=form)
     few = 3 if form == "linearized" else 1
     np.testing.assert_allclose(found[:few], timoshenko.cantilever(R, S, few), rtol=1e-8 if few > 1 else 1e-3)
+
+
+def test_default_functions_of_shear() -> None:
+    """They are as good as those of bending."""
+    found = frequencies(spinning(modes=kn.mode_shapes("polynomials", 8), shear=1 / S**2, rotary=R**2)[1])()
+    np.testing.assert_allclose(found[:2], timoshenko.cantilever(R, S, 2), rtol=1e-8)
+
+
+UNIT = st.floats(-6, 6).map(lambda k: 10.0**k)
+
+
+@examples(0.1)
+@given(st.floats(0.005, 0.1), st.floats(1, 3), st.sampled_from([0.0, 0.1, 5.0]), st.tuples(UNIT, UNIT, UNIT))
+def test_any_cantilever_in_any_units(r: float, ratio: float, tip: float, units: tuple[float, float, float]) -> None:
+    """Sections, masses at the tip, and units of length, mass and time at random; functions of shear by default."""
+    length, mass, time = units
+    EI, s = mass * length**3 / time**2, ratio * r
+    beam, system = spinning(
+        modes=kn.mode_shapes("polynomials", 7),
+        length=length,
+        mass_per_length=mass / length,
+        EI=EI,
+        shear=EI / (s * length) ** 2,
+        rotary=mass * length * r**2,
+    )
+    bodies = [beam, kn.Particle("body", beam.point_at(1), tip * mass)] if tip else [beam]
+    found = frequencies(system.replace(bodies=bodies))() * time
+    np.testing.assert_allclose(found[:2], timoshenko.cantilever(r, s, 2, tip), rtol=1e-6)
 
 
 def test_simply_supported() -> None:

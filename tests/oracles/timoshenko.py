@@ -12,8 +12,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 
-def cantilever(r: float, s: float, count: int) -> np.ndarray:
-    """The first b of v(0) = ψ(0) = 0, ψ'(1) = 0, v'(1) = ψ(1), below the second spectrum, b < 1/(r s)."""
+def cantilever(r: float, s: float, count: int, tip: float = 0.0) -> np.ndarray:
+    """The first b of v(0) = ψ(0) = 0, ψ'(1) = 0, v'(1) − ψ(1) = s² b² μ v(1), below the second spectrum, b < 1/(r s).
+
+    μ is a mass at the `tip` over the beam's.
+    """
 
     def residual(b: float) -> float:
         mean, spread = b * (r**2 + s**2), np.sqrt(b**2 * (r**2 - s**2) ** 2 + 4)
@@ -27,9 +30,10 @@ def cantilever(r: float, s: float, count: int) -> np.ndarray:
             [g * alpha * ch, g * alpha * sh, -h * beta * c, -h * beta * d],
             [(alpha - g) * sh, (alpha - g) * ch, (-beta + h) * d, (beta - h) * c],
         ]
+        rows[3] = [x - (s * b) ** 2 * tip * v for x, v in zip(rows[3], (ch, sh, c, d), strict=True)]
         return float(np.linalg.det(np.array(rows)) / ch)
 
-    grid = np.linspace(0.5, 0.99 / (r * s), 4000)
+    grid = np.linspace(0.05, 0.99 / (r * s), 4000)
     values = np.array([residual(b) for b in grid])
     ends = [(a, b) for a, b, x, y in zip(grid, grid[1:], values, values[1:], strict=False) if x * y < 0]
     return np.array([brentq(residual, a, b, xtol=1e-13, rtol=1e-14) for a, b in ends[:count]])

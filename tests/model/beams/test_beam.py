@@ -85,6 +85,9 @@ WRONG = [
     ({"form": "exact"}, "form= of arm to be one of linearized, nonlinear"),
     ({"stretch": 2}, "Expected EA of arm for its stretch=, got none"),
     ({"EA": 1.0, "stretch": kn.mode_shapes("free-free", 1)}, "stretch of arm that are zero at the root"),
+    ({"modes": [lambda x: x**3, lambda x: x**4]}, r'bending of arm whose curvatures .* Take kn\.mode_shapes\("polynomials", 2\)'),
+    ({"EA": 1.0, "stretch": kn.mode_shapes("legendre", 3)}, r'stretch of arm whose slopes .* got legendre.*\("rod", 3\)'),
+    ({"GJ": 1.0, "polar": 1.0, "torsion": kn.mode_shapes("polynomials", 1)}, "twist of arm whose slopes do not all vanish"),
     ({"GJ": 1.0, "torsion": 1}, "polar=moment of inertia about the axis per length of arm"),
     ({"along": N.x}, "along= perpendicular to the axis of arm"),
     ({"axis": N.x + N.y}, "axis of 'arm'|axis of arm"),
@@ -104,7 +107,7 @@ def test_cures_work() -> None:
     beam(modes=kn.mode_shapes("pinned", 2), support="pinned")
     beam(modes=[lambda x: x**2, lambda x: x**3])
     assert len(beam(modes=lambda x: x**2).coordinates) == 1
-    beam(EA=1.0, stretch=kn.mode_shapes("rod", 2))
+    beam(EA=1.0, stretch=kn.mode_shapes("rod", 2), GJ=1.0, polar=1.0, torsion=kn.mode_shapes("rod", 1))
 
 
 def test_units_that_a_beam_chose_ask_nothing_of_a_model_without_units():

@@ -38,7 +38,9 @@ def test_coordinates_and_parameters() -> None:
 
 @pytest.mark.parametrize("form", ["linearized", "nonlinear"])
 def test_by_all_routes(form: str) -> None:
-    _, system = spinning(modes=2, **SHEAR, form=form, angle=kn.sin(kn.parameter("w", 2.0, "rad/s") * kn.time))
+    _, system = spinning(
+        modes=2, shear_modes=2, **SHEAR, form=form, angle=kn.sin(kn.parameter("w", 2.0, "rad/s") * kn.time)
+    )
     eoms = [kn.derive(system, route=route) for route in ("classical", *WAYS)]
     state: dict[str, Any] = {"q": [0.05, -0.02, 0.1, 0.03], "u": [0.3, 0.2, -0.4, 0.1], "t": 0.3}
     values = [np.array(eom.evaluate([u.dt for u in eom.speeds], **state)) for eom in eoms]
@@ -50,15 +52,25 @@ def test_a_free_beam_keeps_its_angular_momentum() -> None:
     N = kn.Frame("N")
     base = kn.planar("base", kn.Point("O", fixed_in=N), N, normal=N.z)
     A = base.frame
-    beam = kn.Beam(
-        "beam", base.point, frame=A, axis=A.x, length=1.0, mass_per_length=1.0, EI=1.0, modes=2, shear_modes=2, **SHEAR
-    )
+    more = {"modes": 2, "shear_modes": kn.mode_shapes("rod", 2), **SHEAR}
+    beam = kn.Beam("beam", base.point, frame=A, axis=A.x, length=1.0, mass_per_length=1.0, EI=1.0, **more)
     eom = kn.derive(kn.System(N, bodies=[beam], joints=[base]))
     start = {"q": [0.0, 0.0, 0.1, 0.001, 0.0, 0.02, 0.001], "u": [0.1, 0.2, 0.5, 0.0, 0.3, 0.0, -0.2]}
     sol = kn.simulate(eom, (0, 2), samples=21, rtol=1e-10, atol=1e-12, **start)
     turning = sol[eom.central_angular_momentum.dot(N.z)]
     assert np.ptp(turning) < 1e-9 * np.abs(turning).max()
     assert np.ptp(sol.energy) < 1e-9 * np.abs(sol.energy).max()
+
+
+def test_functions_that_would_lock_the_root(rng: np.random.Generator) -> None:
+    """Polynomials without a slope at the root are refused, however they are mixed; with one that has a slope they are not."""
+    for count in (1, 2, 5):
+        mixed = rng.normal(size=(count, count))
+        flat = [lambda x, row=row: sum(c * x ** (k + 2) for k, c in enumerate(row)) for row in mixed]
+        with pytest.raises(kn.ModelError, match="slopes do not all vanish at the root"):
+            spinning(modes=1, **SHEAR, shear_modes=flat)
+        spinning(modes=1, **SHEAR, shear_modes=[*flat, lambda x: x])
+        spinning(modes=1, **SHEAR, shear_modes=kn.mode_shapes("rod polynomials", count))
 
 
 @pytest.mark.parametrize(
@@ -74,8 +86,16 @@ def test_a_free_beam_keeps_its_angular_momentum() -> None:
             {**SHEAR, "shear_modes": kn.mode_shapes("free-free", 1)},
             "Expected functions of the shear of beam that are zero at the root",
         ),
+        (
+            {**SHEAR, "shear_modes": kn.mode_shapes("polynomials", 4)},
+            r'do not all vanish at the root, which is held, got polynomials.* Take kn.mode_shapes\("rod polynomials", 4\)',
+        ),
+        (
+            {**SHEAR, "support": "pinned", "shear_modes": kn.mode_shapes([lambda x: x * (1 - x) ** 2])},
+            r'do not all vanish at the tip, which is held, got own functions.* Take kn.mode_shapes\("pinned", 1\)',
+        ),
         ({**SHEAR, "damping": {"ratio": 0.1}}, r"Expected damping= of beam, which shears, as \{\"stiffness\": β\}"),
-        ({**SHEAR, "shear_modes": "rod"}, "Expected shear_modes= of beam as a number of rod functions"),
+        ({**SHEAR, "shear_modes": "rod"}, "Expected shear_modes= of beam as a number of functions, rod polynomials"),
     ],
 )
 def test_bad_input(more: dict[str, Any], text: str) -> None:

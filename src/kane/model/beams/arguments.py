@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a beam is declared with, read and checked: directions, sections, mode shapes, and the coordinates that they get."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kane.errors import ModelError, cut, none_of
@@ -9,13 +9,15 @@ from kane.expr.symbols import Coordinate
 from kane.model.beams.deformation import SHEAR, Field
 from kane.model.beams.integrals import check_independent, fine
 from kane.model.beams.section import Tapered, section
-from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet
+from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet, vanish
 from kane.model.joints.joint import across, fixed, numbers
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
 SUPPORTS: dict[str, tuple[int, ...]] = {"clamped": (0, 1), "pinned": (0,), "free": ()}
 """What must vanish at the root in the beam's frame: the value (0) and the slope (1) of deflections."""
+_HELD = {"clamped": {"root": 0.0}, "pinned": {"root": 0.0, "tip": 1.0}, "free": {}}
+"""Ends that are held: forces stretch and shear the beam there."""
 _DEFORMATIONS = {
     "v": "deflection", "w": "deflection", "s": "stretch", "t": "twist", "g": "deflection by shear", "h": "deflection by shear",
 }  # fmt: skip
@@ -59,6 +61,8 @@ def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector
                 f"{'in value and slope' if support == 'clamped' else 'in value'}, got {shapes.label} of which {wrong[0]} at the root. "
                 'Take others, such as kn.mode_shapes("clamped-free", 3), or another support=.'
             )
+        if support == "clamped":
+            _check_strained(name, "bending", shapes, 2, _HELD[support], "polynomials")
         check_independent(name, shapes, fine([shapes]))
         found.append(
             _field(
@@ -76,7 +80,7 @@ def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector
     return found
 
 
-def axial(name: str, stem: str, what: str, value: Any, modes: Any, e1: Vector) -> list[Field]:
+def axial(name: str, support: str, stem: str, what: str, value: Any, modes: Any, e1: Vector) -> list[Field]:
     """The stretch s, or the twist t, none without a stiffness; their functions are zero at the root."""
     if value is None:
         if not _is_none(modes):
@@ -91,12 +95,18 @@ def axial(name: str, stem: str, what: str, value: Any, modes: Any, e1: Vector) -
             f"Expected functions of the {'stretch' if stem == 's' else 'twist'} of {name} that are zero at the root, got "
             f'{shapes.label} of which {wrong[0]} there. Take kn.mode_shapes("rod", 2), or ("legendre rod", 2).'
         )
+    if support != "free":
+        _check_strained(name, "stretch" if stem == "s" else "twist", shapes, 1, {"root": 0.0}, "rod")
     check_independent(name, shapes, fine([shapes]))
     return [_field(name, stem, e1, None, shapes, section(name, what, value), "m" if stem == "s" else "rad")]
 
 
 def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Field]) -> list[Field]:
-    """The deflections by shear beside those by bending, none without a stiffness k_s G A; their functions are zero at the root."""
+    """The deflections by shear beside those by bending, none without a stiffness k_s G A; their functions are zero at the root.
+
+    By default they are polynomials of the degree that those of bending of this number have: sines, whose slopes all vanish at the tip,
+    converge slowly, above all with a body there.
+    """
     if shear is None:
         if not _is_none(modes):
             raise ModelError(f"Expected k_s G A of {name} as its shear=, got functions alone. Give both or neither.")
@@ -107,15 +117,17 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
         raise ModelError(
             f"Expected one shear= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
         )
-    usual, found = "pinned" if support == "pinned" else "rod", []
+    usual, further = ("pinned", 0) if support == "pinned" else ("rod polynomials", 1)
+    found = []
     for f, k, m in zip(bent, stiff, given, strict=True):
-        shapes = _shapes(name, "shear_modes", f.shapes.count if _is_none(m) else m, usual)
+        shapes = _shapes(name, "shear_modes", f.shapes.count + further if _is_none(m) else m, usual)
         wrong = unmet(shapes, (0,))
         if wrong:
             raise ModelError(
                 f"Expected functions of the shear of {name} that are zero at the root, got {shapes.label} of which {wrong[0]} there. "
-                'Take kn.mode_shapes("rod", 2), or ("rod polynomials", 2).'
+                f'Take kn.mode_shapes("{usual}", {shapes.count}).'
             )
+        _check_strained(name, "shear", shapes, 1, _HELD[support], usual)
         check_independent(name, shapes, fine([shapes]))
         which = f.stem if len(set(map(id, stiff))) > 1 else ""
         found.append(_field(name, SHEAR[f.stem], f.along, None, shapes, section(name, "shear", k, which), "m"))
@@ -140,6 +152,19 @@ def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tup
     return tuple(section(name, "rotary", x, f.stem if several else "") for f, x in zip(bent, given, strict=True))
 
 
+def _check_strained(
+    name: str, what: str, shapes: ModeShapes, order: int, ends: Mapping[str, float], usual: str
+) -> None:
+    """A ModelError for functions all of which are without strain, their derivative of an order, at one of the ends that are held."""
+    locked = [end for end, xi in ends.items() if vanish(shapes, xi, order).all()]
+    if locked:
+        raise ModelError(
+            f"Expected functions of the {what} of {name} whose {'curvatures' if order == 2 else 'slopes'} do not all vanish at the "
+            f"{locked[0]}, which is held, got {shapes.label}: no force could strain it there, and it would be too stiff. "
+            f'Take kn.mode_shapes("{usual}", {shapes.count}).'
+        )
+
+
 def _is_pair(x: Any) -> bool:
     return isinstance(x, tuple | list) and not isinstance(x, Tapered) and len(x) == 2 and not callable(x[0])
 
@@ -157,7 +182,7 @@ def _shapes(name: str, what: str, modes: Any, usual: str) -> ModeShapes:
         return mode_shapes(modes)
     if isinstance(modes, str):
         raise ModelError(
-            f"Expected {what}= of {name} as a number of {usual} functions or as kn.mode_shapes({modes!r}, …), got {modes!r}."
+            f"Expected {what}= of {name} as a number of functions, {usual}, or as kn.mode_shapes({modes!r}, …), got {modes!r}."
         )
     return mode_shapes(usual, modes)
 

@@ -50,7 +50,8 @@ class Beam(Immutable):
     along : e₂, the direction of v; e₃ = e₁ × e₂
     EA, stretch : stiffness and functions of s; without them the axis keeps its length
     shear, shear_modes : stiffness k_s G A and functions of the deflection by shear, one for each direction of bending; coordinates are
-        g1_name, … beside v and h1_name, … beside w. Sections turn by the slope of bending alone
+        g1_name, … beside v and h1_name, … beside w; by default "rod polynomials", one more than functions of bending (beside those
+        of a pinned beam as many sines). Sections turn by the slope of bending alone
     rotary : moment of inertia of sections about the axis of bending per length, ρ I; two for two directions
     GJ, torsion, polar : stiffness and functions of the twist, and the moment of inertia about the axis per length
     support : "clamped", "pinned" or "free": what the frame follows at the root
@@ -62,7 +63,8 @@ class Beam(Immutable):
     Raises
     ------
     ModelError
-        for lengths, masses or stiffnesses that are not above zero, and modes that are none, dependent, or not zero at the root
+        for lengths, masses or stiffnesses that are not above zero, and modes that are none, dependent, or not zero at the root,
+        or without strain at an end that is held
     """
 
     name: str
@@ -113,7 +115,8 @@ class Beam(Immutable):
         e1, e2, e3 = directions(name, frame, axis, along)
         bent = bending(name, support, EI, modes, e2, e3)
         sheared = shearing(name, support, shear, shear_modes, bent)
-        fields = (*axial(name, "s", "EA", EA, stretch, e1), *sheared, *bent, *axial(name, "t", "GJ", GJ, torsion, e1))
+        stretched = axial(name, support, "s", "EA", EA, stretch, e1)
+        fields = (*stretched, *sheared, *bent, *axial(name, support, "t", "GJ", GJ, torsion, e1))
         whole = Fields(L, e1, fields, bool(stiffening))
         rotaries = turning(name, rotary, bool(sheared), bent)
         matter = Matter(section(name, "mass_per_length", mass_per_length), _polar(name, polar, fields), rotaries)

@@ -12,7 +12,7 @@ from numpy.polynomial import Chebyshev
 from kane.errors import ModelError, alike, cut
 from kane.expr.immutable import Immutable
 from kane.model.beams.functions import FAMILIES, Evaluate
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 
 _DEGREES = (16, 32, 64, 128)
 """Degrees at which a function is interpolated, until its last coefficients are rounding."""
@@ -165,14 +165,17 @@ def _numbers(table: Sequence[Any]) -> list[Array]:
         return []
 
 
+def vanish(shapes: ModeShapes, xi: float, order: int) -> Mask:
+    """Which functions (count) vanish at a place, in value (order 0) or slope (1), but for the rounding of tables."""
+    return np.asarray(np.abs(shapes.at(xi, order)) <= _ZERO * np.abs(shapes.evaluate(_GRID, order)).max(axis=0))
+
+
 def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:
     """Which functions do not vanish at the root, in value (order 0) or slope (1)."""
     wrong = []
     for order in orders:
-        size = np.abs(shapes.evaluate(_GRID, order)).max(axis=0)
-        end = np.abs(shapes.at(0, order))
-        noun = "slope" if order else "value"
-        wrong += [f"mode {k + 1} has the {noun} {end[k]:.3g}" for k in np.nonzero(end > _ZERO * size)[0]]
+        noun, end = "slope" if order else "value", np.abs(shapes.at(0, order))
+        wrong += [f"mode {k + 1} has the {noun} {end[k]:.3g}" for k in np.nonzero(~vanish(shapes, 0, order))[0]]
     return wrong
 
 
