@@ -32,6 +32,16 @@ KINDS = {
 }
 
 
+PULSES = {
+    "where": (lambda s: kn.where(kn.less(0, s), kn.where(kn.less(s, 0.02), 7, 0), 0), 0.14),
+    "steps": (kn.table([-1, 0, 0.02, 1], [0, 7, 0, 0], "steps"), 0.14),
+    "linear": (kn.table([-1, 0, 0.01, 0.02, 1], [0, 0, 7, 0, 0], "linear"), 0.07),
+    "smooth": (lambda s: 7 * kn.exp(-((s / 0.02) ** 2)), 0.14 * np.sqrt(np.pi)),
+    "later": (lambda s: kn.where(kn.less(0, s + 0.5), 7 * kn.exp(-((s / 0.02) ** 2)), 0), 0.14 * np.sqrt(np.pi)),
+}
+"""Functions that are zero but for a pulse from 0 to 0.02, or about 0, and their integrals."""
+
+
 def wheel(height):
     """Equations of a mass on spring and damper over a road of this height, of which the damper feels nothing."""
     force = K * (height - x) - C * v
@@ -65,6 +75,25 @@ def test_a_road_at_speed_is_felt(kind, rng):
 @examples(0.3)
 def test_any_road_at_any_speed_is_felt(kind, method, seed):
     check(kind, method, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("name", PULSES)
+def test_no_pulse_is_leapt_over_wherever_it_stands(name):
+    """In a load, in gravity and in the rate of a further state; of t, and of c t², which comes to 0 at t = 3, by 6 c a second."""
+    form, whole = PULSES[name]
+    a, c = kn.state("a", 0.0), kn.parameter("c", 1.0)
+    for quantity, per_second in ((kn.time - 3 * c, 1.0), (c * (kn.time**2 - 9), 6.0)):
+        pulse = form(quantity)
+        for loads, states in (
+            ([kn.Force(P, pulse * N.x)], {a: -a}),
+            ([kn.gravity(pulse * N.x)], {a: -a}),
+            ([kn.Force(P, 0 * N.x)], {a: pulse}),
+        ):
+            system = kn.System(N, bodies=[kn.Particle("m", P, 1)], speeds={v: x.dt}, loads=loads, states=states)
+            sol = kn.simulate(kn.derive(system), (0, 10), q=[0], u=[0], samples=2)
+            assert sol.u[-1, 0] + sol.a[-1, 0] == pytest.approx(
+                whole / per_second, rel=2e-3 if per_second > 1 else 1e-6
+            )
 
 
 def check(kind, method, rng):

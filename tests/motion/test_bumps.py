@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.motion.bumps import bumps, bumps_of
+from kane.motion.bumps import bumps, bumps_of, pulses
 from tests.examples import examples
 
 N = kn.Frame("N")
@@ -50,12 +50,14 @@ def test_a_smooth_pulse_on_a_free_way_is_felt(method, width):
 
 def test_where_pulses_are():
     values = {a1: 1.0, w1: 3.0, f1: 0.0, a3: 2.0, t3: 5.0, s3: 0.1, k: 2.0}
-    found = sorted(bumps([k * x + a1 * kn.sin(w1 * kn.time + f1) - x * PULSE], values, (0, 10)))
+    terms = pulses([k * x + a1 * kn.sin(w1 * kn.time + f1) - x * PULSE])
+    found = sorted(bumps(terms, values, (0, 10)))
     assert len(found) == 3  # the sine is none
     assert found[1] == pytest.approx(5, abs=0.005)
     assert found == pytest.approx([5 - 0.372, 5, 5 + 0.372], abs=0.01)
-    assert bumps([kn.sin(kn.time), kn.time**2, kn.time, k * kn.time + x], values, (0, 10)) == set()
-    assert bumps([PULSE], {}, (0, 10)) == set()  # of what has no value nothing is known
+    assert bumps(pulses([kn.sin(kn.time), kn.time**2, kn.time, k * kn.time + x]), values, (0, 10)) == set()
+    # what has corners is looked into
+    assert pulses([kn.where(kn.less(kn.time, a1), PULSE, x) * kn.abs(k * kn.time)]) == (PULSE, k * kn.time)
     assert bumps_of(lambda t: 1 / (t - 5), (0, 10)) == set()
     assert bumps_of(lambda t: 0 * t + 3, (0, 10)) == set()
 

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import double_pendulum, four_bar, muscle_arm, pendulum_on_cart
+from kane.gallery import GALLERY, double_pendulum, load, muscle_arm, pendulum_on_cart
+from kane.motion.projection import is_constrained
 from kane.motion.simulator_c import METHODS, emit_simulator
+from tests.motion.test_breakpoints import KINDS, PULSES, L, S, V, wheel
 from tests.program.programs import compiler
 
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wno-unused-function", "-Wno-unused-parameter", "-Werror"]
+STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+SANITIZED = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 EOM = kn.derive(pendulum_on_cart.system(force=True))
 
 
@@ -64,7 +67,7 @@ def test_the_trajectory_is_that_of_simulate(tmp_path, method):
 
 @pytest.mark.slow
 def test_it_is_clean_under_the_sanitizers(tmp_path):
-    program = built(tmp_path, EOM, "tsit5", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    program = built(tmp_path, EOM, "tsit5", *SANITIZED)
     ran(program, "2", "50", "x=0", "theta=1", "u_x=0", "u_theta=2", "F=0")
     for arguments, said in (
         ((), "Expected the time END > 0 and how many SAMPLES"),
@@ -82,14 +85,100 @@ def test_it_is_clean_under_the_sanitizers(tmp_path):
         assert said in ran(program, *arguments, code=2).stderr
 
 
-def test_what_a_motion_looks_after_is_refused():
-    with pytest.raises(kn.ProgramError, match=r"nothing to be looked after between steps, got some with constraints"):
-        emit_simulator(kn.derive(four_bar.system()).compile())
+def refused(system):
+    with pytest.raises(kn.ProgramError) as told:
+        emit_simulator(kn.derive(system).compile())
+    return str(told.value)
+
+
+def test_what_a_program_cannot_look_after_is_refused():
+    x, v = kn.coordinate("x"), kn.speed("v")
+    N = kn.Frame("N")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+
+    def line(force, at=P, **more):
+        loads = [kn.Force(at, force * N.x)]
+        return kn.System(N, bodies=[kn.Particle("p", at, 1)], speeds={v: x.dt}, loads=loads, **more)
+
+    told = refused(load("four_bar").system())
+    assert "in which constraints are kept. Emit the equations alone" in told
+    assert "loads jump" in refused(line(-kn.sign(v)))
+    assert "events are watched" in refused(line(-x, events=[kn.Event("down", x)]))
+    assert "turns rates at times that no line gives" in refused(line(kn.sign(kn.sin(kn.time))))
+    driven = P.at("Q", kn.max(kn.time - 1, 0) * N.y)
+    assert "prescribes a motion, which may jump" in refused(line(-x, driven))
     with pytest.raises(kn.ProgramError, match=r"Expected an integrator among .*dop853.* got 'gauss16'"):
         emit_simulator(kn.derive(double_pendulum.system()).compile(), "gauss16")
     text = emit_simulator(EOM.compile(name="cart"), "rk4")
     assert "@" not in text
     assert "int main(" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", GALLERY)
+def test_every_system_of_the_gallery_runs_or_is_refused(tmp_path, name, rng):
+    """Compiled with all warnings as errors, run under the sanitizers, on the trajectory of `simulate`."""
+    module = load(name)
+    eom = kn.derive(module.system())
+    if is_constrained(eom) or eom.events:
+        assert "are kept" in refused(module.system()) or "are watched" in refused(module.system())
+        return
+    program = built(tmp_path, eom, "tsit5", *SANITIZED)
+    start = getattr(module, "START", {})
+    q, u = (
+        {s.name: start.get(kind, {}).get(s.name, 0.5) + 0.01 * float(rng.normal()) for s in symbols}
+        for kind, symbols in (("q", eom.coordinates), ("u", eom.speeds))
+    )
+    inputs = {s.name: 0.1 for s in eom.inputs}
+    values = {**q, **u, **inputs, **start.get("parameters", {})}
+    head, table = numbers(ran(program, "0.5", "6", *(f"{k}={float(x)!r}" for k, x in values.items())).stdout)
+    sol = kn.simulate(
+        eom, (0, 0.5), q=q, u=u, inputs=inputs, parameters=start.get("parameters"), samples=6, method="tsit5"
+    )
+    assert head == ["t", *(s.name for s in eom.state)]
+    assert np.abs(table[:, 1:] - sol.states).max() < 1e-6 * np.abs(sol.states).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_roads_at_any_speed_are_felt(tmp_path, kind, rng):
+    """Tables, corners and steps of V t, whose corners lie at times that the program finds: on the trajectory of `simulate`."""
+    height = KINDS[kind][0]
+    if isinstance(height, str):
+        heights = rng.normal(size=9)
+        heights[-1] = heights[0]
+        places = np.cumsum(rng.uniform(0.01, 1, 9)).tolist()
+        height = kn.table(places, heights.tolist(), height)((V * kn.time - S) / L)
+    eom = wheel(height)
+    program = built(tmp_path, eom, "tsit5", *SANITIZED)
+    for _ in range(10):
+        values = {"V": float(rng.uniform(0.5, 20)), "S": float(rng.uniform(-2, 5))}
+        given = ["2", "5", "x=0", "v=0", *(f"{k}={x!r}" for k, x in values.items())]
+        _, table = numbers(ran(program, *given).stdout)
+        sol = kn.simulate(eom, (0, 2), q=[0], u=[0], parameters=values, samples=5, method="tsit5")
+        assert np.abs(table[:, 1:] - sol.states).max() < 1e-7 * max(1, np.abs(sol.states).max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["dop853", "tsit5"])
+def test_no_pulse_is_leapt_over(tmp_path, method):
+    """Pulses of two hundredths of a second in five forms, each at a time of its own, in a load and in rates of further states."""
+    x, v = kn.coordinate("x"), kn.speed("v")
+    N = kn.Frame("N")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    places = {name: 0.9 + 1.7 * k for k, name in enumerate(("load", *PULSES))}
+    at = {name: kn.parameter(f"at_{name}") for name in places}
+    states = {kn.state(name, 0.0): form(kn.time - at[name]) for name, (form, _) in PULSES.items()}
+    loads = [kn.Force(P, PULSES["where"][0](kn.time - at["load"]) * N.x)]
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={v: x.dt}, loads=loads, states=states))
+    program = built(tmp_path, eom, method, "-O1")
+    for moved in (0.0, 0.31):
+        values = [f"at_{name}={place + moved}" for name, place in places.items()]
+        head, table = numbers(ran(program, "12", "2", "x=0", "v=0", *values).stdout)
+        last = dict(zip(head, table[-1], strict=True))
+        assert last["v"] == pytest.approx(PULSES["where"][1], rel=1e-9)
+        for name, (_, whole) in PULSES.items():
+            assert last[name] == pytest.approx(whole, rel=1e-6), name
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from kane.dynamics.events import SlipEnd
+from kane.equations.equations import Equations
 from kane.errors import SimulationError, none_of
 from kane.expr.node import postorder
 from kane.expr.piecewise import Piecewise
@@ -18,6 +19,7 @@ from kane.motion.feedback import HeldInput
 from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
 from kane.motion.implicit import is_long
+from kane.motion.projection import is_constrained
 from kane.motion.regimes import jumps, quantities, rates_on, unfit
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import IMPLICIT as SLOW
@@ -41,22 +43,35 @@ STIFF = "radau9"
 """What leads on in machine code where equations are stiff."""
 _LANES = 4
 
+_NEEDS: tuple[tuple[Callable[[Equations], bool], Callable[[Integrator], bool], str], ...] = (
+    (is_constrained, lambda by: by.holds, "constraints are kept"),
+    (jumps, lambda by: by.watches, "loads jump"),
+    (unfit, lambda by: False, "loads jump by tables of steps, or beside choices of pivots"),
+    (lambda eom: bool(eom.events), lambda by: by.watches, "events are watched"),
+)
+"""What equations want looked after between two steps, whether an integrator does, and in words."""
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
-    (lambda stepper, drives, by: stepper.manifold is not None and not by.holds, "constraints are kept"),
     (
         lambda stepper, drives, by: bool(unheld(stepper)),
         "constraints bend or lose rank, or W has poles that the motion has not",
     ),
-    (lambda stepper, drives, by: jumps(stepper.eom) and not by.watches, "loads jump"),
-    (lambda stepper, drives, by: unfit(stepper.eom), "loads jump by tables of steps, or beside choices of pivots"),
     (lambda stepper, drives, by: asked(drives) and not by.driven, "inputs are functions of time or state in Python"),
     (
         lambda stepper, drives, by: following(drives) and _blind(stepper, by),
         "inputs follow from the state of a large system",
     ),
-    (lambda stepper, drives, by: bool(stepper.eom.events) and not by.watches, "events are watched"),
 )
-"""What is looked after between two steps, in words, and whether there is something of it that an integrator leaves to Python."""
+"""What a motion wants besides, in words, and whether an integrator leaves it to Python."""
+
+
+def needs(eom: Equations, by: Integrator) -> list[str]:
+    """What equations want looked after between two steps that an integrator does not, in words."""
+    return [text for wanted, done, text in _NEEDS if wanted(eom) and not done(by)]
+
+
+def _left(stepper: Stepper, drives: Sequence[Any], by: Integrator) -> list[str]:
+    """What an integrator leaves to Python, in words."""
+    return needs(stepper.eom, by) + [text for holds, text in _IN_PYTHON if holds(stepper, drives, by)]
 
 
 def _blind(stepper: Stepper, by: Integrator) -> bool:
@@ -75,7 +90,7 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, ma
     native = _native(stepper, drives, rtol) if method == AUTO else method
     if native not in INTEGRATORS:
         return native
-    reasons = [text for holds, text in _IN_PYTHON if holds(stepper, drives, INTEGRATORS[native])]
+    reasons = _left(stepper, drives, INTEGRATORS[native])
     if reasons and method == AUTO:
         return STEPPED
     if reasons:
@@ -92,7 +107,7 @@ def chosen(method: str, stepper: Stepper, drives: Sequence[Any], rtol: float, ma
 
 def implicit(stepper: Stepper, drives: Sequence[Any]) -> str:
     """The method that leads on where equations are stiff."""
-    return SLOW if any(holds(stepper, drives, INTEGRATORS[STIFF]) for holds, _ in _IN_PYTHON) else STIFF
+    return SLOW if _left(stepper, drives, INTEGRATORS[STIFF]) else STIFF
 
 
 def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:

@@ -12,6 +12,7 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports, rate_names
 from kane.expr.node import Expr
 from kane.expr.symbols import time
+from kane.motion.breakpoints import Clock, clock
 from kane.motion.feedback import value
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
@@ -26,6 +27,11 @@ def rates(eom: Equations) -> Bundle[tuple[Array, ...]]:
     """(q̇, u̇, ȧ, P)."""
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     return Bundle("motion", ports(eom.derived), _parts, {"rates": roots}, [*rate_names(eom.derived), "P"])
+
+
+def timed(eom: Equations) -> Clock:
+    """What of the rates turns at times, or may be a pulse."""
+    return clock(rates(eom).task.roots)
 
 
 def watched(eom: Equations) -> Bundle[tuple[Array, ...]]:

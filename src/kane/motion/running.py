@@ -18,7 +18,6 @@ from kane.errors import KaneError, KaneWarning, SimulationError
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.acting import Instant, acted, leapt_over, sides
-from kane.motion.breakpoints import in_loads
 from kane.motion.bumps import bumps_of
 from kane.motion.drives import Asked, Function, Signal
 from kane.motion.feedback import HeldInput, controllers
@@ -30,6 +29,7 @@ from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.phases import Phase
 from kane.motion.resumed import Begin
+from kane.motion.routines import timed
 from kane.motion.singular_mass import check_mass_matrix
 from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
@@ -269,11 +269,11 @@ def _breakpoints(
     constants: Mapping[Expr, float],
     span: tuple[float, float],
 ) -> tuple[float, ...]:
-    """Those given, and those that loads and inputs are known to have."""
+    """Those given, and those that rates and inputs are known to have."""
     own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
     own += [tuple(_asked_bumps(f, span)) for f in drives.values() if isinstance(f, Asked)]
     own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
-    return tuple(sorted({*given, *in_loads(eom, constants, span)}.union(*own)))
+    return tuple(sorted({*given, *eom.numeric().value(timed).breakpoints(constants, span)}.union(*own)))
 
 
 def breakpoints_of(solution: Solution, given: Sequence[float]) -> tuple[float, ...]:

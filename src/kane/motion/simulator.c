@@ -3,16 +3,136 @@
  * The motion: @METHOD@ from time 0 on. Compile this file alone, cc -std=c99 -O2 @NAME@.c -o @NAME@ -lm, and run
  *     ./@NAME@ END SAMPLES name=value ...
  * with a value for each of the state at the start and each input, and for parameters that are other than their defaults;
- * rtol=, atol= (1e-9) and max_step= besides. It prints time and state, a line a sample.
+ * rtol=, atol= (1e-9) and max_step= besides. It prints time and state, a line a sample. Steps end where rates jump or bend at
+ * times that parameters set, and where pulses of time begin, have their top, and end.
  */
 #include <float.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum {
 @PLACES@
-    N = @CAPS@_STATES
+    N = @CAPS@_STATES,
+    TURNING = @TURNING@, /* so many quantities turn something where they come to a level; then come their slopes, then pulses */
+    PULSES = @PULSES@,
+    LOOKED_AT = @LOOKED_AT@, /* at so many times pulses are looked for */
+    MOST_PULSES = @MOST_PULSES@
 };
+
+@KERNEL@
+typedef struct {
+    const double *levels;
+    double start, period; /* a period of 0: levels do not come again */
+    int64_t count, most;
+} turning;
+@LEVELS@
+
+static void clock_at(double t, double *y, double *p, double *r, double *h, double *out)
+{
+    @CLOCK@
+}
+
+typedef struct {
+    double *times;
+    size_t count, room;
+} breakpoints;
+
+/* Adds a time, if it lies within the motion; whether there was memory. */
+static int add(breakpoints *to, double t, double end)
+{
+    if (!(t > 0 && t < end)) return 1;
+    if (to->count == to->room) {
+        double *more = realloc(to->times, 2 * (to->room + 8) * sizeof *more);
+        if (!more) return 0;
+        to->times = more;
+        to->room = 2 * (to->room + 8);
+    }
+    to->times[to->count++] = t;
+    return 1;
+}
+
+/* Where a quantity that is `at` in the beginning and has this slope comes to its levels. */
+static int add_levels(breakpoints *to, const turning *of, double at, double slope, double end)
+{
+    const double low = fmin(at, at + slope * end), high = fmax(at, at + slope * end), period = of->period;
+    const double first = period > 0 ? floor((low - of->start) / period) : 0;
+    const double last = period > 0 ? floor((high - of->start) / period) : 0;
+    if (slope == 0 || !isfinite(high - low) || (period > 0 && (last - first + 1) * (double)of->count > (double)of->most)) return 1;
+    int64_t within = 0;
+    for (int pass = 0; pass < 2; pass++)
+        for (double k = first; k <= last; k++)
+            for (int64_t i = 0; i < of->count; i++) {
+                const double level = of->levels[i] + period * k;
+                if (!(level >= low && level <= high)) continue;
+                if (pass == 0)
+                    within++;
+                else if (within <= of->most && !add(to, (level - at) / slope, end))
+                    return 0;
+            }
+    return 1;
+}
+
+static int compare(const void *one, const void *other)
+{
+    const double a = *(const double *)one, b = *(const double *)other;
+    return (a > b) - (a < b);
+}
+
+/* The beginnings, tops and ends of pulses in values at times from 0 to the end; `sorted` is room for as many. */
+static int add_pulses(breakpoints *to, double *values, double *sorted, double end)
+{
+    double largest = 0, middle;
+    int64_t there = 0, runs = 0;
+    for (int64_t i = 0; i < LOOKED_AT; i++) {
+        if (!isfinite(values[i])) return 1;
+        sorted[i] = values[i];
+    }
+    qsort(sorted, LOOKED_AT, sizeof *sorted, compare);
+    middle = sorted[LOOKED_AT / 2];
+    for (int64_t i = 0; i < LOOKED_AT; i++) largest = fmax(largest, values[i] = fabs(values[i] - middle));
+    for (int64_t i = 0; i < LOOKED_AT; i++)
+        if (values[i] > @RISEN@ * largest) {
+            there++;
+            runs += i == 0 || !(values[i - 1] > @RISEN@ * largest);
+        }
+    if ((double)there > @SHARE@ * LOOKED_AT || runs > MOST_PULSES) return 1;
+    for (int64_t i = 0; i < LOOKED_AT; i++) {
+        if (!(values[i] > @RISEN@ * largest)) continue;
+        const int64_t first = i > 0 ? i - 1 : 0;
+        int64_t top = i;
+        for (; i < LOOKED_AT && values[i] > @RISEN@ * largest; i++)
+            if (values[i] > values[top]) top = i;
+        const int64_t places[3] = {first, top, i < LOOKED_AT ? i : LOOKED_AT - 1};
+        for (int k = 0; k < 3; k++)
+            if (!add(to, end * (double)places[k] / (LOOKED_AT - 1), end)) return 0;
+    }
+    return 1;
+}
+
+/* The times at which steps end, in order; whether there was memory. */
+static int find_breakpoints(breakpoints *to, double *y, double *p, double *r, double *h, double end)
+{
+    double out[2 * TURNING + PULSES + 1] = {0}, *values = 0;
+    int done = 1;
+    clock_at(0, y, p, r, h, out);
+    for (int k = 0; k < TURNING && done; k++) done = add_levels(to, turnings + k, out[k], out[TURNING + k], end);
+    if (PULSES && done) done = (values = malloc((size_t)(PULSES + 1) * LOOKED_AT * sizeof *values)) != 0;
+    for (int64_t i = 0; PULSES && done && i < LOOKED_AT; i++) {
+        clock_at(end * (double)i / (LOOKED_AT - 1), y, p, r, h, out);
+        for (int64_t k = 0; k < PULSES; k++) values[k * LOOKED_AT + i] = out[2 * TURNING + k];
+    }
+    for (int64_t k = 0; k < PULSES && done; k++) done = add_pulses(to, values + k * LOOKED_AT, values + (int64_t)PULSES * LOOKED_AT, end);
+    free(values);
+    if (to->count) qsort(to->times, to->count, sizeof *to->times, compare);
+    return done;
+}
+
+static double spacing(double t)
+{
+    return nextafter(t, HUGE_VAL) - t;
+}
 
 static void rates(double t, double *x, double *p, double *r, double *h, double *out)
 {
@@ -83,23 +203,31 @@ int main(int count, char **given)
     double *times = malloc((size_t)(samples + 1) * sizeof *times);
     double *rows = malloc((size_t)(samples * N) * sizeof *rows);
     double *work = calloc((size_t)(@WORK@ * N), sizeof *work);
-    if (!times || !rows || !work) {
+    breakpoints stops = {0, 0, 0};
+    @NAME@_hoist(p, h);
+    if (!times || !rows || !work || !find_breakpoints(&stops, y, p, r, h, end)) {
         fprintf(stderr, "Expected memory for %lld samples, got none.\n", (long long)samples);
         return 3;
     }
     for (int64_t k = 0; k < samples; k++) times[k] = k == samples - 1 ? end : end * (double)k / (double)(samples - 1);
     times[samples] = HUGE_VAL; /* one more, after the end */
     memcpy(rows, y, sizeof y);
-    @NAME@_hoist(p, h);
-    s[AT_STEP] = @FIXED@ ? set[2] : end / 1024;
-    s[AT_END] = end;
     s[AT_LONGEST] = set[2];
     s[AT_RTOL] = set[0];
     s[AT_ATOL] = set[1];
     s[AT_SHORTEST] = DBL_EPSILON * DBL_EPSILON * end;
-    s[AT_FRESH] = 1;
     (void)none;
-    const int64_t back = @CALL@;
+    int64_t back;
+    for (size_t k = 0;; k++) { /* up to just before the next breakpoint, and on from just beyond it */
+        while (k < stops.count && stops.times[k] <= s[AT_TIME]) k++;
+        s[AT_END] = k < stops.count ? stops.times[k] - @ULPS@ * spacing(stops.times[k]) : end;
+        s[AT_STEP] = @FIXED@ ? set[2] : (s[AT_END] - s[AT_TIME]) / 1024;
+        s[AT_FRESH] = 1;
+        back = @CALL@;
+        if (back != @END@ || k >= stops.count) break;
+        s[AT_TIME] = s[AT_END] + 4 * @ULPS@ * spacing(s[AT_END]);
+        s[AT_TIME_LAG] = 0;
+    }
     const int64_t done = 1 + (int64_t)s[AT_SAMPLE];
     printf("t");
     for (int k = 0; k < N; k++) printf(",%s", @NAME@_state[k].name);
@@ -112,5 +240,6 @@ int main(int count, char **given)
     free(times);
     free(rows);
     free(work);
+    free(stops.times);
     return back == @END@ ? 0 : 1;
 }

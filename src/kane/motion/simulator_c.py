@@ -1,16 +1,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A motion as one file of C99: the equations, an integrator's kernel, and a program that prints the trajectory.
 
-Of what `simulate` does beside, nothing is in it: constraints are not kept, and events are not watched.
+Of what `simulate` looks after, times at which rates turn and pulses of time are looked after there too; what is not is refused.
 """
 
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
 from importlib.resources import files
+from typing import Any, cast
 
 from kane.equations.compiled import Compiled
+from kane.equations.equations import Equations
+from kane.equations.routines import ports, program
 from kane.errors import ProgramError
+from kane.expr.node import ZERO, Expr
+from kane.motion import bumps
+from kane.motion.breakpoints import ULPS, Clock, Turning
+from kane.motion.methods import needs
+from kane.motion.routines import timed
+from kane.motion.smooth import pieces_prescribed
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.switches import switches
+from kane.program.bundle import Bundle
+from kane.program.emit.c import emit_c
+from kane.program.emit.c_tables import c_number
 from kane.program.emit.kernel_c import emit_kernel_c
 
 METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
@@ -43,25 +57,21 @@ def emit_simulator(compiled: Compiled, method: str = "dop853") -> str:
     """
     if method not in METHODS:
         raise ProgramError(f"Expected an integrator among {', '.join(METHODS)} for a program in C, got {method!r}.")
-    eom = compiled.equations
-    asked = {
-        "constraints": eom.solved.embedding is not None,
-        "events": bool(getattr(eom, "events", ())),
-        "loads that switch": bool(switches(eom)),  # type: ignore[arg-type]
-    }
-    wrong = [what for what, there in asked.items() if there]
+    eom, integrator, name = cast(Equations, compiled.equations), INTEGRATORS[method], compiled.name
+    clock = timed(eom)
+    wrong = needs(eom, replace(integrator, watches=False, holds=False))
+    wrong += [f"{one.quantity} turns rates at times that no line gives" for one in clock.turning if one.slope is None]
+    wrong += [f"{piece} prescribes a motion, which may jump" for piece in pieces_prescribed(eom)]
     if wrong:
         raise ProgramError(
-            f"Expected equations whose motion has nothing to be looked after between steps, got some with {' and '.join(wrong)}. Emit "
-            "the equations alone, and take an integrator that does; or simulate here."
+            f"Expected a motion that a program in C can look after, got one in which {' and '.join(wrong)}. Emit the equations alone, "
+            "and take an integrator that does; or simulate here."
         )
-    integrator = INTEGRATORS[method]
     kernel = integrator.kernel()
-    name = compiled.name
     own = {"s", "y", "lag", "work", "p", "r", "h"}
     given = [_ARGUMENTS.get(a.name, a.name if a.name in own else f"none[{k}]") for k, a in enumerate(kernel.arguments)]
-    places = {f"AT_{at.name}": str(int(at)) for at in At}
     replaced = {
+        "@KERNEL@": f"static {emit_kernel_c(kernel)}",
         "@NAME@": name,
         "@CAPS@": name.upper(),
         "@METHOD@": method,
@@ -70,10 +80,42 @@ def emit_simulator(compiled: Compiled, method: str = "dop853") -> str:
         "@WORK@": str(integrator.work(1)),
         "@SIZE@": str(SIZE),
         "@ARGUMENTS@": str(len(given)),
-        "@PLACES@": "\n".join(f"    {place} = {value}," for place, value in places.items()),
+        "@PLACES@": "\n".join(f"    AT_{at.name} = {int(at)}," for at in At),
         "@END@": str(int(Back.END)),
+        "@TURNING@": str(len(clock.turning)),
+        "@PULSES@": str(len(clock.pulses)),
+        "@LOOKED_AT@": str(bumps.PLACES),
+        "@MOST_PULSES@": str(bumps.MOST),
+        "@RISEN@": c_number(bumps.RISEN),
+        "@SHARE@": c_number(bumps.SHARE),
+        "@ULPS@": str(ULPS),
+        "@LEVELS@": _levels(clock.turning),
+        "@CLOCK@": f"{name}_clock(t, y, p, r, h, out);"
+        if any(clock)
+        else "(void)t, (void)y, (void)p, (void)r, (void)h, (void)out;",
     }
-    program = files("kane.motion").joinpath("simulator.c").read_text(encoding="utf-8")
-    for mark, text in replaced.items():
-        program = program.replace(mark, text)
-    return "\n".join([compiled.emit("c", "rhs"), f"static {emit_kernel_c(kernel)}", program])
+    text = files("kane.motion").joinpath("simulator.c").read_text(encoding="utf-8")
+    for mark, by in replaced.items():
+        text = text.replace(mark, by)
+    return f"{_equations(compiled, clock)}\n{text}"
+
+
+def _equations(compiled: Compiled, clock: Clock) -> str:
+    """The equations, and the clock's quantities, their slopes and pulses, where there are some."""
+    solved, contract = compiled.equations.solved, compiled.settings.contract
+    slopes = [ZERO if one.slope is None else one.slope for one in clock.turning]
+    roots: list[Expr] = [*(one.quantity for one in clock.turning), *slopes, *clock.pulses]
+    more: Bundle[Any] | None = Bundle("clock", ports(solved.derived), tuple, {"clock": roots}) if roots else None
+    optimize = contract and compiled.settings.optimize
+    own = program(solved, ["rhs"], more, name=compiled.name, reciprocals=contract, optimize=optimize)
+    return emit_c(own, contract=contract, version=version("kane"))
+
+
+def _levels(turning: Sequence[Turning]) -> str:
+    """The tables of levels."""
+    lines, rows = [], []
+    for k, one in enumerate(turning):
+        lines.append(f"static const double levels_{k}[] = {{{', '.join(map(c_number, one.data.ends.tolist()))}}};")
+        start, period = one.data.period or (0.0, 0.0)
+        rows.append(f"{{levels_{k}, {c_number(start)}, {c_number(period)}, {len(one.data.ends)}, {one.most}}}")
+    return "\n".join([*lines, f"static const turning turnings[] = {{{', '.join([*rows, '{0, 0, 0, 0, 0}'])}}};"])

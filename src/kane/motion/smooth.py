@@ -156,13 +156,21 @@ def _closer(f: Curve, slope: Curve, a: float, b: float) -> tuple[float, float]:
 
 def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple[float, float]) -> None:
     """Piecewise functions of time in positions, orientations and configuration constraints must be C¹."""
-    system = eom.system
-    roots = (*geometry(system.frames, system.points), *(c.expr for c in system.holonomic))
-    pieces = _pieces(roots)
-    for node, error in _torn(pieces, parameters, span):
+    roots = _prescribing(eom)
+    for node, error in _torn(pieces_prescribed(eom), parameters, span):
         # it may be smooth in what it stands in
         if any(True for _ in _torn(_around(node, roots), parameters, span)):
             raise error
+
+
+def pieces_prescribed(eom: Equations) -> list[Expr]:
+    """The piecewise functions of time and parameters alone in positions, orientations and configuration constraints."""
+    return _pieces(_prescribing(eom))
+
+
+def _prescribing(eom: Equations) -> tuple[Expr, ...]:
+    system = eom.system
+    return (*geometry(system.frames, system.points), *(c.expr for c in system.holonomic))
 
 
 def _torn(
