@@ -111,3 +111,12 @@ def test_what_bends_may_stand_in_what_is_smooth(angle: Expr) -> None:
     assert not sol.energy_check.exceeds(1e-6)
     with pytest.raises(kn.SimulationError, match="without jumps"):
         check(angle + kn.max(0, t - 2), (0.0, 4.0))
+
+
+def test_tables_prescribe_motions_where_they_are_smooth() -> None:
+    points = [0, 1, 2, 3], [0, 0.2, 1, 0.4]
+    for kind, told in (("linear", "velocity of the prescribed table"), ("steps", "the prescribed table")):
+        with pytest.raises(kn.SimulationError, match=told):
+            check(kn.table(*points, kind)(t), (0.0, 2.5))
+    check(kn.table(*points, "cubic")(t), (0.0, 2.5))
+    check(kn.table(*points, "linear")(t) * (t - 1) ** 2 * (t - 2) ** 2, (0.0, 2.5))

@@ -44,7 +44,7 @@ STIFF = "radau9"
 _LANES = 4
 
 _NEEDS: tuple[tuple[Callable[[Equations], bool], Callable[[Integrator], bool], str], ...] = (
-    (is_constrained, lambda by: by.holds, "constraints are kept"),
+    (is_constrained, lambda by: by.holds, "constraints or Euler parameters are kept"),
     (jumps, lambda by: by.watches, "loads jump"),
     (unfit, lambda by: False, "loads jump by tables of steps, or beside choices of pivots"),
     (lambda eom: bool(eom.events), lambda by: by.watches, "events are watched"),

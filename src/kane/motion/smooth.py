@@ -18,6 +18,8 @@ from kane.errors import SimulationError, cut
 from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
+from kane.expr.ops import Op
+from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.model.survey import geometry
 from kane.motion.breakpoints import on_from, up_to
@@ -208,7 +210,11 @@ def _pieces(roots: Iterable[Expr]) -> list[Expr]:
             isinstance(node, Symbol) and not isinstance(node, Time | Parameter)
         )
         moving[node] = isinstance(node, Time) or any(moving[a] for a in node.args)
-    return [node for node in known if node.op.name in _PIECEWISE and known[node] and moving[node]]
+    return [node for node in known if _bends(node.op) and known[node] and moving[node]]
+
+
+def _bends(op: Op) -> bool:
+    return op.name in _PIECEWISE or (isinstance(op, Piecewise) and op.sides is not None)
 
 
 def _around(node: Expr, roots: Sequence[Expr]) -> list[Expr]:
