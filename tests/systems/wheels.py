@@ -91,9 +91,9 @@ def vehicle(rng: np.random.Generator) -> kn.System:
     v1, v2, w = kn.speeds("v1 v2 w")
     A = N.rotate("A", psi, N.z)
     P = O.at("P", x * N.x + y * N.y)
-    along = (N, A)[int(rng.integers(2))]
+    first, second = ((N, N), (A, A), (A, N))[int(rng.integers(3))]  # of the last W has a pole where A.x and N.y are one
     at = P.velocity(N)
-    speeds = {v1: at.dot(along.x), v2: at.dot(along.y), w: psi.dt}
+    speeds = {v1: at.dot(first.x), v2: at.dot(second.y), w: psi.dt}
     G = P.at("G", float(rng.normal()) * A.x)
     bodies = [kn.RigidBody("plate", frame=A, mass_center=G, mass=3.0, inertia=kn.inertia(A, 0.2, 0.3, 0.4))]
     held: list[kn.Constraint] = []

@@ -21,12 +21,13 @@ from kane.cli.motion import Start, start
 from kane.cli.options import AsJson, Name
 from kane.cli.summary import show, summary
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.derive import repartition
 from kane.equations.routines import rate_names
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
 from kane.motion.drives import input_functions
-from kane.motion.singular_rates import check_regular
+from kane.motion.singular_rates import check_regular, regular_otherwise
 from kane.motion.smooth import check_prescribed
 from kane.motion.start import check_masses
 from kane.numeric.named import finite_number
@@ -83,6 +84,9 @@ def _check_start(model: Model, eom: kn.Equations, begin: Start) -> dict[kn.Expr,
     inputs = {s: f(t) for s, f in input_functions(eom, begin.inputs, model.span).items()}
     numbers: dict[kn.Expr, Any] = {kn.time: t, **constants, **inputs}
     numbers.update(zip(eom.state, state, strict=True))
+    if eom.embedding is not None and moving_pivots(eom.derived):
+        admitted = AdmittedSpeeds(eom.derived, numbers)
+        eom = regular_otherwise(eom, numbers, admitted, lambda make, *by: make(eom, *by)) or eom  # as a simulation does
     check_regular(eom, numbers, t)
     with np.errstate(all="ignore"):
         given = {"q": begin.q, "u": begin.u, "parameters": begin.parameters, "inputs": inputs, "t": t}

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.closure import Closure, residual_function, usual_sizes
-from kane.dynamics.constraints.partition import Partition, choose
+from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
 from kane.dynamics.constraints.steady import follow_everywhere
 from kane.dynamics.derived import Derived
 from kane.expr.build import div
@@ -26,7 +26,7 @@ from kane.expr.visit import substitute
 from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
-from kane.numeric.rank import DERIVE_RANK, balanced, level, singular
+from kane.numeric.rank import DERIVE_RANK, POLE_RANK, balance, balanced, level, singular
 from kane.numeric.sample import sample, values_of
 
 _SEED = 20411
@@ -38,24 +38,31 @@ _SMALL = 0.1
 """Share of its usual size that a pivot must fall below at one of them, if it vanishes anywhere."""
 _REGULAR = 1e-6
 """Reciprocal condition number above which the speeds count as determined at a pole."""
+_SAMPLES, _BETTER = 9, 4.0
+"""Configurations that tell the sizes of speeds, and by how much other dependent speeds must follow better at a state."""
 _ZERO = 1e-9
 """Residual, a pivot's being its share of its usual size, at which it counts as zero where Newton's method ended."""
 
 
-def without_poles(derived: Derived, partition: Partition | None) -> Partition | None:
+def moving_pivots(derived: Derived) -> list[Expr]:
+    """The pivots of W that change with the configuration."""
+    return [p for p in derived.kinematical.pivots if any(isinstance(s, Coordinate) for s in free_symbols([p]))]
+
+
+def without_poles(derived: Derived, partition: Partition | None, fixed: bool = False) -> Partition | None:
     """Dependent speeds with which the motion is regular at false poles; None where none is found.
 
-    Those of `partition`, or, if the user named none and these do not follow alike everywhere else, others that are determined no worse
-    at configurations elsewhere.
+    Those of `partition`, or, if these are not `fixed`, nor named by the user, and do not follow alike everywhere else, others that are
+    determined no worse at configurations elsewhere.
     """
-    pivots = [p for p in derived.kinematical.pivots if any(isinstance(s, Coordinate) for s in free_symbols([p]))]
+    pivots = moving_pivots(derived)
     if partition is None or not partition.dependent or not pivots:
         return None
     places, f = _Places(derived), derived.conditions.f
     place = {u: i for i, u in enumerate(derived.speeds)}
     named = [place[u] for u in derived.system.dependent_speeds]
     dependent = partition.dependent
-    everywhere = follow_everywhere(derived.compared, derived.constraints.a, dependent)
+    fixed = fixed or follow_everywhere(derived.compared, derived.constraints.a, dependent)
     own = f[len(derived.system.holonomic) :]  # the unit lengths of Euler parameters
     # off the constraints first: there most poles are seen to be true ones, for little
     for conditions in dict.fromkeys((own, f)):
@@ -66,9 +73,9 @@ def without_poles(derived: Derived, partition: Partition | None) -> Partition | 
         sizes = np.max([np.abs(b).max(axis=0) for b in usual], axis=0, initial=0)
         sizes = np.where(sizes > 0, sizes, 1.0)
         reach = np.broadcast_to(sizes, usual[0].shape) if usual else sizes
-        others = [] if everywhere else [choose(b, named, reach=reach).dependent for b in usual]
+        others = [] if fixed else [choose(b, named, reach=reach).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
-        best = max(choices, key=lambda d: min((_determined(b, d, sizes) for b in usual), default=0.0))
+        best = max(choices, key=lambda d: round(min((_determined(b, d, sizes) for b in usual), default=0.0), 9))
         if not any(_determined(b, best, sizes) > _REGULAR for b in poles):
             return None
     return Partition(partition.rows, best, partition.redundant)
@@ -80,17 +87,89 @@ def _determined(b: Array, dependent: Sequence[int], sizes: Array) -> float:
     return float(values[-1]) if len(values) == len(b) else 0.0
 
 
+class RateRows:
+    """Y and A_q in the basic rates: in numbers where values of all other symbols are known."""
+
+    def __init__(self, derived: Derived) -> None:
+        rates = derived.kinematical.rates
+        rows = [dot(list(row.values()), list(row)) for row in derived.kinematical.rows]
+        euler = derived.kinematical.euler_rates
+        held = [constraint_rate(c) for c in derived.system.constraints]
+        held = [substitute(x, euler) for x in held] if euler else held
+        self.exprs = (*rows, *held)
+        self.count = len(rates)
+        self.unit: dict[Any, Any] = dict(zip(rates, np.eye(len(rates), len(rates) + 1), strict=True))
+
+    def at(self, values: Mapping[Expr, Any], count: int) -> Array:
+        """[Y; A_q] at several places (count × (n + m) × n); `values` are numbers, or columns (count × 1)."""
+        n = self.count
+        with np.errstate(all="ignore"):
+            wide = [np.broadcast_to(x, (count, n + 1)) for x in evaluate(self.exprs, {**values, **self.unit})]
+        numbers = np.array(wide, dtype=float).swapaxes(0, 1)
+        return np.asarray(numbers[..., :n] - numbers[..., n:])
+
+    def admitted(self, both: Array) -> Array | None:
+        """B (rank × n) with B (Y N) = 0, its rows orthonormal, where [Y; A_q] is `both`; None where that does not give the rates."""
+        n = self.count
+        if not np.isfinite(both).all() or singular(balanced(both)).rank(DERIVE_RANK) < n:
+            return None
+        held = balance(both[n:])
+        admitted = singular(held.matrix).kernel(DERIVE_RANK) / held.columns
+        return singular(both[:n] @ admitted.T).cokernel(DERIVE_RANK)
+
+
+class AdmittedSpeeds:
+    """Which speeds the constraints can give at a state, where W may have a pole there; `values` are those of parameters and the like.
+
+    Speeds are divided by the sizes that they have in the constraints at random configurations.
+    """
+
+    def __init__(self, derived: Derived, values: Mapping[Expr, Any]) -> None:
+        self.derived, self.rows = derived, RateRows(derived)
+        n, q = self.rows.count, derived.system.coordinates
+        drawn = np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (_SAMPLES, len(q)))
+        both = self.rows.at({**values, **dict(zip(q, drawn.T[:, :, None], strict=True))}, _SAMPLES)
+        usual = [np.abs(x[n:] @ np.linalg.pinv(x[:n])) for x in both if np.isfinite(x).all()]
+        self.sizes = balance(np.median(usual, axis=0), order=(1, 0)).columns if usual else np.ones((1, n))
+
+    def others(self, values: Mapping[Expr, Any], dependent: Sequence[int]) -> tuple[int, ...] | None:
+        """Speeds that follow from the others at a state much better than the `dependent` ones, which follow poorly; None else."""
+        found = self.rows.admitted(self.rows.at(values, 1)[0])
+        if found is None or len(found) != len(dependent):
+            return None
+        b = np.linalg.qr((found / self.sizes).T)[0].T
+        rows, as_it_is = tuple(range(len(b))), np.ones_like(b)
+        now = quality(b, Partition(rows, tuple(dependent), ()), as_it_is)
+        other = choose(b, reach=as_it_is)
+        better = len(other.rows) == len(b) and quality(b, other, as_it_is) > max(_BETTER * now, POOR)
+        return other.dependent if now < POOR and better else None
+
+    def cure(self, values: Mapping[Expr, Any], present: Partition) -> tuple[int, ...] | None:
+        """`others` with which the equations are regular at the state: W has no pole there, or these speeds take it away."""
+        others = self.others(values, present.dependent)
+        if others is None:
+            return None
+        (both,) = self.rows.at(values, 1)
+        regular = singular(balanced(both[: self.rows.count])).regular(POLE_RANK)
+        by = self.partition(values, present, others)
+        return tuple(sorted(others)) if regular or without_poles(self.derived, by, fixed=True) is not None else None
+
+    def partition(self, values: Mapping[Expr, Any], present: Partition, dependent: Sequence[int]) -> Partition:
+        """The `dependent` speeds in the order in which A gives them at a state; at a pole of W by the rows of the `present` ones."""
+        n = self.rows.count
+        (both,) = self.rows.at(values, 1)
+        if singular(balanced(both[:n])).regular(POLE_RANK):
+            found = choose(np.linalg.solve(both[:n].T, both[n:].T).T, dependent)
+            if set(found.dependent) == set(dependent):
+                return found
+        return Partition(present.rows, tuple(sorted(dependent)), present.redundant)
+
+
 class _Places:
     """Configurations, and Y and A_q in the basic rates there."""
 
     def __init__(self, derived: Derived) -> None:
-        self.system, rates = derived.system, derived.kinematical.rates
-        rows = [dot(list(row.values()), list(row)) for row in derived.kinematical.rows]
-        euler = derived.kinematical.euler_rates
-        held = [constraint_rate(c) for c in self.system.constraints]
-        held = [substitute(x, euler) for x in held] if euler else held
-        self.linear = (*rows, *held)
-        self.unit: dict[Any, Any] = dict(zip(rates, np.eye(len(rates), len(rates) + 1), strict=True))
+        self.system, self.rows = derived.system, RateRows(derived)
 
     def admissible(self, f: tuple[Expr, ...], pivot: Expr | None = None) -> Iterator[Array]:
         """B (rank × n) with B u = const. at configurations with f = 0, and where `pivot` vanishes, if one is given.
@@ -100,8 +179,8 @@ class _Places:
         q = self.system.coordinates
         if pivot is not None:
             f = (*f, div(pivot, as_expr(sample([pivot], _SEED)[0])))
-        values = values_of((*free_symbols([*f, *self.linear]), *q), _SEED, self.unit)
-        moving = {*q, *self.unit}
+        values = values_of((*free_symbols([*f, *self.rows.exprs]), *q), _SEED, self.rows.unit)
+        moving = {*q, *self.rows.unit}
         others = {s: v for s, v in values.items() if s not in moving}
         conditions = Closure((), f, jacobian(f, q))
         closed: list[Array] = list(self._starts(values, pivot))
@@ -115,9 +194,8 @@ class _Places:
         if not closed:
             return
         places = np.array(closed).reshape(-1, len(q), 1)
-        for b in self._determining(values | {x: places[:, k] for k, x in enumerate(q)}, len(places)):
-            if b is not None:
-                yield b
+        every = self.rows.at(values | {x: places[:, k] for k, x in enumerate(q)}, len(places))
+        yield from (b for b in map(self.rows.admitted, every) if b is not None)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
         """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""
@@ -135,16 +213,3 @@ class _Places:
         size = np.abs(np.broadcast_to(x, _DRAWN))
         nearest = np.argsort(size)[:_STARTS]
         return drawn[nearest] if size[nearest[0]] < _SMALL * np.median(size) else drawn[:0]
-
-    def _determining(self, values: Mapping[Expr, Any], count: int) -> Iterator[Array | None]:
-        """B (rank × n) with B (Y N) = 0 at each place, its rows orthonormal; None where [Y; A_q] does not give the rates."""
-        n = len(self.unit)
-        with np.errstate(all="ignore"):
-            wide = [np.broadcast_to(x, (count, n + 1)) for x in evaluate(self.linear, values)]
-        numbers = np.array(wide, dtype=float).swapaxes(0, 1)
-        for both in numbers[..., :n] - numbers[..., n:]:
-            if not np.isfinite(both).all() or singular(balanced(both)).rank(DERIVE_RANK) < n:
-                yield None
-                continue
-            admitted = singular(balanced(both[n:])).kernel(DERIVE_RANK)
-            yield singular(both[:n] @ admitted.T).cokernel(DERIVE_RANK)

@@ -10,7 +10,7 @@ from kane.collector import collecting_seldom
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import derived
+from kane.dynamics.derived import Derived, derived
 from kane.dynamics.events import watched_events
 from kane.dynamics.poles import without_poles
 from kane.dynamics.potentials import check_potentials
@@ -69,15 +69,20 @@ def derive(
         check_potentials(parts)
         if route is not None:
             return _equations(replace(solved(parts, partition, route), asked=route))
-        regular = without_poles(parts, partition)
-        return _equations(solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds"))
+        return _equations(_solved(parts, partition, without_poles(parts, partition)))
 
 
 def repartition(eom: Equations, partition: Partition) -> Equations:
-    """The same equations with other dependent speeds."""
-    s = eom.solved
-    route = s.asked or ("shortest" if s.twin is None else s.route)
-    return _equations(replace(solved(eom.derived, partition, route), asked=s.asked))
+    """The same equations with other dependent speeds, as if these had been named: free of false poles of W where they make them so."""
+    asked = eom.solved.asked
+    if asked is not None:
+        return _equations(replace(solved(eom.derived, partition, asked), asked=asked))
+    return _equations(_solved(eom.derived, partition, without_poles(eom.derived, partition, fixed=True)))
+
+
+def _solved(parts: Derived, partition: Partition | None, regular: Partition | None) -> Solved:
+    """By the shortest route, or, with dependent speeds with which they are `regular` at false poles, by the one without these."""
+    return solved(parts, partition) if regular is None else solved(parts, regular, "constraint speeds")
 
 
 def _reduced(solution: Solved) -> tuple[Any, ...]:

@@ -24,7 +24,7 @@ from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.resting import that_move
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held
+from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held, passes
 from kane.motion.steps import Stepper
 from kane.motion.stiffness import Stiffness
 from kane.motion.stopped import why
@@ -358,10 +358,15 @@ class NativeCourse:
         s[At.LOOKED] = 1.0
         moving = that_move(met, now, times, values, states[-1], self.span[1] - self.span[0])
         noted, at_once = up_to_a_break(moving, h)
-        self.events += noted
         end = ended_by(at_once, noted)
+        t = start if end is None else next(t for event, t in noted if event.breaks)
+        if end is not None and passes(self.stepper, end, t, one(t)):
+            self._hand_over(start)
+            assert self.stepped is not None
+            self.stepped.beware(t)
+            return None
+        self.events += noted
         if end is not None:
-            t = next(t for event, t in noted if event.breaks)
             before = self.times[(self.times > self.t[-1]) & (self.times < t)]
             for at in [*before, *([t] if t > self.t[-1] else [])]:
                 self._sample(float(at), one(float(at)), doubtful=True)

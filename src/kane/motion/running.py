@@ -202,7 +202,7 @@ def _phase(
         solver = replace(solver, first=None)
     else:
         warn_of_jumps(drives.values(), span, solver.breakpoints)
-        for event, value in zip(eom.events, stepper.now.watch(span[0], start), strict=True):
+        for event, value in zip(stepper.eom.events, stepper.now.watch(span[0], start), strict=True):
             if not np.isfinite(value):
                 warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=4)
     name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
@@ -216,7 +216,9 @@ def _phase(
         free=solver.name == AUTO,
     )
     kind = NativeCourse if name in INTEGRATORS else Course
-    fresh = {k: begin.fresh[e.name] for k, e in enumerate(eom.events) if e.name in begin.fresh and _is_own(eom, e)}
+    fresh = {
+        k: begin.fresh[e.name] for k, e in enumerate(stepper.eom.events) if e.name in begin.fresh and _is_own(eom, e)
+    }
     course = kind(stepper, solver, span, start, times, fresh)
     course.pace.begun = begun
     end = _to_its_end(course)
@@ -319,10 +321,11 @@ def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array
 
 def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     """The start moved onto the constraints; the model holds there, and the rates are finite."""
+    stepper.regularize(t0, y)
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)
     start, numbers = stepper.keep(t0, y)
     stepper.settle(t0, start, numbers)
-    check_events(stepper.first, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
+    check_events(stepper.eom, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
     names = stepper.now.rates.labels[:-1]
     constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
     rates = stepper.rate(t0, start)

@@ -4,11 +4,13 @@
 The pivots of W are compared with their size at a random configuration: cos q2 = 6e-17 at q2 = π/2 is zero.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.dynamics.poles import AdmittedSpeeds
+from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
@@ -71,6 +73,22 @@ def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
         f"q' = W u + X divides by {', '.join(map(str, named))}. Start elsewhere, or choose coordinates that are regular here (another "
         "sequence of angles, Euler parameters)."
     )
+
+
+def regular_otherwise(
+    eom: Equations, values: Mapping[Expr, Any], admitted: AdmittedSpeeds, made: Callable[..., Equations]
+) -> Equations | None:
+    """Equations with other dependent speeds that follow at a state where those of `eom` do not, and whose W has no pole there.
+
+    `made` keeps what is derived anew: made(repartition, partition).
+    """
+    assert eom.embedding is not None
+    others = admitted.others(values, eom.embedding.partition.dependent)
+    if others is None:
+        return None
+    found = made(repartition, admitted.partition(values, eom.embedding.partition, others))
+    least, now = (min((p.relative for p in pivots(e, values)), default=1.0) for e in (found, eom))
+    return found if least > now else None
 
 
 def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array | None:

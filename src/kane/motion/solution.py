@@ -174,6 +174,11 @@ class Solution(Attributes):
                 values[self.lost] = np.nan
         return tables
 
+    def _energies(self, exprs: Callable[[Equations], list[Expr]]) -> list[Array]:
+        """Those of the equations that hold at each sample where W of others may have a pole there."""
+        poles = any(eom.solved.twin is not None for eom in (self.equations, *self.samples))
+        return self.by_sample(exprs) if poles else self._values(exprs(self.equations))
+
     @cached_property
     def lost(self) -> Mask:
         """Samples at which the constraints determine fewer speeds than elsewhere."""
@@ -291,14 +296,17 @@ class Solution(Attributes):
     @cached_property
     def energy(self) -> Array:
         """E = K + V along the motion."""
-        return self._values([self.equations.energy])[0]
+        return self._energies(lambda eom: [eom.energy])[0]
 
     @cached_property
     def energy_check(self) -> EnergyCheck:
         """E − ∫P dt must stay constant; see EnergyCheck."""
-        eom = self.equations
-        powers = [eom.load_powers[load] for load in eom.loads if load.potential is None]
-        kinetic, total, *own = self._values([eom.kinetic_energy, eom.energy, *powers])
+
+        def terms(eom: Equations) -> list[Expr]:
+            powers = [eom.load_powers[load] for load in eom.loads if load.potential is None]
+            return [eom.kinetic_energy, eom.energy, *powers]
+
+        kinetic, total, *own = self._energies(terms)
         work = self.work + leaps(total, self.begins)
         return energy_check(self.t, kinetic, total, work, self._open() / self.rtol, own)
 
@@ -361,23 +369,26 @@ class Solution(Attributes):
         """Whether the energy check passes by its own limit; where a few samples show it, the others are not asked."""
         at = np.linspace(0, len(self) - 1, min(len(self), _SOME)).astype(int)
         at = np.unique(np.concatenate([at, self.begins, self.begins - 1]))
-        few = replace(self, t=self.t[at], states=self.states[at], work=self.work[at], samples=(), phase=self.phase[at])
-        kinetic, total = few._values([self.equations.kinetic_energy, self.equations.energy])
+        few = self._only(at)
+        kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])
         sure = energy_check(few.t, kinetic, total, few.work + leaps(total, few.begins), np.zeros(len(at)))
         return sure.sharply(self.rtol) or not self.energy_check.exceeds(self.rtol)
+
+    def _only(self, at: Indices) -> "Solution":
+        """Some of the samples."""
+        samples = tuple(self.samples[k] for k in at) if self.samples else ()
+        return replace(
+            self, t=self.t[at], states=self.states[at], work=self.work[at], samples=samples, phase=self.phase[at]
+        )
 
     def _open(self) -> Array:
         """Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), computed at a few of the samples."""
         at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
         width = self.states.shape[1]
         shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
-        table = np.empty((len(shifts), len(at)))
-        for number in np.unique(self.phase[at]):
-            own = np.flatnonzero(self.phase[at] == number)
-            x = (self.states[at[own]] + shifts[:, None, :]).reshape(-1, width)
-            times = np.tile(self.t[at[own]], len(shifts))
-            (energy,) = self._along(self.equations, self.phases[number], [self.equations.energy], times, x)
-            table[:, own] = energy.reshape(len(shifts), -1)
+        few = self._only(np.tile(at, len(shifts)))
+        x = (self.states[at] + shifts[:, None, :]).reshape(-1, width)
+        table = replace(few, states=x).energy.reshape(len(shifts), -1)
         up, down = np.split(np.abs(table[1:] - table[0]), 2)
         return np.asarray(np.interp(np.arange(len(self)), at, np.maximum(up, down).sum(axis=0)))
 

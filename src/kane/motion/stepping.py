@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.dynamics.constraints.closure import OFF, closure, residual_function, usual_sizes
+from kane.dynamics.events import KinematicsEnd
 from kane.equations.equations import Equations
 from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
@@ -128,6 +129,11 @@ def ended_by(at_once: Sequence[Event], noted: Sequence[Met]) -> End | None:
     return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event, tuple(at_once))
 
 
+def passes(stepper: Stepper, end: End, t: float, y: Array) -> bool:
+    """Whether the kinematics that end a motion at (t, y) are regular there with other dependent speeds."""
+    return isinstance(end.event, KinematicsEnd) and stepper.regular(t, y) is not None
+
+
 class Course:
     """A motion on its way over `span`: `advance()` until it gives an End.
 
@@ -170,6 +176,10 @@ class Course:
     def name(self) -> str:
         """The method."""
         return self.method.name
+
+    def beware(self, t: float) -> None:
+        """A place lies ahead at t at which the equations that are stepped are singular."""
+        self._jump = t
 
     @property
     def clear(self) -> bool:
@@ -217,10 +227,14 @@ class Course:
             return self._stopped(not_held(stepper, before, last, span, missed))
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
         after = stepper.now.watch(solver.t, kept)
-        end, at = self._met(dense, after), solver.t
-        if end is not None:
-            at = next(t for event, t in self.events if event.breaks)
-        elif solver.t >= span[1]:
+        noted, end = self._met(dense, after)
+        at = solver.t if end is None else next(t for event, t in noted if event.breaks)
+        if end is not None and at - before > narrow and passes(stepper, end, at, dense(at)):
+            self._restart(before, last, (at - before) / 2)
+            self._jump = at
+            return None
+        self.events += noted
+        if end is None and solver.t >= span[1]:
             end = End("finished", f"reached t = {span[1]:g}")
         for t in [
             *self.times[(self.times > self.t[-1]) & (self.times < at)],
@@ -257,11 +271,11 @@ class Course:
         times = np.linspace(self.solver.t_old, self.solver.t, PARTS + 1)
         return leapt(now.switch, dense, times, now.switch_all(times, dense(times).T))
 
-    def _met(self, dense: Any, after: Array) -> End | None:
-        """Notes the events of a step, up to one that ends the motion."""
+    def _met(self, dense: Any, after: Array) -> tuple[Sequence[Met], End | None]:
+        """The events of a step, up to one that ends the motion."""
         now, events = self.stepper.now, self.stepper.eom.events
         if not events:
-            return None
+            return (), None
         times = self.solver.t_old + (self.solver.t - self.solver.t_old) * np.array(SHARES)
         within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
         values = np.vstack([self.watched, within, after])
@@ -271,15 +285,16 @@ class Course:
         met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
         moving = that_move(met, now, times, values, dense(times[-1]), self.span[1] - self.span[0])
         noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
-        self.events += noted
-        return ended_by(at_once, noted)
+        return noted, ended_by(at_once, noted)
 
     def _go_on(self, kept: Array, numbers: Numbers | None) -> None:
         """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""
-        end = self.solver.t
-        changed = self.stepper.settle(end, kept, numbers)
+        end, events = self.solver.t, self.stepper.eom.events
+        changed = self.stepper.settle(end, kept, numbers, pole=not self.clear)
         if changed:
             self.watched = self.stepper.now.watch(end, kept)
+            had = {e.name: x for e, x in zip(events, self.largest, strict=True)}
+            self.largest = np.fmax(np.abs(self.watched), [had.get(e.name, 0.0) for e in self.stepper.eom.events])
         if self.solver.status == "finished":  # at a breakpoint, beyond which rates may be others
             for held in controllers(self.stepper.now.drives):
                 held.due(on_from(end), kept[: self.stepper.now.width])

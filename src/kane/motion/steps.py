@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
+from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -24,6 +25,7 @@ from kane.motion.passages import Along, crosses, looked_at
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.residuals import Tolerances, missed
 from kane.motion.routines import routines
+from kane.motion.singular_rates import regular_otherwise
 from kane.motion.solution import Segment
 from kane.motion.weak import mixes
 from kane.numeric.arrays import Array, Mask
@@ -60,6 +62,7 @@ class Stepper:
         self.side = 0.0
         self.reach: Array = np.zeros((len(eom.b), len(eom.speeds)))
         self.mixes: Mixes = (None, None)
+        self.admitted: AdmittedSpeeds | None = None
         self._slopes: tuple[Equations | None, Callable[[float, Array], Array]] = (None, lambda t, y: y)
 
     @property
@@ -124,8 +127,35 @@ class Stepper:
             return kept, self.eom
         return kept, determined(self.numeric, self.eom, numbers, self.reach, self.mixes[1])
 
-    def settle(self, t: float, y: Array, numbers: Numbers | None) -> bool:
-        """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed."""
+    def regularize(self, t: float, y: Array) -> bool:
+        """Choose other dependent speeds where W has a pole with the present ones and none with those; says whether it was so."""
+        other = self.regular(t, y)
+        if other is None:
+            return False
+        self._take(other, t)
+        self.reach, self.mixes = (
+            np.zeros_like(self.reach),
+            (None, None),
+        )  # the rows of these equations may be other ones
+        return True
+
+    def regular(self, t: float, y: Array) -> Equations | None:
+        """Equations with other dependent speeds that follow where those that are stepped do not, and whose W has no pole there."""
+        values = self.now.values(t, y)
+        if self.admitted is None and self.eom.embedding is not None and moving_pivots(self.eom.derived):
+            self.admitted = AdmittedSpeeds(self.eom.derived, values)
+        if self.admitted is None:
+            return None
+        return regular_otherwise(self.eom, values, self.admitted, self.numeric.value)
+
+    def settle(self, t: float, y: Array, numbers: Numbers | None, pole: bool = False) -> bool:
+        """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed.
+
+        `pole` says that W has one ahead with the present ones.
+        """
+        if (pole or self.eom.solved.twin is not None) and self.regularize(t, y):
+            self.settle(t, *self.keep(t, y))
+            return True
         if numbers is None or not self._chosen_from(numbers):
             return False
         assert self.eom.embedding is not None
@@ -137,10 +167,7 @@ class Stepper:
             self.mixes = mixes(self.manifold, t, y[: self.now.width], given, numbers, self.reach)
         other = better(numbers.a, self.eom.embedding.partition, self.reach, not self.segments, self.mixes[1])
         if other is not None:
-            eom = self.numeric.value(repartition, other)
-            self.now = routines(eom, self.now.p, self.now.drives, self.now.settings)
-            names = ", ".join(u.name for u in self.eom.dependent_speeds)
-            self._note(t, f"dependent speeds {names}", "the dependent speeds were changed")
+            self._take(self.numeric.value(repartition, other), t)
         if lost or other is not None:
             lost = self._loses_rank(numbers)
         if lost and not self.lost:
@@ -207,6 +234,15 @@ class Stepper:
         parts = shares.max(axis=0, initial=0) > _TAKES_PART * shares.max(initial=0)
         constraints = self.eom.derived.constraints.constraints
         return ", ".join(f"{constraints[k].name!r}" for k, x in zip(places, parts, strict=True) if x)
+
+    def _take(self, eom: Equations, t: float) -> None:
+        """Equations with other dependent speeds are stepped from here on."""
+        others = [constraint_numbers] if eom.solved.twin is not self.eom.solved.twin else []
+        self.now = routines(eom, self.now.p, self.now.drives, self.now.settings, *others)
+        if others:
+            self.manifold = manifold(eom.numeric(self.now.settings))
+        names = ", ".join(u.name for u in self.eom.dependent_speeds)
+        self._note(t, f"dependent speeds {names}", "the dependent speeds were changed")
 
     def _note(self, t: float, name: str, message: str) -> None:
         self.changes.append((Event(name, ZERO, terminal=False, message=message), t))

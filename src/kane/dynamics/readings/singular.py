@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.solved import Solved
-from kane.errors import KaneWarning, SingularError, cut
+from kane.errors import KaneWarning, SingularError, ValueMissingError, cut
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
 from kane.expr.ops import GONE
@@ -40,6 +41,23 @@ def of_rates(solved: Solved, guard: Expr) -> str:
     )
 
 
+def _cure(solved: Solved, values: Mapping[Expr, Any]) -> str:
+    """Other dependent speeds, where the rates follow with them at this state, else other coordinates or speeds."""
+    embedding = solved.embedding
+    if embedding is None or not moving_pivots(solved.derived):
+        return _CURE
+    try:
+        others = AdmittedSpeeds(solved.derived, values).cure(values, embedding.partition)
+    except ValueMissingError:  # what was asked for holds less than the rates do
+        return _CURE
+    if others is None:
+        return _CURE
+    names = ", ".join(solved.derived.speeds[k].name for k in others)
+    return (
+        f"Name other dependent speeds, here System(dependent_speeds=…) of {names}; kn.simulate changes them by itself."
+    )
+
+
 def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:
     """Say where `numbers` at `values` are NaN for a divisor of W that vanishes: of one state a SingularError, of arrays a warning."""
     by = solved.rate_guards
@@ -55,10 +73,14 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
             continue
         first = first_place(gone)
         what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[first.place]) + 0.0:.3g}"
+        state = {s: np.broadcast_to(v, lost.shape)[first.place] for s, v in values.items()}
         if not lost.ndim:
-            raise SingularError(f"Expected speeds that give the rates at this state, got {what}. {_CURE}")
+            raise SingularError(
+                f"Expected speeds that give the rates at this state, got {what}. {_cure(solved, state)}"
+            )
         warnings.warn(
-            f"Expected speeds that give the rates at every state, got {what} at {first}: the values there are NaN. {_CURE}",
+            f"Expected speeds that give the rates at every state, got {what} at {first}: the values there are NaN. "
+            f"{_cure(solved, state)}",
             KaneWarning,
             stacklevel=5,
         )
