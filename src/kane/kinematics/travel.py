@@ -113,6 +113,25 @@ def arms(steps: Sequence[Segment]) -> list[tuple[Triple, Stage]]:
     return found
 
 
+def velocities(on: Travel) -> list[Triple]:
+    """Velocities of the segments' origins, along B."""
+    before: list[Triple] = [NOTHING]  # along A
+    after: list[Triple] = [NOTHING]
+    for i, step in enumerate(on.steps):
+        if i == 0:
+            continue
+        arm, slide = on.placed[i]
+        v = before[step.parent] if step.joins else after[step.parent]
+        for turn in step.lead:
+            v = turn.down(v)
+        v = summed(v, cross3(on.rates[i].before, arm))
+        own = NOTHING if step.late else slide.total
+        before.append(summed(v, own))
+        turned = before[i] if step.turn is None else step.turn.down(before[i])
+        after.append(summed(turned, slide.total) if step.late else turned)
+    return after
+
+
 def biases(
     steps: Sequence[Segment], base: Sequence[bool], rates: Sequence[Rates], placed: Sequence[tuple[Triple, Stage]]
 ) -> list[Biases]:

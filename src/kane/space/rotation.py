@@ -257,6 +257,40 @@ def _walk(v: Triple, source: Basis, target: Basis) -> Triple:
     return v
 
 
+def deepest(bases: Iterable[Basis]) -> Basis:
+    """The basis with the most others between it and the root, the first of several."""
+    return max(bases, key=lambda b: len(b.lineage))
+
+
+def express_sum(parts: Sequence[tuple[Basis, Triple]], target: Basis) -> Triple:
+    """Components along `target` of a sum of vectors along bases of one tree, in a number of operations that grows as the way does.
+
+    What is along one basis is added up before it is turned on, first towards the root and then towards `target`.
+    """
+    copies = next((b._copies for b in (target, *(f for f, _ in parts)) if b._copies), {})
+    target = copies.get(target, target)
+    onward = set(target.lineage)
+    levels: dict[int, dict[Basis, Triple]] = {}
+
+    def put(f: Basis, v: Triple) -> None:
+        level = levels.setdefault(len(f.lineage), {})
+        x, y, z = level.get(f, NOTHING)
+        level[f] = (add(x, v[0]), add(y, v[1]), add(z, v[2]))
+
+    for f, v in parts:
+        put(copies.get(f, f), v)
+    for depth in range(max(levels), 1, -1):
+        for f, v in levels.get(depth, {}).items():
+            if f not in onward:
+                put(f.lineage[1], leave(f, v))
+    total = NOTHING
+    for f in reversed(target.lineage):
+        x, y, z = enter(f, total) if f.orientation is not None else total
+        a, b, c = levels.get(len(f.lineage), {}).get(f, NOTHING)
+        total = add(x, a), add(y, b), add(z, c)
+    return total
+
+
 def _between(up: Sequence[Basis], down: Sequence[Basis]) -> Orientation | None:
     """The turn from the last frame of `up` to the first of `down`, both turned about one axis, where its angle is a plain one.
 

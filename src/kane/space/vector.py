@@ -27,9 +27,9 @@ from kane.space.rotation import (
     common_base,
     cost,
     cross3,
-    enter,
+    deepest,
     express,
-    leave,
+    express_sum,
     path,
     single,
 )
@@ -39,7 +39,7 @@ from kane.write.text import TEXT
 
 Parts = tuple[tuple[Frame, Triple], ...]
 _MANY = 12
-"""Parts of a vector from which on products of each with each take longer than one way along their frames."""
+"""Parts of a vector beyond which they are added up from frame to frame, and not each turned by itself."""
 
 
 class Vector(Immutable):
@@ -157,18 +157,7 @@ class Vector(Immutable):
 
     def components(self, frame: Frame) -> Triple:
         """Measure numbers along the axes of `frame`."""
-        if not self.parts:
-            return NOTHING
-        if len(self.parts) == 1:
-            f, v = self.parts[0]
-            check_connected(f, frame)
-            return express(v, f, frame)
-        total = NOTHING
-        for f, v in self.parts:
-            check_connected(f, frame)
-            x, y, z = express(v, f, frame)
-            total = (add(total[0], x), add(total[1], y), add(total[2], z))
-        return total
+        return _components(self.parts, frame)
 
     def express(self, frame: Frame) -> Vector:
         """The same vector, written along the axes of `frame` alone."""
@@ -248,6 +237,18 @@ class Vector(Immutable):
 _set_parts = Vector.__dict__["parts"].__set__
 
 
+def _components(parts: Parts, frame: Frame) -> Triple:
+    for f, _ in parts:
+        check_connected(f, frame)
+    if len(parts) > _MANY:
+        return express_sum(parts, frame)
+    total = NOTHING
+    for f, v in parts:
+        x, y, z = express(v, f, frame)
+        total = (add(total[0], x), add(total[1], y), add(total[2], z))
+    return total
+
+
 @remembered
 def _dot(many: Parts, few: Parts) -> Expr:
     if len(many) > _MANY or len(few) > _MANY:
@@ -264,6 +265,8 @@ def _cross(these: Parts, others: Parts) -> Vector:
     if len(these) == 1 == len(others):
         frame, a, b = _together(*these[0], *others[0])
         return Vector(((frame, cross3(a, b)),))
+    if len(these) > _MANY or len(others) > _MANY:
+        return _cross(_gathered(these).parts, _gathered(others).parts)
     total = Vector()
     for f, v in these:
         for g, w in others:
@@ -275,6 +278,8 @@ def _cross(these: Parts, others: Parts) -> Vector:
 @remembered
 def _gathered(parts: Parts) -> Vector:
     whole, own = Vector(parts), [f for f, _ in parts]
+    if len(own) > _MANY:
+        return whole.express(deepest(own))
     base = reduce(common_base, own)
     between = [g for f in own for g in takewhile(lambda g: g is not base, f.lineage[1:]) if g not in own]
     candidates = (base, *between, *own)
@@ -340,31 +345,11 @@ def _together(f: Frame, v: Triple, g: Frame, w: Triple) -> tuple[Frame, Triple, 
     return g, express(v, f, g), w
 
 
-def _long_dot(many: Parts, few: Parts) -> Expr:
-    """The scalar product of sums along chains of frames, in a number of operations that grows as the longer one does.
-
-    Each part of the shorter one is turned from frame to frame along the chain, once for all parts there.
-    """
-    if len(many) < len(few):
-        many, few = few, many
-    total = ZERO
-    for g, w in few:
-        known: dict[Frame, Triple] = {g: w}
-        for below in g.lineage[:-1]:
-            known[below.lineage[1]] = leave(below, known[below])
-        for f, v in many:
-            if g not in f.lineage and f not in known:
-                total = add(total, dot_parts(f, v, g, w))
-                continue
-            way: list[Frame] = []
-            while f not in known:
-                way.append(f)
-                f = f.lineage[1]
-            for frame in reversed(way):
-                known[frame] = enter(frame, known[f])
-                f = frame
-            total = add(total, dot(v, known[f]))
-    return total
+def _long_dot(these: Parts, others: Parts) -> Expr:
+    """The scalar product of long sums, each put together along one frame first."""
+    few = min(these, others, key=len)
+    target = few[0][0] if len(few) == 1 else deepest(f for f, _ in (*these, *others))
+    return dot(_components(these, target), _components(others, target))
 
 
 def dot_parts(f: Frame, v: Triple, g: Frame, w: Triple) -> Expr:

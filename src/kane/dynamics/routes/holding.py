@@ -22,6 +22,7 @@ from kane.expr.node import ZERO, Expr
 from kane.kinematics.pulls import Placed, placed_forces, placed_torques, stands, together
 from kane.kinematics.resolved import resolved, transposed
 from kane.kinematics.segments import Segments
+from kane.kinematics.travel import velocities
 from kane.model.constraints import Constraint
 from kane.space.rotation import Triple, cross3
 from kane.space.spatial import centripetal, summed
@@ -47,39 +48,34 @@ class Holding:
         return self._standing(c) if stands(c, self.segments) else self._general(r)
 
     def _standing(self, c: Constraint) -> tuple[Pressed, Expr]:
-        aligned = self.derived.kinematics.aligned
-        forces = list(placed_forces(aligned, self.segments, c.forces))
-        torques = list(placed_torques(aligned, self.segments, c.torques))
-        loads = together((*forces, *torques))
-        total = self._along(c)
+        kinematics, inertial, segments = self.derived.kinematics, self.derived.system.inertial, self.segments
+        aligned, turning = kinematics.aligned, kinematics.turning
+        pulls, twists = ([(at, aligned.vector(v)) for at, v in pairs] for pairs in (c.forces, c.torques))
+        forces, torques = list(placed_forces(aligned, segments, pulls)), list(placed_torques(aligned, segments, twists))
+        total = kinematics.drift(c.own)
         for p in forces:
             total = add(total, dot(p.force, self._acceleration(p)))
         for p in torques:
             total = add(total, dot(p.moment, self.freed.free.moving[p.segment][0]))
-        return self.freed.press({}, loads), total
+        for p in placed_forces(aligned, segments, [(at, turning(v)) for at, v in pulls]):
+            total = add(total, dot(p.force, self._velocity(p)))
+        for p in placed_torques(aligned, segments, [(at, turning(v)) for at, v in twists]):
+            total = add(total, dot(p.moment, self.freed.on.rates[p.segment].own))
+        fall = sum((v for at, v in pulls if segments.place(at)[0]), start=Vector())
+        total = sub(total, dot(fall.gathered().components(inertial), self.ground))
+        return self.freed.press({}, together((*forces, *torques))), total
 
     def _acceleration(self, p: Placed) -> Triple:
         """a of the point, with that of the ground."""
         (alpha, a), w = self.freed.free.moving[p.segment], self.freed.on.rates[p.segment]
         return summed(a, summed(cross3(alpha, p.r), centripetal(w.own, p.r, w.square)))
 
-    def _along(self, c: Constraint) -> Expr:
-        """Σ Ḟ·v + Σ Ṫ·ω + …, less what the forces would have of the ground's acceleration."""
-        kinematics, inertial = self.derived.kinematics, self.derived.system.inertial
-        total = kinematics.drift(c.own)
-        on_tree = Vector()
-        for p, f in c.forces:
-            if self.segments.place(p)[0]:
-                on_tree = on_tree + f
-            turning = kinematics.turning(f)
-            if not turning.is_zero:
-                total = add(total, kinematics.point(p).total.dot(turning))
-        for frame, t in c.torques:
-            turning = kinematics.turning(t)
-            if not turning.is_zero:
-                total = add(total, kinematics.frame(frame).total.dot(turning))
-        fall = on_tree.gathered().components(inertial)
-        return sub(total, dot(fall, self.ground))
+    def _velocity(self, p: Placed) -> Triple:
+        return summed(self._velocities[p.segment], cross3(self.freed.on.rates[p.segment].own, p.r))
+
+    @cached_property
+    def _velocities(self) -> list[Triple]:
+        return velocities(self.freed.on)
 
     def _general(self, r: int) -> tuple[Pressed, Expr]:
         rows, speeds = self.derived.constraints, self.derived.speeds

@@ -9,36 +9,16 @@ from kane.dynamics.routes.recursive import carrying
 from kane.expr.build import add, mul
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
-from kane.kinematics.travel import Travel, travel
-from kane.space.rotation import NOTHING, Triple, cross3, product
-from kane.space.spatial import summed
+from kane.kinematics.travel import travel, velocities
+from kane.space.rotation import cross3, product
 
 
 def kinetic_energy(derived: Derived) -> Expr:
     """½ Σ m v·v + ω·I·ω of a tree; Unsuited, with what is in the way, of another system."""
     carried = carrying(derived)
     on, twice = travel(carried.segments.steps), ZERO
-    for body, rates, v in zip(carried.bodies, on.rates, _velocities(on), strict=True):
+    for body, rates, v in zip(carried.bodies, on.rates, velocities(on), strict=True):
         w = rates.own
         twice = add(twice, add(mul(body.m, dot(v, v)), dot(w, product(body.j, w))))
         twice = add(twice, mul(TWO, dot(v, cross3(w, body.h))))
     return twice / 2
-
-
-def _velocities(on: Travel) -> list[Triple]:
-    """v of the origins, along B."""
-    before: list[Triple] = [NOTHING]  # along A
-    after: list[Triple] = [NOTHING]
-    for i, step in enumerate(on.steps):
-        if i == 0:
-            continue
-        arm, slide = on.placed[i]
-        v = before[step.parent] if step.joins else after[step.parent]
-        for turn in step.lead:
-            v = turn.down(v)
-        v = summed(v, cross3(on.rates[i].before, arm))
-        own = NOTHING if step.late else slide.total
-        before.append(summed(v, own))
-        turned = before[i] if step.turn is None else step.turn.down(before[i])
-        after.append(summed(turned, slide.total) if step.late else turned)
-    return after
