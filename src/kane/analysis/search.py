@@ -14,7 +14,7 @@ import numpy as np
 
 from kane.analysis.state import Entries
 from kane.dynamics.constraints.branches import branches, told, turned_function
-from kane.dynamics.constraints.closure import Closure, many_function, unit_places
+from kane.dynamics.constraints.closure import Closure, many_function, rounding_function, unit_places
 from kane.expr.node import Expr
 from kane.model.system import System
 from kane.numeric.arrays import Array
@@ -123,7 +123,8 @@ class Search:
         rng, n = np.random.default_rng(_SEED), len(self.start.free)
         x = np.vstack([np.zeros(n), rng.uniform(-np.pi, np.pi, (11, n))])
         unit = unit_places(self.system, self.start.free)
-        return sizes(self._free, x, unit)
+        rounding = rounding_function(self.system, self.conditions, self.values)
+        return sizes(self._free, x, unit, lambda x, members: rounding(self._whole(x), members))
 
     def shares(self, residual: Array) -> Array:
         """What is left of f (m), over the usual size of its terms."""

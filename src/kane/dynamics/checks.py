@@ -12,7 +12,6 @@ from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.size import size
 from kane.expr.symbols import Reaction, Speed
 from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Kinematics
@@ -20,14 +19,13 @@ from kane.model.constraints import Constraint
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
+from kane.numeric.bounds import bounded
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
-from kane.numeric.sample import sample
+from kane.numeric.sample import sample, values_of
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
 _SEED, _SEEDS = 20042, (20042, 20043, 20044)
-_SLACK = 1e-11
-"""Share of its terms below which an expression is zero, where it is at all samples."""
 
 
 def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
@@ -119,8 +117,8 @@ def check_reaction_places(system: System, kinematics: Kinematics) -> None:
 
 def _differs_from_zero(e: Expr) -> bool:
     """Whether it is more than rounding leaves of its terms at some state drawn at random."""
-    both = [e, size(e, {})]
-    return any(abs(value) > _SLACK * abs(terms) for value, terms in (sample(both, seed) for seed in _SEEDS))
+    states = [values_of(free_symbols([e]), seed) for seed in _SEEDS]
+    return any(abs(value) > error for at in states for value, error in bounded([e], at))
 
 
 def _check_loads_linear(system: System) -> None:

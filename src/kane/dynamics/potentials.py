@@ -13,12 +13,13 @@ import numpy as np
 from kane.dynamics.derived import Derived
 from kane.errors import KaneWarning
 from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, Symbol
 from kane.kinematics.sample import Sample
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
+from kane.numeric.bounds import ROUNDING, bounded
 from kane.numeric.sample import draw
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -27,7 +28,7 @@ from kane.space.vector import Vector
 _SEED, _STATES = 20091, 6
 _WIDE = 1.2
 _DIFFERS = 1e-6
-"""Share of its terms by which a generalized force may differ from the potential's: rounding leaves less, another formula more."""
+"""Share of its terms by which a generalized force may differ from the potential's, beside what rounding leaves."""
 
 
 def check_potentials(derived: Derived) -> None:
@@ -70,23 +71,26 @@ def _drawn(derived: Derived, k: int, known: Mapping[Symbol, float]) -> dict[Expr
 def _differs(load: Load, sample: Sample, a: Array | None, inertial: Frame) -> bool | None:
     """Whether the potential's generalized forces are others than the load's; None where a number is not finite."""
     assert load.potential is not None
-    (slope,) = sample.numbers([time_derivative(load.potential)])
+    slope = time_derivative(load.potential)
     width = len(sample.speeds.rates) + 1
-    steep = np.broadcast_to(slope, (width,))
+    steep, error = (np.broadcast_to(x, (width,)) for x in bounded([slope], _numbers(sample, [slope]))[0])
     held = steep[:-1] - steep[-1]
-    pushed, size = np.zeros(width - 1), np.abs(held)
+    pushed, size, left = np.zeros(width - 1), np.abs(held), error[:-1] + error[-1]
     acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
     for place, force in acting:
-        motion = sample.in_root(_motion(place, inertial))
-        pull, partial = _at_rates(sample, force), motion[:, :-1] - motion[:, -1:]
-        pushed, size = pushed + pull @ partial, size + np.abs(pull) @ np.abs(partial)
+        velocity = _motion(place, inertial)
+        motion, moved = _in_root(sample, velocity, _numbers(sample, velocity.scalars()), width)
+        pull, off = _in_root(sample, force, {s: _number(sample, s) for s in free_symbols(force.scalars())})
+        partial = motion[:, :-1] - motion[:, -1:]
+        pushed, size = pushed + pull[:, 0] @ partial, size + np.abs(pull[:, 0]) @ np.abs(partial)
+        left = left + np.abs(pull).sum() * (moved[:-1] + moved[-1]) + off[0] * np.abs(partial).sum(axis=0)
     gap = pushed + held
     if not (np.isfinite(gap).all() and np.isfinite(size).all()):
         return None
     if a is None or not len(a):
-        return bool((np.abs(gap) > _DIFFERS * size).any())
+        return bool((np.abs(gap) > _DIFFERS * size + left).any())
     w = sample.inverse
-    own, whole = gap @ w, np.abs(size) @ np.abs(w)
+    own, whole = gap @ w, (size + left / _DIFFERS) @ np.abs(w)
     left = own - np.linalg.lstsq(a.T, own, rcond=None)[0] @ a
     return bool((np.abs(left) > _DIFFERS * whole.max(initial=0)).any())
 
@@ -95,13 +99,21 @@ def _motion(place: Point | Frame, inertial: Frame) -> Vector:
     return place.velocity(inertial) if isinstance(place, Point) else place.angular_velocity(inertial)
 
 
-def _at_rates(sample: Sample, v: Vector) -> Array:
-    """Measure numbers of a force along the root's axes, with a number for every rate."""
-    total = np.zeros(3)
+def _numbers(sample: Sample, exprs: Iterable[Expr]) -> dict[Symbol, Any]:
+    """Values of the symbols, those of rates with an entry a rate and one for all at rest."""
+    symbols = free_symbols(exprs)
+    return dict(zip(symbols, sample.numbers(symbols), strict=True))
+
+
+def _in_root(sample: Sample, v: Vector, values: Mapping[Symbol, Any], width: int = 1) -> tuple[Array, Array]:
+    """Measure numbers along the root's axes (3 × width), and how far rounding may carry any of them (width)."""
+    total, error = np.zeros((3, width)), np.zeros(width)
     for frame, triple in v.parts:
-        values = {s: _number(sample, s) for s in free_symbols(triple)}
-        total = total + sample.turn(frame) @ np.array(evaluate(list(triple), values), dtype=float)
-    return total
+        parts = [[np.broadcast_to(x, (width,)) for x in pair] for pair in bounded(triple, values)]
+        numbers, bounds = np.swapaxes(np.array(parts), 0, 1)
+        total = total + sample.turn(frame) @ numbers
+        error = error + (bounds + len(frame.lineage) * ROUNDING * np.abs(numbers)).sum(axis=0)
+    return total, error
 
 
 def _number(sample: Sample, s: Symbol) -> float:

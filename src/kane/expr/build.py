@@ -11,13 +11,13 @@ from fractions import Fraction
 import numpy as np
 
 from kane.errors import ExpressionError, cut
+from kane.expr.constants import number_of, opposite, product, quotient, total, turned
 from kane.expr.correctly_rounded import value_of_numbers
 from kane.expr.node import (
     ONE,
     TWO,
     ZERO,
     Expr,
-    Number,
     constant,
     constant_value,
     intern_node,
@@ -26,8 +26,8 @@ from kane.expr.node import (
     precedes,
 )
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
-from kane.expr.patterns import like_terms, number_of, quarter_turns, same_product, sin2_cos2, turns_sine
-from kane.expr.surd import Surd, root, times
+from kane.expr.patterns import like_terms, quarter_turns, same_product, sin2_cos2, turns_sine
+from kane.expr.surd import Surd, root
 
 _MAX_EXPANDED_POWER = 16
 
@@ -40,7 +40,7 @@ def add(a: Expr, b: Expr) -> Expr:
         return a
     ao, bo = a.op, b.op
     if ao is CONST and bo is CONST:
-        return constant(number_of(a) + number_of(b))
+        return total(a, b)
     if bo is NEG:
         return sub(a, b.args[0])
     if ao is NEG:
@@ -73,7 +73,7 @@ def sub(a: Expr, b: Expr) -> Expr:
         return ZERO
     ao, bo = a.op, b.op
     if ao is CONST and bo is CONST:
-        return constant(number_of(a) - number_of(b))
+        return total(a, b, -1)
     if bo is NEG:
         return add(a, b.args[0])
     if ao is NEG:
@@ -116,7 +116,7 @@ def neg(a: Expr) -> Expr:
     if op is NEG:
         return a.args[0]
     if op is CONST:
-        return a if a is ZERO else constant(-number_of(a))
+        return opposite(a)
     return intern_single(NEG, a)
 
 
@@ -131,16 +131,16 @@ def mul(a: Expr, b: Expr) -> Expr:
         if b is ONE:
             return a
         if ao is bo:
-            return constant(times(number_of(a), number_of(b)))
+            return product(a, b)
         return _scaled(a, b) if ao is CONST else _scaled(b, a)
     if ao is NEG:
         return mul(a.args[0], b.args[0]) if bo is NEG else neg(mul(a.args[0], b))
     if bo is NEG:
         return neg(mul(a, b.args[0]))
     if ao is DIV or bo is DIV:
-        product = _times_quotient(a, b)
-        if product is not None:
-            return product
+        cancelled = _times_quotient(a, b)
+        if cancelled is not None:
+            return cancelled
     if a is b and ao is SQRT:
         return a.args[0]
     if a.key < b.key or (a.key == b.key and precedes(a, b)):
@@ -163,19 +163,19 @@ def _times_quotient(a: Expr, b: Expr) -> Expr | None:
     return None
 
 
-def _scaled_product(c: Number, x: Expr, y: Expr) -> Expr:
-    return mul(constant(c), mul(x, y))
+def _scaled_product(c: Expr, x: Expr, y: Expr) -> Expr:
+    return mul(c, mul(x, y))
 
 
 def _scaled(c: Expr, x: Expr) -> Expr:
     """c x for a constant c that is neither 0 nor 1: positive constants stay, the sign goes outwards."""
     value = number_of(c)
     if (value.numerator if type(value) is Fraction else value) < 0:
-        return neg(mul(constant(-value), x))
+        return neg(mul(opposite(c), x))
     if x.op is NEG:
         return neg(mul(c, x.args[0]))
     if x.op is MUL and x.args[0].op is CONST:
-        return mul(constant(times(value, number_of(x.args[0]))), x.args[1])
+        return mul(product(c, x.args[0]), x.args[1])
     return intern_pair(MUL, c, x)
 
 
@@ -184,9 +184,9 @@ def div(a: Expr, b: Expr) -> Expr:
     if a is ZERO and b is not ZERO:
         return ZERO
     if b.op is CONST:
-        quotient = _over_number(a, number_of(b))
-        if quotient is not None:
-            return quotient
+        over = _over_number(a, b)
+        if over is not None:
+            return over
     if a is b:
         return ONE
     if a.op is NEG:
@@ -194,7 +194,7 @@ def div(a: Expr, b: Expr) -> Expr:
     if b.op is NEG:
         return neg(div(a, b.args[0]))
     if a.op is CONST and number_of(a) < 0:
-        return neg(div(constant(-number_of(a)), b))
+        return neg(div(opposite(a), b))
     if a.op is MUL:
         if a.args[1] is b:
             return a.args[0]
@@ -214,8 +214,9 @@ _SHARES = {n: constant(Fraction(1, n)) for n in range(2, 17)}
 """1/2, 1/3, …: to make a fraction takes longer than all else here."""
 
 
-def _over_number(a: Expr, value: Number) -> Expr | None:
-    """a / value where that is a product, a number or a negative."""
+def _over_number(a: Expr, b: Expr) -> Expr | None:
+    """a / b of a constant b where that is a product, a number or a negative."""
+    value = number_of(b)
     if value == 0:
         raise ExpressionError(f"Division of {cut(a, 80)} by the constant 0.")
     if type(value) is int:
@@ -225,8 +226,8 @@ def _over_number(a: Expr, value: Number) -> Expr | None:
     if isinstance(value, Surd):
         return mul(constant(value.reciprocal()), a)
     if a.op is CONST:
-        return constant(number_of(a) / value)
-    return neg(div(a, constant(-value))) if value < 0 else None
+        return quotient(a, b)
+    return neg(div(a, opposite(b))) if value < 0 else None
 
 
 def power(a: Expr, p: Expr) -> Expr:
@@ -287,7 +288,7 @@ def _sine(a: Expr) -> Expr:
     if value is None:
         known = turns_sine(a, 0)
         return intern_node(SIN, a) if known is None else constant(known)
-    return constant(value_of_numbers(SIN, float(value)))
+    return turned(a, 0)
 
 
 def _cosine(a: Expr) -> Expr:
@@ -297,7 +298,7 @@ def _cosine(a: Expr) -> Expr:
     if value is None:
         known = turns_sine(a, 1)
         return intern_node(COS, a) if known is None else constant(known)
-    return constant(value_of_numbers(COS, float(value)))
+    return turned(a, 1)
 
 
 def _signed(a: Expr, negative: bool) -> Expr:

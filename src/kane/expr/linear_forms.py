@@ -11,10 +11,10 @@ from itertools import combinations
 from typing import NamedTuple
 
 from kane.expr.build import add, mul, sub
+from kane.expr.constants import number_of
 from kane.expr.count import price
 from kane.expr.node import ZERO, Expr, Number, constant, postorder
 from kane.expr.ops import ADD, CONST, MUL, NEG, SUB
-from kane.expr.patterns import number_of
 from kane.expr.visit import fold, imaged, substitute
 
 _MOST = 8

@@ -152,10 +152,14 @@ class Expr(Attributes):
 
 
 class Constant(Expr):
-    """A number: exact (int or Fraction) where it is rational with a short denominator, else a float."""
+    """A number: exact (int or Fraction) where it is rational with a short denominator, else a float.
 
-    __slots__ = ("value",)
+    `error` is the bound on that of a float in which terms have cancelled, 0 where it is as of one that was given (`constants`).
+    """
+
+    __slots__ = ("error", "value")
     value: Number
+    error: float
 
 
 _args_of = attrgetter("args")
@@ -174,6 +178,7 @@ _set_op = Expr.__dict__["op"].__set__
 _set_args = Expr.__dict__["args"].__set__
 _set_key = Expr.__dict__["key"].__set__
 _set_value = Constant.__dict__["value"].__set__
+_set_error = Constant.__dict__["error"].__set__
 _new = object.__new__
 
 
@@ -295,15 +300,19 @@ def _dropped(known: dict[tuple[Any, ...], Expr], name: tuple[Any, ...]) -> int:
     return dropped
 
 
-def constant(value: Number | np.number[Any]) -> Expr:
-    """The constant node of a real, finite number."""
+def constant(value: Number | np.number[Any], error: float = 0.0) -> Expr:
+    """The constant node of a real, finite number; `error` is kept with a float."""
     exact = _exact(value)
     name = _number_name(exact)
+    if error:
+        error = error if type(exact) is float else 0.0
+        name = (*name, error) if error else name
     node = _table.get(name)
     if node is not None:
         return node
     fresh = leaf(Constant, CONST, hash((CONST.code, _number_key(exact))))
     _set_value(fresh, exact)
+    _set_error(fresh, error)
     return enter(name, fresh)
 
 
@@ -425,6 +434,7 @@ def digest(root: Expr) -> bytes:
         text = hashlib.sha256(node.op.name.encode())
         if node.op is CONST:
             text.update(repr(_number_key(node.value)).encode())  # type: ignore[attr-defined]
+            text.update(repr(node.error).encode() if node.error else b"")  # type: ignore[attr-defined]
         elif node.op is SYMBOL:
             text.update(repr((type(node).__name__, node.key, node.declaration())).encode())  # type: ignore[attr-defined]
             if isinstance(node.place, Expr):  # type: ignore[attr-defined]
@@ -477,7 +487,7 @@ def _to_rows(root: Expr) -> list[tuple[Any, ...]]:
     for node in postorder((root,)):
         place[node] = len(rows)
         if node.op is CONST:
-            rows.append(("const", node.value))  # type: ignore[attr-defined]
+            rows.append(("const", node.value, node.error))  # type: ignore[attr-defined]
         elif node.op is SYMBOL:
             rows.append(("symbol", type(node), node.declaration()))  # type: ignore[attr-defined]
         else:
@@ -489,7 +499,7 @@ def _from_rows(rows: list[tuple[Any, ...]]) -> Expr:
     nodes: list[Expr] = []
     for name, *rest in rows:
         if name == "const":
-            nodes.append(constant(rest[0]))
+            nodes.append(constant(*rest))
         elif name == "symbol":
             nodes.append(rest[0].declare(*rest[1]))
         else:

@@ -4,6 +4,7 @@
 import math
 from fractions import Fraction
 
+from kane.expr.constants import number_of, total
 from kane.expr.node import ONE, ZERO, Expr, Number, constant_value, pi
 from kane.expr.ops import ADD, CONST, COS, MUL, NEG, SIN, SUB
 from kane.expr.surd import sine_of_turns
@@ -11,34 +12,29 @@ from kane.expr.surd import sine_of_turns
 _CIRCULAR = (SIN, COS)
 
 
-def number_of(a: Expr) -> Number:
-    """The number of a constant node."""
-    return a.value  # type: ignore[attr-defined, no-any-return]
-
-
-def split(a: Expr) -> tuple[Number, Expr]:
-    """A number and the rest: a = coefficient · rest."""
+def split(a: Expr) -> tuple[Expr, Expr]:
+    """A constant and the rest: a = coefficient · rest."""
     if a.op is MUL and a.args[0].op is CONST:
-        return number_of(a.args[0]), a.args[1]
-    return 1, a
+        return a.args[0], a.args[1]
+    return ONE, a
 
 
-def like_terms(a: Expr, b: Expr, sign: int) -> tuple[Number, Expr, Expr] | None:
-    """The sum a + sign·b as number · x · y, if it is one product: c x ± d x, or c x y ± d x y however they are grouped."""
+def like_terms(a: Expr, b: Expr, sign: int) -> tuple[Expr, Expr, Expr] | None:
+    """The sum a + sign·b as constant · x · y, if it is one product: c x ± d x, or c x y ± d x y however they are grouped."""
     if a.op is not MUL or b.op is not MUL:
         ca, ra = split(a)
         cb, rb = split(b)
-        return (ca + sign * cb, ra, ONE) if ra is rb else None
+        return (total(ca, cb, sign), ra, ONE) if ra is rb else None
     if not (_has_number(a) or _has_number(b)):  # two products of two are alike only with a number in one of them
         return None
     ca, ra = split(a)
     cb, rb = split(b)
     if ra is rb:
-        return ca + sign * cb, ra, ONE
+        return total(ca, cb, sign), ra, ONE
     for c, x, y in _scaled_pairs(a):
         for d, v, w in _scaled_pairs(b):
             if (x is v and y is w) or (x is w and y is v):
-                return c + sign * d, x, y
+                return total(c, d, sign), x, y
     return None
 
 
@@ -48,16 +44,16 @@ def _has_number(a: Expr) -> bool:
     return x.op is CONST or (x.op is MUL and x.args[0].op is CONST) or (y.op is MUL and y.args[0].op is CONST)
 
 
-def _scaled_pairs(a: Expr) -> list[tuple[Number, Expr, Expr]]:
+def _scaled_pairs(a: Expr) -> list[tuple[Expr, Expr, Expr]]:
     """Ways to write the product a as c x y with a number c ≠ 1; and a itself as 1 x y."""
     x, y = a.args
     if x.op is CONST:
-        return [(number_of(x), y.args[0], y.args[1])] if y.op is MUL else []
-    pairs: list[tuple[Number, Expr, Expr]] = [(1, x, y)]
+        return [(x, y.args[0], y.args[1])] if y.op is MUL else []
+    pairs: list[tuple[Expr, Expr, Expr]] = [(ONE, x, y)]
     if y.op is MUL and y.args[0].op is CONST:
-        pairs.append((number_of(y.args[0]), x, y.args[1]))
+        pairs.append((y.args[0], x, y.args[1]))
     if x.op is MUL and x.args[0].op is CONST:
-        pairs.append((number_of(x.args[0]), y, x.args[1]))
+        pairs.append((x.args[0], y, x.args[1]))
     return pairs
 
 

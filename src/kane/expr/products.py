@@ -10,10 +10,10 @@ from itertools import combinations
 from typing import NamedTuple
 
 from kane.expr.build import div, mul
+from kane.expr.constants import number_of
 from kane.expr.count import price
 from kane.expr.node import ONE, Expr, Number, constant, postorder
 from kane.expr.ops import CONST, DIV, MUL
-from kane.expr.patterns import number_of
 from kane.expr.visit import substitute
 
 _MOST = 60

@@ -11,6 +11,7 @@ from functools import reduce
 from typing import TypeAlias
 
 from kane.expr.build import NODE_BUILDERS, div, mul
+from kane.expr.constants import weight
 from kane.expr.node import ONE, ZERO, Expr, constant, constant_value
 from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
 from kane.expr.symbols import Parameter, Symbol
@@ -118,6 +119,8 @@ def _sign(node: Expr, parts: Sequence[_Sign]) -> _Sign:
 
 def _of_node(node: Expr, parts: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
     op = node.op
+    if op is CONST:
+        return (constant(weight(node)),)
     if op is NEG or op is REGULAR:
         return parts[0]
     if op is SIN or op is COS:

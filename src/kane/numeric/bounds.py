@@ -1,51 +1,93 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""By how much expressions can change where every symbol changes by a share of its value, rounding included: one pass with floats.
+"""Values of expressions, and how far rounding may carry them: a value that is no larger than its bound counts as zero.
 
 |Δ(a b)| ≤ |a| |Δb| + |b| |Δa| + |Δa| |Δb| and so on, each result and 2⁻⁵¹ of it (Higham 2002, Accuracy and Stability of Numerical
-Algorithms, sec. 3.1). The bounds are of the first order of what happens, not sharp: terms that depend on each other are taken for
-independent ones.
+Algorithms, sec. 3.1); constants that were computed while the expression was built bring their own bounds along. So a sum is judged
+beside the terms that cancel in it, in any units, also where they cancel everywhere. The bounds are of the first order of what happens,
+not sharp: terms that depend on each other are taken for independent ones.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
-from kane.expr.evaluate import Walk
-from kane.expr.node import Expr
-from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB
+import numpy as np
 
-_ROUNDING = 2.0**-51
+from kane.expr.constants import error_of, number_of
+from kane.expr.node import Expr, postorder
+from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, PI, REGULAR, SIN, SQRT, SUB, WHERE, Op
+
+ROUNDING = 2.0**-51
+Bounded = tuple[Any, Any]
+"""A value and its bound, numbers or arrays."""
 
 
-def changes(walk: Walk, values: Mapping[Expr, float], share: float) -> list[tuple[float, float]] | None:
-    """Value and largest change of each root; None where an operation is none of + − × ÷ sin cos, or a divisor may vanish."""
-    found: dict[Expr, tuple[float, float]] = {}
-    for node in walk.order:
-        args, op = node.args, node.op
-        if not args:
-            number = walk.leaves[node]
-            x = values[node] if number is None else number
-            found[node] = x, abs(x) * share if number is None else abs(x) * _ROUNDING
-            continue
-        a, s = found[args[0]]
-        if op is NEG:
-            found[node] = -a, s
-            continue
-        if op is SIN or op is COS:
-            if not math.isfinite(a):
-                return None
-            found[node] = (math.sin if op is SIN else math.cos)(a), s + _ROUNDING
-            continue
-        if len(args) != 2:
-            return None
-        b, t = found[args[1]]
-        if op is MUL:
-            x, change = a * b, abs(a) * t + abs(b) * s + s * t
-        elif op is ADD or op is SUB:
-            x, change = a + b if op is ADD else a - b, s + t
-        elif op is DIV and abs(b) > t:
-            x = a / b
-            change = (s + abs(x) * t) / (abs(b) - t)
-        else:
-            return None
-        found[node] = x, change + abs(x) * _ROUNDING
-    return [found[r] for r in walk.roots]
+def bounded(roots: Iterable[Expr], values: Mapping[Any, Any], share: float = ROUNDING) -> list[Bounded]:
+    """Value and bound of each root, every symbol off by a `share` of its value at most; infinity or NaN where nothing bounds it."""
+    known: dict[Expr, Bounded] = {}
+    wanted = list(roots)
+    with np.errstate(all="ignore"):
+        for node in postorder(wanted):
+            op = node.op
+            if not node.args:
+                known[node] = _leaf(node, values, share)
+            elif op is MUL:
+                (a, s), (b, t) = known[node.args[0]], known[node.args[1]]
+                z = a * b
+                known[node] = z, abs(a) * t + abs(b) * s + s * t + abs(z) * ROUNDING
+            elif op is ADD or op is SUB:
+                (a, s), (b, t) = known[node.args[0]], known[node.args[1]]
+                z = a + b if op is ADD else a - b
+                known[node] = z, s + t + abs(z) * ROUNDING
+            else:
+                parts = [known[x] for x in node.args]
+                z = op.numpy(*[x for x, _ in parts])
+                known[node] = z, _RULES.get(op, _by_differences(op))(z, *parts)
+    return [known[r] for r in wanted]
+
+
+def _leaf(node: Expr, values: Mapping[Any, Any], share: float) -> Bounded:
+    if node.op is CONST:
+        return np.float64(number_of(node)), error_of(node)
+    if node.op is PI:
+        return np.float64(math.pi), math.pi * ROUNDING
+    x: Any = values[node]
+    if not isinstance(x, np.ndarray):
+        x = np.float64(x)
+    return x, abs(x) * share
+
+
+def _by_differences(op: Op) -> Callable[..., Any]:
+    """The rule of an operation whose arguments are moved by their bounds, one at a time, both ways."""
+
+    def rule(z: Any, *parts: Bounded) -> Any:
+        total = abs(z) * ROUNDING
+        for k, (_, s) in enumerate(parts):
+            ends = [op.numpy(*[y + d * (i == k) for i, (y, _) in enumerate(parts)]) for d in (-s, s)]
+            total = total + np.fmax(abs(ends[0] - z), abs(ends[1] - z))
+        return total
+
+    return rule
+
+
+def _quotient(z: Any, above: Bounded, below: Bounded) -> Any:
+    least = abs(below[0]) - below[1]
+    return np.where(least > 0, (above[1] + abs(z) * below[1]) / least, np.inf)[()] + abs(z) * ROUNDING
+
+
+_RULES: dict[Op, Callable[..., Any]] = {
+    NEG: lambda z, a: a[1],
+    OPS["abs"]: lambda z, a: a[1],
+    DIV: _quotient,
+    SIN: lambda z, a: np.minimum(abs(np.cos(a[0])) * a[1] + a[1] ** 2 / 2, 2.0) + abs(z) * ROUNDING,
+    COS: lambda z, a: np.minimum(abs(np.sin(a[0])) * a[1] + a[1] ** 2 / 2, 2.0) + abs(z) * ROUNDING,
+    SQRT: lambda z, a: np.fmin(a[1] / z, np.sqrt(a[1])) + z * ROUNDING,
+    OPS["min"]: lambda z, a, b: np.maximum(a[1], b[1]),
+    OPS["max"]: lambda z, a, b: np.maximum(a[1], b[1]),
+    OPS["less"]: lambda z, a, b: 0.0,
+    OPS["sign"]: lambda z, a: 0.0,
+    OPS["floor"]: lambda z, a: 0.0,
+    REGULAR: lambda z, a, size: a[1],
+    WHERE: lambda z, condition, a, b: np.where(condition[0], a[1], b[1])[()],
+}
+"""The bound of z = op(a, …) from the values and bounds of its arguments; of others by differences."""

@@ -6,7 +6,7 @@ What moves and what must vanish are both measured by sizes of their own, so that
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,9 @@ Accepted = Callable[[Array, Indices], Mask]
 """Which of x (k × n), closed, are on a branch that is meant, of the starts numbered by the second argument (k)."""
 Residuals = Callable[[Array, Indices], tuple[Array, Array]]
 """f (k × m) and ∂f/∂x (k × m × n) at x (k × n) of the starts numbered by the second argument (k)."""
+
+Rounding = Callable[[Array, Indices], Any]
+"""How far rounding may carry each f (k × m) there."""
 
 CLOSED = 1e-13
 """Share of the size of its terms below which a residual counts as zero."""
@@ -38,6 +41,10 @@ _QUICK, _MOST, _HALF, _PART = 10, 0.75, 0.5, 0.15
 """Whole steps from many starts at once, and the shares of these that are enough: soon, later, at last."""
 _STALLED = 0.998
 """Share of f² that must not be left by a step for others to follow."""
+
+
+def _exact(x: Array, starts: Indices) -> float:
+    return 0.0
 
 
 class Sizes(NamedTuple):
@@ -62,32 +69,43 @@ class ClosedMany:
         return np.asarray(np.abs(self.shares).max(axis=1, initial=0))
 
 
-def sizes(function: Residuals, x: Array, unit: Sequence[int] = ()) -> Sizes:
+def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rounding = _exact) -> Sizes:
     """Sizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do.
 
     What does not turn is drawn anew, smaller or larger, where f without it is made of much smaller or larger terms; those of `unit`
-    size are not.
+    size are not. Values and slopes that are no larger than what `rounding` may leave of f say nothing; the size of an f that holds
+    everywhere is such that this counts as zero.
     """
-    f, g = function(x, np.arange(len(x)))
+    f, g, error = _values(function, x, rounding)
     g, usable = np.abs(g), _finite(f, g)
     if not usable.any():
         return Sizes(np.ones(x.shape[1]), np.ones(f.shape[1]), np.zeros(x.shape[1], dtype=bool))
-    turning = _turning(function, x, f, g, usable)
+    everywhere = np.asarray((np.abs(f) <= error)[usable].all(axis=0))
+    turning = _turning(function, x, f, g, usable) | everywhere[:, None]
     turns = np.asarray(turning.all(axis=0))
     turning[:, list(unit)] = True
-    extent = _extent(function, x, turning)
+    extent = _extent(function, x, turning, error.max(axis=0))
     if np.any(extent != 1.0):
         x = extent * x
-        f, g = function(x, np.arange(len(x)))
+        f, g, error = _values(function, x, rounding)
         g, usable = np.abs(g), _finite(f, g)
+    left = error[usable].max(axis=0)
     typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
+    typical = np.where(typical > left, typical, 0.0)
+    slope = np.where(slope * np.abs(x).max(axis=0) > left[:, None], slope, 0.0)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         own = np.where((slope > 0) & (typical[:, None] > 0), typical[:, None] / slope, np.inf).min(
             axis=0, initial=np.inf
         )
     own = np.where(turns, 1.0, np.where(np.isfinite(own), own, extent))
-    terms = np.maximum(typical, (slope * own).max(axis=1, initial=0))
+    terms = np.maximum(np.maximum(typical, (slope * own).max(axis=1, initial=0)), left / CLOSED)
     return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
+
+
+def _values(function: Residuals, x: Array, rounding: Rounding) -> tuple[Array, Array, Array]:
+    every = np.arange(len(x))
+    f, g = function(x, every)
+    return f, g, np.nan_to_num(np.broadcast_to(rounding(x, every), f.shape), posinf=0.0)
 
 
 def _finite(f: Array, g: Array) -> Mask:
@@ -105,10 +123,11 @@ def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) ->
     return np.asarray(limit >= np.abs(more - f[j]).T)
 
 
-def _extent(function: Residuals, x: Array, turning: Mask) -> Array:
+def _extent(function: Residuals, x: Array, turning: Mask, error: Array) -> Array:
     """How many times as large as in x (k × n) what does not turn must be to change some f as much as the terms without it (n).
 
-    It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it.
+    It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it, but what rounding
+    leaves, at most the `error` (m).
     """
     k, free = len(x), ~turning.all(axis=0)
     extent = np.ones(x.shape[1])
@@ -119,7 +138,7 @@ def _extent(function: Residuals, x: Array, turning: Mask) -> Array:
     with np.errstate(all="ignore"):
         f = function(every, np.tile(np.arange(k), len(shares)))[0].reshape(len(shares), k, -1)
         without, moved = np.median(np.abs(f[0]), axis=0), np.median(np.abs(f[1:] - f[0]), axis=1)
-        enough = (moved >= without) & (without > 0) & np.isfinite(moved)
+        enough = (moved >= without) & (without > error) & np.isfinite(moved)
     first = np.where(enough.any(axis=0), np.log10(_EXTENTS)[np.argmax(enough, axis=0)], np.nan)
     for i in np.flatnonzero(free):
         own = first[~turning[:, i] & np.isfinite(first)]

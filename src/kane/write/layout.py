@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
+from kane.expr.constants import number_of
 from kane.expr.node import Expr, Number, constant_value, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN
-from kane.expr.patterns import number_of
 from kane.expr.regular import unguarded
 from kane.expr.surd import times
 from kane.expr.symbols import Symbol

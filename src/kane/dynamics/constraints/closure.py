@@ -14,7 +14,8 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, Expr
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.many import Sizes, sizes
+from kane.numeric.bounds import bounded
+from kane.numeric.many import Indices, Rounding, Sizes, sizes
 from kane.numeric.newton import Residual
 from kane.program.bundle import Bundle
 
@@ -75,11 +76,23 @@ def in_rows(run: Reference, x: Array, others: Sequence[Any]) -> Array:
     return numbers
 
 
+def rounding_function(system: System, conditions: Closure, values: Mapping[Any, Any]) -> Rounding:
+    """How far rounding may carry f (k × m) at q (k × n) of starts by number: of these other symbols have numbers, or one value."""
+
+    def rounding(x: Array, starts: Indices) -> Array:
+        own = {s: v if np.ndim(v) == 0 else np.asarray(v)[starts] for s, v in values.items()}
+        own |= zip(system.coordinates, x.T, strict=True)
+        return np.stack([np.broadcast_to(e, len(x)) for _, e in bounded(conditions.f, own)], axis=1)
+
+    return rounding
+
+
 def usual_sizes(system: System, conditions: Closure, values: Mapping[Expr, Any]) -> Sizes:
     """How large coordinates and the terms of f are by their nature, all other symbols at `values`."""
     function, n = many_function(system, conditions, values), len(system.coordinates)
     x = np.vstack([np.zeros(n), np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (11, n))])
-    return sizes(lambda x, _: function(x), x, unit_places(system, range(n)))
+    rounding = rounding_function(system, conditions, values)
+    return sizes(lambda x, _: function(x), x, unit_places(system, range(n)), rounding)
 
 
 def unit_places(system: System, among: Sequence[int]) -> list[int]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.branches import branch_scalars, branches, turned_function
-from kane.dynamics.constraints.closure import OFF, Closure, closure, in_rows, unit_places
+from kane.dynamics.constraints.closure import OFF, Closure, closure, in_rows, rounding_function, unit_places
 from kane.errors import ModelError
 from kane.expr.evaluate import compile_reference, free_symbols
 from kane.expr.matrix import Matrix
@@ -158,7 +158,8 @@ class _Search:
         if not self.conditions.f:
             return self._with_turned(self._found(values, starts, special=zero))
         function = self._function(values)
-        size = sizes(function, x, unit_places(self.system, range(x.shape[1])))
+        rounding = rounding_function(self.system, self.conditions, values)
+        size = sizes(function, x, unit_places(self.system, range(x.shape[1])), rounding)
         starts[1:count] *= np.where(size.turns, 1.0, size.x / 2)
         found = close_most(
             function, starts, size, lambda x, starts: self._turned(values, x, starts).max(axis=1, initial=0) == 0
@@ -212,7 +213,8 @@ class _Search:
             return self._found(values, x)
         function = self._function(values)
         drawn = np.vstack([x[:1], self.rng.uniform(-np.pi, np.pi, x[1:].shape)])
-        size = sizes(function, drawn, unit_places(self.system, range(x.shape[1])))
+        rounding = rounding_function(self.system, self.conditions, values)
+        size = sizes(function, drawn, unit_places(self.system, range(x.shape[1])), rounding)
         x[1:] += np.where(given, _AROUND, 2.0) * size.x * self.rng.normal(size=x[1:].shape)
         found = close_many(function, x, size)
         away = (np.abs(found.x - x[0]) / size.x)[:, given].max(axis=1, initial=0)

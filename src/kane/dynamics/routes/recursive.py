@@ -34,8 +34,8 @@ from kane.kinematics.segments import Segment, Segments, segments
 from kane.kinematics.tree import Tree, repeated
 from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
-from kane.numeric.bounds import changes
-from kane.numeric.sample import HIGH, draws, unit, value_of
+from kane.numeric.bounds import bounded
+from kane.numeric.sample import draws, unit, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
 
@@ -176,11 +176,11 @@ def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> 
     What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.
     """
     walk = Walk(pivots)
-    symbols = walk.symbols
-    sets = tuple(sets)
-    if not sets and _is_surely_regular(walk):
+    symbols, groups = walk.symbols, [s.coordinates for s in sets]
+    at = unit({s: value_of(s, _SEEDS[0]) for s in symbols}, groups)
+    if all(abs(x) > error for x, error in bounded(pivots, at)):
         return True
-    others, groups = draws(_TIMES, symbols), [s.coordinates for s in sets]
+    others = draws(_TIMES, symbols)
     for seed in _SEEDS:
         beside = {s: value_of(s, seed) * (1 + _BESIDE * drawn) for s, drawn in zip(symbols, others, strict=True)}
         with np.errstate(all="ignore"):
@@ -188,9 +188,3 @@ def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> 
         if bool(np.all(np.ptp(values, axis=1) < _KEPT * np.abs(values[:, 0]))):
             return True
     return False
-
-
-def _is_surely_regular(walk: Walk) -> bool:
-    """Whether a bound of what its pivots change by shows the same at the first sample, for less."""
-    found = changes(walk, {s: value_of(s, _SEEDS[0]) for s in walk.symbols}, HIGH * _BESIDE)
-    return found is not None and all(2 * change < _KEPT * (abs(x) - change) for x, change in found)

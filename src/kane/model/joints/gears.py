@@ -97,7 +97,7 @@ def length_along(v: Vector) -> Expr:
     if len(factors) != 1:
         return v.magnitude()
     (s,) = factors
-    size = mul(sqrt(sum((as_expr(k) ** 2 for k, _ in terms), start=ZERO)), s)
+    size = mul(sqrt(sum((k**2 for k, _ in terms), start=ZERO)), s)
     return -size if numbers([size])[0] < 0 else size
 
 
