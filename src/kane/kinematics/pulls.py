@@ -68,11 +68,15 @@ def together(placed: Iterable[Placed]) -> Wrenches:
 
 
 def stands(c: Constraint, found: Segments) -> bool:
-    """Whether forces are known to act at points fixed in segments, or on the ground."""
-    if not c.placed:
-        return False
-    own = [found.place(p)[1] for p, _ in c.forces]
-    return all(p.body is None for p, _ in c.forces) and is_constant_in_time(x for arm in own for x in arm.scalars())
+    """Whether forces are known to act at points and particles fixed in segments, or on the ground."""
+    return c.placed and all(_is_fixed(p, found) for p, _ in c.forces)
+
+
+def _is_fixed(point: Point, found: Segments) -> bool:
+    """Of a particle, measure numbers along another basis change as its body turns."""
+    number, arm = found.place(point)
+    fixed = point.body is None or all(f is found.basis[number] for f, _ in arm.parts)
+    return fixed and is_constant_in_time(arm.scalars())
 
 
 def rows_along_tree(constraints: Sequence[Constraint], kinematics: Kinematics) -> dict[Constraint, ScalarForm]:
