@@ -19,9 +19,9 @@ from kane.model.constraints import Constraint
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.bounds import bounded
+from kane.numeric.bounds import vanish
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
-from kane.numeric.sample import sample, values_of
+from kane.numeric.sample import sample
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
@@ -108,17 +108,11 @@ def check_reaction_places(system: System, kinematics: Kinematics) -> None:
         if cut is None:
             continue
         free = _free_rate(cut, kinematics)
-        if free is not ZERO and _differs_from_zero(free):
+        if free is not ZERO and not all(vanish([free])):
             raise ReactionError(
                 f"Expected the reaction {symbol} along a direction in which the far side is held, got {cut.along} at "
                 f"{cut.at.name}, along which it moves freely with {free}. Choose a direction across the motion."
             )
-
-
-def _differs_from_zero(e: Expr) -> bool:
-    """Whether it is more than rounding leaves of its terms at some state drawn at random."""
-    states = [values_of(free_symbols([e]), seed) for seed in _SEEDS]
-    return any(abs(value) > error for at in states for value, error in bounded([e], at))
 
 
 def _check_loads_linear(system: System) -> None:

@@ -25,6 +25,7 @@ from kane.kinematics.pulls import rows_along_tree
 from kane.kinematics.speeds import ScalarForm
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
+from kane.numeric.bounds import vanish
 
 Row = list[Expr]
 
@@ -60,10 +61,10 @@ def constraint_rows(
     listed = tuple(constraints)
     large = len(speeds) >= _LARGE and not auxiliary
     along = rows_along_tree(listed, kinematics) if large else {}
-    forms = [(c, along.get(c) or (_placed if c.placed else _bare)(c, kinematics)) for c in listed]
+    forms = _cleared([(c, along.get(c) or (_placed if c.placed else _bare)(c, kinematics)) for c in listed], kinematics)
     for c, form in forms:
         # of a plane loop closed in space: redundant, not wrong
-        follows = c.placed and c.expr is ZERO and form.rest is ZERO
+        follows = c.placed and form.rest is ZERO and not form.coefficients and all(vanish([c.expr]))
         if not follows and not any(s in form.coefficients for s in speeds):
             raise ModelError(
                 f"Expected the constraint {c.name!r} to restrict the motion, got {cut(c.expr)}, whose rate holds no speed."
@@ -78,6 +79,19 @@ def constraint_rows(
         tuple(form.rest for _, form in forms),
         lambda: tuple(_drift(c, form, kinematics) for c, form in forms),
     )
+
+
+def _cleared(
+    forms: Sequence[tuple[Constraint, ScalarForm]], kinematics: Kinematics
+) -> list[tuple[Constraint, ScalarForm]]:
+    """Without what is zero but for rounding, as the tilt of an axis that several pins in a row share."""
+    numbers = [x for _, form in forms for x in (*form.coefficients.values(), form.rest)]
+    gone = iter(vanish(numbers, [s.coordinates for s in kinematics.speeds.system.euler_parameters]))
+    cleared = []
+    for c, form in forms:
+        kept = {s: x for s, x in form.coefficients.items() if not next(gone)}
+        cleared.append((c, form._replace(coefficients=kept, rest=ZERO if next(gone) else form.rest)))
+    return cleared
 
 
 def _drift(c: Constraint, form: ScalarForm, kinematics: Kinematics) -> Expr:

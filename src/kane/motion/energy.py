@@ -5,9 +5,9 @@ A scale over the whole motion would hide behind one spike, as where two bodies a
 drift D(t) = E(t) − E(0) − ∫P dt is divided by the largest, at t, of K, |E − E(0)|, |∫P dt|, δE/rtol and the median of K
 and of the change of V over a tenth of the motion about t, without which every rest on the way would count.
 
-What little each step leaves wrong in ∫P dt adds up over a long motion, while dampers forget what steps leave wrong in the state. So
-D(t) is divided by a hundredth of what dampers have taken where that is more, as after they have taken a hundred times what there is;
-D from sample to sample is not.
+What little each step leaves wrong in ∫P dt adds up over a long motion, while dampers forget what steps leave wrong in the state; and
+it stays where loads have given an energy and taken it again. So D(t) is divided by a hundredth of what dampers have taken, or of the
+range of ∫P dt so far, where that is more; D from sample to sample is not.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ _STEPS, _DIGITS, _MOST = 1e3, 1e-5, 0.1
 """How many relative tolerances may be missed, and the shares of the scale below and above which none is asked for."""
 _SHARP = 0.1
 _TAKEN, _SURE = 0.01, 20
-"""Share of what dampers have taken by which that is measured what has added up, and samples that tell a damper from a spring."""
+"""Share of the work done beside which D(t) is measured, and samples that tell a damper from a spring."""
 _ROUNDING = 64 * np.finfo(float).eps
 """Share of K and V that is left of their sum by rounding."""
 
@@ -34,7 +34,7 @@ class EnergyCheck:
     """How well E − ∫P dt stayed constant.
 
     `drift` is the largest |D| with D = E − E(0) − ∫P dt, `relative` the largest of |D| over the scale of its instant, or a hundredth
-    of what dampers have taken, and of the change of D between samples over the scale alone; `at` is that instant (s). `scale` is the
+    of what was taken or exchanged, and of the change of D between samples over the scale alone; `at` is that instant (s). `scale` is the
     largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol. δE is what the absolute tolerance leaves open: the change of E
     with coordinates and speeds off by `atol`, one at a time.
     """
@@ -83,7 +83,8 @@ def _checked(t: Array, kinetic: Array, total: Array, work: Array, open_: Array, 
     terms = kinetic + np.abs(total - kinetic)
     rounding = _ROUNDING * (terms + terms[0])
     local = np.maximum(own, _usual(kinetic, total - kinetic))
-    ratio = _ratio(drift - rounding, np.maximum(local, _TAKEN * taken))
+    exchanged = np.maximum.accumulate(work) - np.minimum.accumulate(work)
+    ratio = _ratio(drift - rounding, np.maximum(local, _TAKEN * np.maximum(taken, exchanged)))
     ratio[1:] = np.maximum(ratio[1:], _ratio(np.abs(np.diff(gone)) - rounding[1:] - rounding[:-1], local[1:]))
     worst = int(np.argmax(ratio))
     return EnergyCheck(float(drift.max()), float(own.max()), float(ratio[worst]), float(t[worst]))

@@ -8,15 +8,17 @@ not sharp: terms that depend on each other are taken for independent ones.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from kane.expr.constants import error_of, number_of
-from kane.expr.node import Expr, postorder
-from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, PI, REGULAR, SIN, SQRT, SUB, WHERE, Op
+from kane.expr.node import Expr, nodes, postorder
+from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, PI, REGULAR, SIN, SQRT, SUB, SYMBOL, WHERE, Op
+from kane.numeric.sample import unit, value_of
 
+_SEEDS = (20042, 20043, 20044)
 ROUNDING = 2.0**-51
 Bounded = tuple[Any, Any]
 """A value and its bound, numbers or arrays."""
@@ -44,6 +46,14 @@ def bounded(roots: Iterable[Expr], values: Mapping[Any, Any], share: float = ROU
                 z = op.numpy(*[x for x, _ in parts])
                 known[node] = z, _RULES.get(op, _by_differences(op))(z, *parts)
     return [known[r] for r in wanted]
+
+
+def vanish(exprs: Iterable[Expr], groups: Iterable[Sequence[Any]] = ()) -> list[bool]:
+    """Which of the expressions are zero but for rounding, at all of several states drawn at random; `groups` are Euler parameters."""
+    roots = list(exprs)
+    symbols = [node for node in nodes(roots) if node.op is SYMBOL]
+    values = unit({s: np.array([value_of(s, seed) for seed in _SEEDS]) for s in symbols}, groups)
+    return [bool(np.all(abs(x) <= error)) for x, error in bounded(roots, values)]
 
 
 def _leaf(node: Expr, values: Mapping[Any, Any], share: float) -> Bounded:
