@@ -56,7 +56,7 @@ class Beam(Immutable):
     GJ, torsion, polar : stiffness and functions of the twist, and the moment of inertia about the axis per length
     support : "clamped", "pinned" or "free": what the frame follows at the root
     form : "linearized", kinetic energy to second order in the deformation, as in the literature; or "nonlinear", that of the hybrid
-        variables as it is, for large deflections
+        variables as it is. The strain energy is quadratic in both: for slopes up to some tenths
     stiffening : without it the foreshortening is left out, as premature linearization does: right for slow motions only
     damping : {"mass": α, "stiffness": β} of C = α M + β K, or {"ratio": ζ} of the beam's own modes at rest
 
