@@ -166,7 +166,7 @@ def test_the_time_of_a_point_goes_with_it():
     assert kn.simulate(eom, (np.pi, 4), **point.arguments).t[0] == np.pi
 
 
-@examples(0.2)
+@examples(0.1)
 @given(
     st.sampled_from(["polynomials", "legendre"]),
     st.integers(3, 6),

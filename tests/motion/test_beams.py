@@ -69,9 +69,11 @@ def test_large_deflections(form: str, deflection: float, fits: bool) -> None:
     assert [str(w.message).endswith("Divide the beam into several.") for w in caught] == ([] if fits else [True])
 
 
-@pytest.mark.parametrize(("count", "off"), [(1, 0.242), (2, 0.05), pytest.param(4, 0.012, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("count", "off"), [(1, 0.2420), (2, 0.02853), pytest.param(4, 0.003345, marks=pytest.mark.slow)]
+)
 def test_a_beam_divided_follows_the_elastica(count: int, off: float) -> None:
-    """F L²/EI = 1.6 at the tip of a cantilever: one beam bends 24 % too far, four 1 %. F is to stay normal to the straight beam."""
+    """F L²/EI = 1.6 at the tip, normal to the straight cantilever: one beam bends 24 % too far, two 3 %, four 0.3 %."""
     N = kn.Frame("N")
     end, frame, beams = kn.Point("O", fixed_in=N), N, []
     for k in range(count):
@@ -90,9 +92,8 @@ def test_a_beam_divided_follows_the_elastica(count: int, off: float) -> None:
         end, frame = beam.point_at(1), beam.frame_at(1)
     eom = kn.derive(kn.System(N, bodies=beams, loads=[kn.Force(end, 1.6 * N.y)]))
     point = kn.equilibrium(eom)
-    assert eom.evaluate(end.position(beams[0].root).dot(N.y), **point.arguments) / elastica(1.6) - 1 == pytest.approx(
-        0, abs=1.05 * off
-    )
+    deflection = eom.evaluate(end.position(beams[0].root).dot(N.y), **point.arguments)
+    assert deflection / elastica(1.6) - 1 == pytest.approx(off, rel=0.01)
 
 
 @pytest.mark.parametrize(
