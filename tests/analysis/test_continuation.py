@@ -145,7 +145,7 @@ def test_what_cannot_be_followed():
     with pytest.raises(kn.SimulationError, match=r"increasing or decreasing values to follow, got \[1, 3, 2\]"):
         kn.continuation(eom, "tau", [1, 3, 2], q={"q1": kn.guess(0)}, u={"u1": 0})
     with pytest.raises(
-        kn.ValueMissingError, match=r"a value of the system to change \(q1, u1, (b, )?tau(, b)?\), got 'sigma'"
+        kn.ValueMissingError, match=r"a value of the system to change, one of q1, u1, (b, )?tau(, b)?, got 'sigma'"
     ):
         kn.continuation(eom, "sigma", [1, 2], q={"q1": kn.guess(0)}, u={"u1": 0})
     with pytest.raises(kn.SimulationError, match=r"there remains u1' = 2"):

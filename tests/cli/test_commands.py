@@ -11,8 +11,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import kane as kn
+from kane.cli import app
 from kane.cli.models import STARTS
 from kane.gallery import GALLERY, load
 from tests.cli.command import HEAD, SPRING, from_json, kane, line, written
@@ -307,3 +309,43 @@ def test_emit_prints_a_program_that_simulates():
         "Expected an integrator among"
         in kane("emit", "double_pendulum", "--target", "c", "--with-integrator", "euler", code=1).stderr
     )
+
+
+NARROW = (
+    "gallery", "check rolling_disk", "derive pendulum", "simulate pendulum", "bench pendulum", "cache info", "--help",
+    "simulate --help", "simulat", "simulate", "simulate pendulum --t1 soon",
+    "check pendulun", "simulate pendulum --q psi=1", "--bogus", "check four_bar",
+    "simulate four_bar",
+)  # fmt: skip
+MISUSED = (
+    "simulat", "--bogus", "simulate", "simulate pendulum --bogus", "derive pendulum --step 9", "simulate pendulum --t1 soon",
+    "check a b", "check pendulun", "cache empty",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("width", [60, 100])
+def test_a_narrow_terminal_breaks_no_word(width, monkeypatch):
+    """Each line fits, or is one word."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    for words in NARROW:
+        for text in CliRunner().invoke(app, words.split()).output.splitlines():
+            assert len(text) <= width or " " not in text.strip(), (words, text)
+
+
+def test_usage_errors_read_as_those_of_models():
+    """One style: "error: Expected …, got …" on the other stream, and 2 where the arguments are wrong."""
+    for words in MISUSED:
+        result = kane(*words.split(), code=2)
+        assert re.match(r"error: Expected .*, got ", line(result.stderr)), result.stderr
+        assert result.stdout == ""
+
+
+def test_speeds_left_out_of_start_are_asked_for(tmp_path):
+    """The coordinates that START gives are assembled without them, and what is missing is each independent speed."""
+    file = written(
+        tmp_path,
+        "import kane as kn\nfrom kane.gallery.four_bar import system\nSTART = {'q': {'q1': 1.2, 'q2': kn.guess(-1)}}\n",
+    )
+    said = [line(w) for w in from_json("check", file)["warnings"]]
+    assert said == ["START does not say everything: a simulation needs --u u2=…."]
+    assert "add --u u2=…, or set them in START" in line(kane("simulate", file, code=2).stderr)

@@ -56,7 +56,7 @@ def test_unknown_name() -> None:
 def test_choose() -> None:
     assert choose({"own": {}}, "rates") == "rates"
     assert choose({"rates": {1: 2}, "own": {}}, "rates") == {1: 2}
-    with pytest.raises(kn.ModelError, match="one of rates, own; got 'other'"):
+    with pytest.raises(kn.ModelError, match="one of rates, own, got 'other'"):
         choose({"own": {}}, "other")
 
 

@@ -338,3 +338,19 @@ def test_what_prescribes_a_motion_does_not_follow_from_the_state():
             kn.simulate(eom, (0, 1), q=[0], u=[0], inputs={F: law})
     with pytest.raises(kn.SimulationError, match=r"with v \(Speed\)"):
         kn.simulate(eom, (0, 1), q=[0], u=[0], inputs={F: v})
+
+
+@pytest.mark.parametrize("inner", ["kane", "scipy"])
+def test_one_lsoda_inside_another_is_named(inner):
+    """SciPy's LSODA keeps what it is at in one place: the outer motion ends, and says so; other methods nest."""
+
+    def law(t, x):
+        if inner == "scipy":
+            return -solve_ivp(lambda t, y: -y, (0, 0.1), [1.0], method="LSODA").y[0, -1]
+        return -kn.simulate(EOM, (0, 0.1), inputs={F: 0, G: 0}, method="LSODA", **START).q[-1, 0]
+
+    sol = kn.simulate(EOM, (0, 1), inputs={F: law, G: 0}, method="LSODA", **START)
+    assert sol.status == "stopped"
+    assert "runs another LSODA: take another method for one of them" in sol.message
+    assert "singular" not in sol.message
+    assert kn.simulate(EOM, (0, 0.2), inputs={F: law, G: 0}, method="RK45", **START).status == "finished"

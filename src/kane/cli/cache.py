@@ -3,6 +3,7 @@
 
 import typer
 
+from kane.cli import screen
 from kane.program.native import store
 
 app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")
@@ -16,7 +17,7 @@ def _info() -> None:
         typer.echo("The cache is off (KANE_CACHE).")
         return
     count, size = store.size()
-    typer.echo(f"{place}: {_amount(count, size)} of at most {store.LIMIT / 2**20:.0f} MiB")
+    screen.say(f"{place}: {_amount(count, size)} of at most {store.LIMIT / 2**20:.0f} MiB")
 
 
 @app.command("clear")

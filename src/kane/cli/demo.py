@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 import kane as kn
+from kane.cli.faults import columns, shown
 from kane.cli.models import STARTS
 from kane.gallery import rolling_disk
 from kane.gallery.rolling_disk_check import checks
@@ -28,7 +29,7 @@ def run(out: Path) -> bool:
     took = time.perf_counter() - began
     _heading(screen, f"The {rolling_disk.TITLE}")
     for step in eom.steps:
-        title, _, body = step_text(step, eom).partition("\n")
+        title, _, body = step_text(step, eom, columns()).partition("\n")
         _line(screen, title, "bold")
         _line(screen, body)
         screen.line()
@@ -61,7 +62,7 @@ def _line(screen: Console, text: str, style: str = "") -> None:
 
 
 def _prose(screen: Console, text: str) -> None:
-    for line in wrapped(text, hang=0):
+    for line in wrapped(text, hang=0, width=columns()):
         _line(screen, line)
 
 
@@ -72,5 +73,5 @@ def _heading(screen: Console, text: str) -> None:
 
 
 def _check(screen: Console, check: Check) -> None:
-    _line(screen, str(check), "green" if check.passed else "bold red")
-    _line(screen, f"      {check.detail}", "dim")
+    _line(screen, shown(str(check)), "green" if check.passed else "bold red")
+    _line(screen, shown(f"      {check.detail}"), "dim")

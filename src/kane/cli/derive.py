@@ -7,7 +7,7 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.faults import own_code
+from kane.cli.faults import columns, own_code
 from kane.cli.models import Model, model_of
 from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
@@ -30,7 +30,7 @@ def derive(
     if as_json:
         screen.as_json({"model": model.name, "title": model.title, "steps": [_record(s, eom) for s in steps]})
         return
-    texts = [_latex(s, eom) if latex else step_text(s, eom) for s in steps]
+    texts = [_latex(s, eom) if latex else step_text(s, eom, columns()) for s in steps]
     typer.echo("\n\n".join(text.rstrip() for text in texts))
 
 

@@ -5,6 +5,7 @@ import ast
 import errno
 import linecache
 import os
+import shutil
 import sys
 import sysconfig
 import textwrap
@@ -23,6 +24,8 @@ from kane.present.text import WIDTH
 
 LINES = 15
 """At most as many lines of a message are shown."""
+UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+"""How lines are wrapped: at spaces alone."""
 _MODEL, _USAGE, _INTERRUPTED = 1, 2, 130
 
 
@@ -34,8 +37,16 @@ class UserError(Exception):
     """An error of the user's own Python code; its text is the traceback through that code alone."""
 
 
+_UsageError: type[Any] = typer.BadParameter.__mro__[1]
+
+
 class Guarded(TyperGroup):
-    """Commands whose errors are shown by `guarded`."""
+    """Commands whose errors, those of their arguments too, are shown by `guarded`."""
+
+    def make_context(self, *arguments: Any, **more: Any) -> Any:
+        """Read the options that stand before the command."""
+        with guarded():
+            return super().make_context(*arguments, **more)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
@@ -59,6 +70,11 @@ def guarded() -> Iterator[None]:
         warnings.showwarning = show
         try:
             yield
+        except _UsageError as error:
+            if type(error).__name__ == "NoArgsIsHelpError":
+                raise
+            typer.echo(shown(f"error: {_misused(error)}"), err=True)
+            raise typer.Exit(_USAGE) from None
         except UserError as error:
             typer.echo(str(error), err=True)
             raise typer.Exit(_MODEL) from None
@@ -77,6 +93,13 @@ def guarded() -> Iterator[None]:
             raise typer.Exit(_INTERRUPTED) from None
 
 
+def _misused(error: Any) -> str:
+    """What is wrong with the arguments of the command."""
+    path = error.ctx.command_path if error.ctx else "kane"
+    told = error.format_message()
+    return f"Expected arguments that `{path}` takes, got others: {told}{'.' * (told[-1:] not in '.?')} See `{path} --help`."
+
+
 def _leave_stdout() -> None:
     """What could not be written is not tried again at exit."""
     with suppress(OSError, ValueError):
@@ -91,6 +114,11 @@ def message_of(error: Exception) -> str:
     return "\n".join([str(error), *getattr(error, "__notes__", ())])
 
 
+def columns(most: int = WIDTH) -> int:
+    """How wide the terminal is, at most; `most` where there is none."""
+    return min(most, shutil.get_terminal_size((most, 0)).columns)
+
+
 def shown(message: str, most: int = LINES) -> str:
     """The message in lines that fit a terminal, `most` at most; the last line, which says where, is kept."""
     lines = [line for part in message.splitlines() for line in _prose(part)]
@@ -100,11 +128,10 @@ def shown(message: str, most: int = LINES) -> str:
 
 
 def _prose(text: str) -> list[str]:
-    """Lines of at most WIDTH columns, broken at spaces; the first keeps its indent."""
+    """Lines that fit the terminal, broken at spaces; the first keeps its indent."""
     indent = text[: len(text) - len(text.lstrip())]
     return textwrap.wrap(
-        text.strip(), WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ", break_long_words=False,
-        break_on_hyphens=False,
+        text.strip(), columns(), initial_indent=indent, subsequent_indent=f"{indent}  ", **UNBROKEN
     ) or [""]  # fmt: skip
 
 
@@ -150,7 +177,7 @@ def place_of(warning: warnings.WarningMessage, path: Path | None) -> str:
 
 def _place(file: str | Path, line: int | None, text: str | None) -> str:
     where = f"in {short(file)}, line {line}: "
-    room = max(WIDTH - len(where) - 4, 20)
+    room = max(columns() - len(where) - 4, 20)
     code = (text or "").strip()
     return where + (code if len(code) <= room else f"{code[: room - 1]}…")
 

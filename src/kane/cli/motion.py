@@ -90,14 +90,18 @@ def _assembled(eom: kn.Equations, begin: Start, t: float) -> Start:
     values = {p.name: p.default for p in eom.parameters} | dict(begin.parameters)
     if None in values.values():
         return begin
-    try:
-        inputs = {name: f(t) if callable(f) else f for name, f in begin.inputs.items()}
-        assembled = kn.assemble(eom, q=begin.q, u=begin.u, parameters=values, inputs=inputs, t=t)
-    except ValueMissingError:
-        return begin
-    rest = [option for option in begin.missing if not option.startswith((_OPTIONS["q"], _OPTIONS["u"]))]
-    q, u = ({s.name: x for s, x in part.items()} for part in (assembled.q, assembled.u))
-    return Start(q, u, begin.parameters, begin.inputs, begin.states, tuple(rest))
+    inputs = {name: f(t) if callable(f) else f for name, f in begin.inputs.items()}
+    for speeds in (begin.u, None):  # where too few speeds are given the coordinates are solved for all the same
+        try:
+            assembled = kn.assemble(eom, q=begin.q, u=speeds, parameters=values, inputs=inputs, t=t)
+        except ValueMissingError:
+            continue
+        q, u = ({s.name: x for s, x in part.items()} for part in (assembled.q, assembled.u))
+        free = [] if speeds is not None else [s.name for s in eom.independent_speeds if s.name not in begin.u]
+        rest = [option for option in begin.missing if not option.startswith((_OPTIONS["q"], _OPTIONS["u"]))]
+        missing = (*(f"{_OPTIONS['u']} {name}=…" for name in free), *rest)
+        return Start(q, begin.u if free else u, begin.parameters, begin.inputs, begin.states, missing)
+    return begin
 
 
 def _expected(kind: str, names: Sequence[str]) -> str:
@@ -108,8 +112,8 @@ def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> 
     """The motion from the start of SPAN to `end`, or to the end of SPAN; Misuse where start values are missing."""
     if begin.missing:
         raise Misuse(
-            f"Expected a value for everything at the start, got none for some: add {' '.join(begin.missing)}, or set START in the "
-            "model's file."
+            f"Expected a value for everything at the start, got none for some: add {' '.join(begin.missing)}, or set them in START of "
+            "the model's file."
         )
     span = (model.span[0], model.span[1] if end is None else end)
     if not span[1] > span[0]:

@@ -35,13 +35,13 @@ def report(
     asked = t1 is not None or any((q, u, parameter, input, state))
     sol = None if begin.missing and not asked else motion(model, eom, begin, t1)
     if sol is None:
-        typer.echo(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
+        screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     with working("Writing the report"):
         screen.put(place, page(eom, solution=sol, title=model.title, sources=model.sources, checks=checks), force)
     if sol is not None:
-        typer.echo(f"From {sol.t[0]:g} s: {sol.message}.")
-        typer.echo(str(checks[0]))
+        screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
+        screen.say(str(checks[0]))
     typer.echo(f"Report: {place}")
     if sol is not None and (sol.status == "stopped" or not checks[0].passed):
         raise typer.Exit(1)

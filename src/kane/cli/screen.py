@@ -3,6 +3,7 @@
 
 import json
 import math
+import textwrap
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,9 +11,17 @@ from typing import Any
 
 import typer
 
-from kane.cli.faults import Misuse
+from kane.cli.faults import UNBROKEN, Misuse, columns, shown
 from kane.expr.count import Operations
 from kane.whole import exchange, refusal
+
+_WIDEST = 10_000
+"""Columns of a table that no terminal shows: its lines are read by programs."""
+
+
+def say(text: str, **style: Any) -> None:
+    """A sentence or two, in lines that fit the terminal."""
+    typer.secho(shown(text), **style)
 
 
 def heading(text: str) -> None:
@@ -21,12 +30,19 @@ def heading(text: str) -> None:
 
 
 def table(rows: Sequence[Sequence[str]], indent: int = 2) -> None:
-    """Rows in aligned columns; an empty column is left out."""
-    columns = [c for c in zip(*rows, strict=True) if any(c)]
-    widths = [max(map(len, c)) for c in columns]
-    for row in zip(*columns, strict=True):
+    """Rows in aligned columns; an empty column is left out, and a row that is wider than the terminal goes on in the next line."""
+    filled = [c for c in zip(*rows, strict=True) if any(c)]
+    widths = [max(map(len, c)) for c in filled]
+    wide = columns(_WIDEST)
+    hang = min(indent + sum(w + 2 for w in widths[:-1]), wide // 2)
+    for row in zip(*filled, strict=True):
         cells = (f"{cell:{width}}" for cell, width in zip(row, widths, strict=True))
-        typer.echo(" " * indent + "  ".join(cells).rstrip())
+        line = " " * indent + "  ".join(cells).rstrip()
+        typer.echo(
+            line
+            if len(line) <= wide
+            else "\n".join(textwrap.wrap(line, wide, subsequent_indent=" " * hang, **UNBROKEN))
+        )
 
 
 def as_json(value: Any) -> None:

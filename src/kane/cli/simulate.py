@@ -100,7 +100,7 @@ def summary(sol: kn.Solution) -> dict[str, Any]:
 def _show(sol: kn.Solution, what: dict[str, Any]) -> None:
     eom = sol.equations
     units = {s.name: s.unit for s in (*eom.state, *eom.reactions)}
-    typer.echo(f"From {sol.t[0]:g} s: {sol.message}.")
+    screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
     typer.echo(f"{len(sol)} samples, {sol.steps} steps, {sol.evaluations} evaluations\n")
     keys = ("start", "end", "least", "most")
     rows = [(n, *(f"{v[k]:.6g}" for k in keys), units[n]) for n, v in what["values"].items()]
@@ -108,8 +108,9 @@ def _show(sol: kn.Solution, what: dict[str, Any]) -> None:
     for event in what["events"]:
         typer.echo(f"\nEvent {event['name']} at {event['t']:.6g} s")
     check = energy_check(sol)
-    typer.secho(f"\n{check}", fg="green" if check.passed else "red")
-    typer.echo(f"      {check.detail}")
+    typer.echo()
+    screen.say(str(check), fg="green" if check.passed else "red")
+    screen.say(f"      {check.detail}")
 
 
 def _write(place: Path, sol: kn.Solution) -> None:

@@ -78,7 +78,7 @@ def show(what: Mapping[str, Any], told: Sequence[str]) -> None:
             screen.table(rows)
     cost = what["operations"]
     screen.heading("One evaluation")
-    typer.echo(f"  {cost['total']} operations: {cost['state']} with the state, {cost['parameter']} of parameters")
+    screen.say(f"  {cost['total']} operations: {cost['state']} with the state, {cost['parameter']} of parameters")
     if told:
         screen.heading("Warnings")
         for text in told:

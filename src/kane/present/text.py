@@ -15,22 +15,26 @@ _INDENT = 3
 _BREAK = re.compile(r" (?=[+-] )")
 
 
-def step_text(step: Step, eom: Equations) -> str:
-    """The step with one shared list of intermediates, lines of about `WIDTH` columns at most."""
-    lines = [f"Step {step.number}. {step.title}", *wrapped(step.text, indent=_INDENT, hang=_INDENT)]
+def step_text(step: Step, eom: Equations, width: int = WIDTH) -> str:
+    """The step with one shared list of intermediates, lines of about `width` columns at most."""
+    lines = [f"Step {step.number}. {step.title}", *wrapped(step.text, indent=_INDENT, hang=_INDENT, width=width)]
     if step.number == 1:
         told = (f"{q.name}  {', '.join(filter(None, (q.description, q.unit)))}" for q in eom.coordinates)
         return "\n".join([*lines, *(f"{'':{_INDENT}}{line.rstrip()}" for line in told)])
     between, shown = formulas(step.results, str)
     if between:
-        lines += [*_block(between), ""]
-    return "\n".join([*lines, *_block(shown)])
+        lines += [*_block(between, width), ""]
+    return "\n".join([*lines, *_block(shown, width)])
 
 
-def _block(shown: list[Formula]) -> list[str]:
+def _block(shown: list[Formula], width: int) -> list[str]:
     column = max((len(f.name) for f in shown), default=0)
     hang = _INDENT + column + 3
-    return [line for f in shown for line in wrapped(f"{f.name:<{column}} = {f.text}", indent=_INDENT, hang=hang)]
+    return [
+        line
+        for f in shown
+        for line in wrapped(f"{f.name:<{column}} = {f.text}", indent=_INDENT, hang=hang, width=width)
+    ]
 
 
 def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int = WIDTH) -> list[str]:
