@@ -126,7 +126,7 @@ def test_every_system_of_the_gallery_runs_or_is_refused(tmp_path, name, rng):
     program = built(tmp_path, eom, "tsit5", *SANITIZED)
     start = getattr(module, "START", {})
     q, u = (
-        {s.name: start.get(kind, {}).get(s.name, 0.5) + 0.01 * float(rng.normal()) for s in symbols}
+        {s.name: start.get(kind, {}).get(s.name, 0.5) + 1e-4 * float(rng.normal()) for s in symbols}
         for kind, symbols in (("q", eom.coordinates), ("u", eom.speeds))
     )
     inputs = {s.name: 0.1 for s in eom.inputs}

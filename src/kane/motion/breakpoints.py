@@ -143,19 +143,18 @@ def clock(roots: Iterable[Expr]) -> Clock:
     if time not in free_symbols(roots):
         return Clock()
     quantities = [switch.quantity for switch in switches(roots)]
-    turning = [
-        _turning(q.args[0], q.op.data, _MOST) if isinstance(q.op, Piecewise) else _turning(q, _ZERO, _MOST)
-        for q in quantities
-    ]
-    for node in postorder(
-        roots
-    ):  # smooth as a table may be, some derivative jumps, which a step's estimate would have to see
-        if isinstance(node.op, Piecewise):
-            turning.append(_turning(node.args[0], node.op.data, MANY))
-    return Clock(tuple(one for one in turning if _is_timed(one.quantity)), pulses(roots))
+    corners = [(q.args[0], q.op.data, _MOST) if isinstance(q.op, Piecewise) else (q, _ZERO, _MOST) for q in quantities]
+    # smooth as a table may be, some derivative jumps, which a step's estimate would have to see
+    joints = [(e.args[0], e.op.data, MANY) for e in postorder(roots) if isinstance(e.op, Piecewise)]
+    turning: dict[Any, Turning] = {}
+    for quantity, data, most in (*corners, *joints):
+        if _is_timed(quantity):
+            turning.setdefault((quantity, data.ends.tobytes(), data.period), _turning(quantity, data, most))
+    return Clock(tuple(turning.values()), pulses(roots))
 
 
 _ZERO = Data(np.zeros(1), np.zeros(2), np.zeros((2, 1)))
+"""What turns at zero."""
 
 
 def _turning(quantity: Expr, data: Data, most: int) -> Turning:
