@@ -212,13 +212,16 @@ def _following(eom: Equations, moved: Mapping[Expr, float]) -> list[Symbol]:
 def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float] | None:
     """To which side of their thresholds quantities leave: back (±1) where an action turned them, on (0) where they pass.
 
-    None where one is met though it leads away from its threshold already: it is below what numbers tell apart.
+    Those that had no rate are left out: the start of the next phase decides. None where one is met though it leads away from its
+    threshold already: it is below what numbers tell apart.
     """
     found: dict[str, float] = {}
     for event in events:
         old, new = before.rate(event.quantity), after.rate(event.quantity)
+        if old == 0 and event.direction:
+            continue
         found[event.name] = 0.0
-        if old is None or new is None or old == 0:
+        if not old or new is None:
             continue
         came = float(-event.direction) if event.direction else -np.sign(old)
         if old * came > 0:

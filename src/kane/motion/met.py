@@ -7,6 +7,7 @@ a step are (`leapt`), but for what is shorter than such a part and not smooth. A
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,15 +27,34 @@ _BESIDE, _GROWN = (8 * _TIME_TOLERANCE, 1e-5), 10.0
 _CLOSE = 1e-3
 """Share of a part of a step after which it shows whether a quantity falls or rises."""
 _SOON, _TINY = 1e-6, np.finfo(float).tiny
-"""Share of a step after which it shows to which side a quantity leaves its threshold; and what it is at that until then."""
+"""What a quantity must have changed by, of what its derivative makes of it in a step, to show to which side it leaves its threshold;
+and what it is at that until then."""
 SMALL = 0.1
 """Share below which it is asked whether it does between two places."""
 
 Watch = Callable[[float, Array], Array]
 Dense = Callable[[float], Array]
 Met = tuple[Event, float]
-Fresh = Mapping[int, float]
-"""The places of events at whose thresholds a motion begins, and to which side it leaves: 1, −1, or 0 where it has passed them."""
+
+
+class Leaves(NamedTuple):
+    """How a quantity leaves its threshold at the beginning of a motion, by the derivative of an `order`.
+
+    To a `side`, 1 or −1, or 0 where it has passed; within `band` of the threshold rounding may give it any sign.
+    """
+
+    side: float
+    order: int = 1
+    band: float = 0.0
+
+
+Fresh = Mapping[int, Leaves]
+"""The events at whose thresholds a motion begins, by place."""
+
+
+def still_there(fresh: Fresh, gaps: Array) -> Fresh:
+    """Those that have not left the bands about their thresholds after a step, by the distances of all events."""
+    return {k: leaves for k, leaves in fresh.items() if abs(gaps[k]) < leaves.band}
 
 
 def thresholds(events: Sequence[Event], largest: Array) -> Array:
@@ -50,7 +70,7 @@ def crossings(
     times: Array,
     values: Array,
     least: Array,
-    fresh: Fresh | None = None,
+    fresh: Fresh,
 ) -> list[Met]:
     """The events that a step meets, in order of time.
 
@@ -68,9 +88,7 @@ def crossings(
             return np.array([gap(float(t)) for t in at])
 
         over = values[:, k] - least[k]
-        anew = fresh is not None and k in fresh
-        side = fresh[k] if fresh is not None and anew else 0.0
-        found = _leaving(gaps, times, float(over[-1]), side, most) if anew else passages(gaps, times, over, most)
+        found = _leaving(gaps, times, over, fresh[k], most) if k in fresh else passages(gaps, times, over, most)
         for start, end, a, b in found:
             if event.direction <= 0 < a or a < 0 <= event.direction:
                 t = _located(gap, start, end, a, b)
@@ -94,20 +112,28 @@ def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[E
     )
 
 
-def _leaving(gaps: Callable[[Array], Array], times: Array, last: float, side: float, most: int) -> list[Bracket]:
-    """The passages of a quantity that begins at its threshold, where rounding gives it any sign, and leaves to a `side` if not 0.
+def _leaving(gaps: Callable[[Array], Array], times: Array, values: Array, leaves: Leaves, most: int) -> list[Bracket]:
+    """The passages of a quantity that leaves its threshold, where rounding gives it any sign.
 
-    Of the first millionth of a step only the last passage from that side counts.
+    Until it shows, as tⁿ with its order n, to which side it leaves, only the last passage from that side counts.
     """
+    side, order, band = leaves
+
+    def beyond(of: Array) -> Array:
+        return np.where(np.abs(of) < band, side * _TINY, of)
+
+    def at(places: Array) -> Array:
+        return beyond(gaps(places))
+
     shares = (times - times[0]) / (times[-1] - times[0])
-    begin = times[0] + _SOON * (times[-1] - times[0])
+    begin = times[0] + _SOON ** (1 / order) * (times[-1] - times[0])
     later = begin + (times[-1] - begin) * shares
-    over = np.append(gaps(later[:-1]), last)
-    found = passages(gaps, later, over, most)
+    over = np.append(at(later[:-1]), beyond(values[-1:]))
+    found = passages(at, later, over, most)
     if side == 0 or side * over[0] > 0:
         return found
     early = times[0] + (begin - times[0]) * shares
-    within = passages(gaps, early, np.concatenate([[side * _TINY], gaps(early[1:-1]), over[:1]]), most)
+    within = passages(at, early, np.concatenate([[side * _TINY], at(early[1:-1]), over[:1]]), most)
     return [*[bracket for bracket in within if bracket[2] * side > 0][-1:], *found]
 
 

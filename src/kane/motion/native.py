@@ -18,7 +18,7 @@ from kane.motion.given import Arguments
 from kane.motion.holding import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import after, interpolant
 from kane.motion.interrupts import MESSAGE
-from kane.motion.met import Fresh, crossings, thresholds, up_to_a_break, vanishing
+from kane.motion.met import Fresh, crossings, still_there, thresholds, up_to_a_break, vanishing
 from kane.motion.methods import implicit
 from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
 from kane.motion.resting import that_move
@@ -306,8 +306,7 @@ class NativeCourse:
     def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
         method = replace(self.method.after(self.steps), name=name, first=None)
-        fresh = self.fresh if t == self.span[0] else {}
-        self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], fresh)
+        self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], self.fresh)
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
         self.stepped.span = self.span
         self._called(name)
@@ -352,8 +351,9 @@ class NativeCourse:
             # what was aimed at is met there, though rounding leaves it on this side
             self.landing = self.landing or turn.which
         values = values[:, : len(events)]
-        fresh = self.fresh if start == self.span[0] else None
-        met = crossings(events, now.watch, one, times, values, thresholds(events, sizes), fresh)
+        least = thresholds(events, sizes)
+        met = crossings(events, now.watch, one, times, values, least, self.fresh)
+        self.fresh = still_there(self.fresh, values[-1] - least)
         met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
         s[At.LOOKED] = 1.0
         moving = that_move(met, now, times, values, states[-1], self.span[1] - self.span[0])

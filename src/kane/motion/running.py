@@ -25,9 +25,11 @@ from kane.motion.formulas import Formula
 from kane.motion.interrupts import MESSAGE, Interrupted, is_noted
 from kane.motion.joining import joined
 from kane.motion.jumps import warn_of_jumps
+from kane.motion.met import up_to_a_break
 from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.phases import Phase
+from kane.motion.resting import at_start
 from kane.motion.resumed import Begin
 from kane.motion.routines import timed
 from kane.motion.singular_mass import check_mass_matrix
@@ -44,7 +46,7 @@ from kane.motion.start import (
     massless,
 )
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.stepping import Course, End, Method
+from kane.motion.stepping import Course, End, Method, ended_by
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.progress import far
@@ -134,7 +136,8 @@ def _changed(
         done += leapt
         now = _acting(leapt)
     after = replace(after, phase=replace(after.phase, by=tuple(by)))
-    return after, met, by, sides(before, after, met_here)
+    leaving = sides(before, after, met_here)
+    return after, met, by, None if leaving is None else dict.fromkeys([e.name for e in met], 0.0) | leaving
 
 
 def _acting(events: Sequence[Event]) -> list[Event]:
@@ -216,18 +219,12 @@ def _phase(
         free=solver.name == AUTO,
     )
     kind = NativeCourse if name in INTEGRATORS else Course
-    fresh = {
-        k: begin.fresh[e.name] for k, e in enumerate(stepper.eom.events) if e.name in begin.fresh and _is_own(eom, e)
-    }
+    met, fresh = at_start(stepper.now, span[0], start, begin.fresh)
     course = kind(stepper, solver, span, start, times, fresh)
     course.pace.begun = begun
-    end = _to_its_end(course)
+    course.events += met
+    end = ended_by(up_to_a_break(met, 0.0)[1], met) or _to_its_end(course)
     return _solution(course, end, phase), end, course.rows[-1][1]
-
-
-def _is_own(eom: Equations, event: Event) -> bool:
-    """Whether it is an event of the system; what every model watches may not be passed."""
-    return any(e.name == event.name for e in eom.system.events)
 
 
 def _solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:

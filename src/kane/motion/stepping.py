@@ -23,7 +23,7 @@ from kane.motion.breakpoints import next_end, on_from, told_apart
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
 from kane.motion.interrupts import MESSAGE
-from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, thresholds, up_to_a_break, vanishing
+from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, still_there, thresholds, up_to_a_break, vanishing
 from kane.motion.projection import Numbers
 from kane.motion.resting import that_move
 from kane.motion.singular_rates import nearly_singular
@@ -280,8 +280,9 @@ class Course:
         within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
         values = np.vstack([self.watched, within, after])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
-        fresh = self.fresh if times[0] == self.t[0] else None
-        met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest), fresh)
+        least = thresholds(events, self.largest)
+        met = crossings(events, now.watch, dense, times, values, least, self.fresh)
+        self.fresh = still_there(self.fresh, after - least)
         met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
         moving = that_move(met, now, times, values, dense(times[-1]), self.span[1] - self.span[0])
         noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
