@@ -188,8 +188,8 @@ def check_potential(seed: int) -> None:
         warnings.simplefilter("error")
         eom = kn.derive(kn.System(N, bodies=bodies, joints=[joint], loads=[spring]))
     still = {"q": [0.3] * len(eom.coordinates), "u": [0] * len(eom.speeds)}
-    forces = np.array(eom.evaluate(list(eom.forcing), **still), dtype=float)
-    if np.abs(forces).max() > 1e-3 * scale:
+    most = max(abs(float(x)) for x in eom.evaluate(list(eom.forcing), **still))
+    if most > 1e-3 * scale:
         with pytest.warns(kn.KaneWarning, match="got another one"):
             kn.derive(kn.System(N, bodies=bodies, joints=[joint], loads=[replace(spring, potential=-spring.potential)]))
 

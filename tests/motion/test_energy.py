@@ -101,6 +101,19 @@ def test_what_dampers_take_hides_no_jump():
     assert energy_check(*jumps, [np.full_like(T, -1e2)]).relative == pytest.approx(1e-4)
 
 
+def test_work_that_is_taken_again_is_a_scale_of_its_error():
+    """1 J is given and taken again: 1e-8 J is left of both, and no energy. What jumps later is measured by what there is then."""
+
+    def given(t):
+        return np.exp(-((t - 3) ** 2))
+
+    def measured(when):
+        return checked(given, lambda t: 1e-8 * (t > when), lambda t: -given(t), given).relative
+
+    assert measured(3) == pytest.approx(1e-6, rel=0.1)
+    assert measured(9) > 50 * measured(3)
+
+
 def test_a_long_motion_whose_dampers_forget():
     """A forced oscillation for 2.2e5 s, right to 1e-9: what adds up in the work is no warning, what is wrong in the state is one."""
     x, v = kn.coordinate("x"), kn.speed("v")

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.expr.evaluate import evaluate
-from kane.numeric.bounds import bounded
+from kane.numeric.bounds import bounded, vanish
 
 X, Y, Z = kn.coordinates("x y z")
 AT = {X: 0.7, Y: 1.3, Z: -0.4}
@@ -55,3 +55,11 @@ def test_rounding_is_within_the_bound_of_sums_that_cancel(rng):
         exact = sum(Fraction(v) * Fraction(w) for v, w in zip(x, y, strict=True))
         assert abs(Fraction(float(value)) - exact) <= change
         assert abs(value) <= change
+
+
+def test_what_vanishes_does_so_whatever_the_parameters_are():
+    a, b = kn.parameter("a", 0.7), kn.parameter("b", 0.7)
+    identity = kn.sin(X + Y) - kn.sin(X) * kn.cos(Y) - kn.cos(X) * kn.sin(Y)
+    assert vanish([identity, a * identity, a - b, identity + 1e-9 * X, X * 0]) == [True, True, False, False, True]
+    assert vanish([a - b], known={a: 0.7, b: 0.7}) == [True]
+    assert vanish([1 / identity, kn.sqrt(-X)]) == [False, False]

@@ -103,12 +103,13 @@ def check_placed(who: str, constraints: Iterable[Constraint], last: str) -> None
 def check_reaction_places(system: System, kinematics: Kinematics) -> None:
     """Loads are linear in reactions, and none of these is along a direction in which the far side moves freely already."""
     _check_loads_linear(system)
+    defaults = {p: float(p.default) for p in system.parameters if p.default is not None}
     for symbol in (*system.reactions, *system.auxiliary_speeds):
         cut = cut_of(symbol)
         if cut is None:
             continue
         free = _free_rate(cut, kinematics)
-        if free is not ZERO and not all(vanish([free])):
+        if free is not ZERO and not all(vanish([free], known=defaults)):
             raise ReactionError(
                 f"Expected the reaction {symbol} along a direction in which the far side is held, got {cut.along} at "
                 f"{cut.at.name}, along which it moves freely with {free}. Choose a direction across the motion."

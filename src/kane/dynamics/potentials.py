@@ -84,7 +84,7 @@ def _differs(load: Load, sample: Sample, a: Array | None, inertial: Frame) -> bo
         partial = motion[:, :-1] - motion[:, -1:]
         pushed, size = pushed + pull[:, 0] @ partial, size + np.abs(pull[:, 0]) @ np.abs(partial)
         left = left + np.abs(pull).sum() * (moved[:-1] + moved[-1]) + off[0] * np.abs(partial).sum(axis=0)
-    gap = pushed + held
+    gap, left = pushed + held, np.nan_to_num(left, posinf=0.0)
     if not (np.isfinite(gap).all() and np.isfinite(size).all()):
         return None
     if a is None or not len(a):

@@ -61,11 +61,13 @@ def constraint_rows(
     listed = tuple(constraints)
     large = len(speeds) >= _LARGE and not auxiliary
     along = rows_along_tree(listed, kinematics) if large else {}
-    forms = _cleared([(c, along.get(c) or (_placed if c.placed else _bare)(c, kinematics)) for c in listed], kinematics)
+    sets = [s.coordinates for s in kinematics.speeds.system.euler_parameters]
+    forms = _cleared([(c, along.get(c) or (_placed if c.placed else _bare)(c, kinematics)) for c in listed], sets)
     for c, form in forms:
+        if any(s in form.coefficients for s in speeds):
+            continue
         # of a plane loop closed in space: redundant, not wrong
-        follows = c.placed and form.rest is ZERO and not form.coefficients and all(vanish([c.expr]))
-        if not follows and not any(s in form.coefficients for s in speeds):
+        if not (c.placed and form.rest is ZERO and all(vanish([c.expr], sets))):
             raise ModelError(
                 f"Expected the constraint {c.name!r} to restrict the motion, got {cut(c.expr)}, whose rate holds no speed."
             )
@@ -82,11 +84,11 @@ def constraint_rows(
 
 
 def _cleared(
-    forms: Sequence[tuple[Constraint, ScalarForm]], kinematics: Kinematics
+    forms: Sequence[tuple[Constraint, ScalarForm]], sets: Sequence[Sequence[Expr]]
 ) -> list[tuple[Constraint, ScalarForm]]:
     """Without what is zero but for rounding, as the tilt of an axis that several pins in a row share."""
     numbers = [x for _, form in forms for x in (*form.coefficients.values(), form.rest)]
-    gone = iter(vanish(numbers, [s.coordinates for s in kinematics.speeds.system.euler_parameters]))
+    gone = iter(vanish(numbers, sets))
     cleared = []
     for c, form in forms:
         kept = {s: x for s, x in form.coefficients.items() if not next(gone)}

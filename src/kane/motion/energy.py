@@ -34,9 +34,9 @@ class EnergyCheck:
     """How well E − ∫P dt stayed constant.
 
     `drift` is the largest |D| with D = E − E(0) − ∫P dt, `relative` the largest of |D| over the scale of its instant, or a hundredth
-    of what was taken or exchanged, and of the change of D between samples over the scale alone; `at` is that instant (s). `scale` is the
-    largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol. δE is what the absolute tolerance leaves open: the change of E
-    with coordinates and speeds off by `atol`, one at a time.
+    of what was taken or exchanged, and of the change of D between samples over the scale alone; `at` is that instant (s). `scale` is
+    the largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol. δE is what the absolute tolerance leaves open: the change of
+    E with coordinates and speeds off by `atol`, one at a time.
     """
 
     drift: float

@@ -16,7 +16,7 @@ import numpy as np
 from kane.expr.constants import error_of, number_of
 from kane.expr.node import Expr, nodes, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, PI, REGULAR, SIN, SQRT, SUB, SYMBOL, WHERE, Op
-from kane.numeric.sample import unit, value_of
+from kane.numeric.sample import draw, unit
 
 _SEEDS = (20042, 20043, 20044)
 ROUNDING = 2.0**-51
@@ -48,12 +48,17 @@ def bounded(roots: Iterable[Expr], values: Mapping[Any, Any], share: float = ROU
     return [known[r] for r in wanted]
 
 
-def vanish(exprs: Iterable[Expr], groups: Iterable[Sequence[Any]] = ()) -> list[bool]:
-    """Which of the expressions are zero but for rounding, at all of several states drawn at random; `groups` are Euler parameters."""
-    roots = list(exprs)
+def vanish(
+    exprs: Iterable[Expr], groups: Iterable[Sequence[Any]] = (), known: Mapping[Any, float] | None = None
+) -> list[bool]:
+    """Which of the expressions are zero but for rounding whatever their symbols are: at all of several states drawn at random.
+
+    `groups` are Euler parameters; parameters are drawn, too, but for those that are `known`.
+    """
+    roots, known = list(exprs), known or {}
     symbols = [node for node in nodes(roots) if node.op is SYMBOL]
-    values = unit({s: np.array([value_of(s, seed) for seed in _SEEDS]) for s in symbols}, groups)
-    return [bool(np.all(abs(x) <= error)) for x, error in bounded(roots, values)]
+    values = unit({s: np.array([known.get(s, draw(seed, s)) for seed in _SEEDS]) for s in symbols}, groups)
+    return [bool(np.all((abs(x) <= error) & (error < np.inf))) for x, error in bounded(roots, values)]
 
 
 def _leaf(node: Expr, values: Mapping[Any, Any], share: float) -> Bounded:

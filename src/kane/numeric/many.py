@@ -84,7 +84,7 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rou
     turning = _turning(function, x, f, g, usable) | everywhere[:, None]
     turns = np.asarray(turning.all(axis=0))
     turning[:, list(unit)] = True
-    extent = _extent(function, x, turning, error.max(axis=0))
+    extent = _extent(function, x, turning, rounding)
     if np.any(extent != 1.0):
         x = extent * x
         f, g, error = _values(function, x, rounding)
@@ -103,9 +103,12 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rou
 
 
 def _values(function: Residuals, x: Array, rounding: Rounding) -> tuple[Array, Array, Array]:
-    every = np.arange(len(x))
-    f, g = function(x, every)
-    return f, g, np.nan_to_num(np.broadcast_to(rounding(x, every), f.shape), posinf=0.0)
+    f, g = function(x, np.arange(len(x)))
+    return f, g, _error(x, f, rounding)
+
+
+def _error(x: Array, f: Array, rounding: Rounding) -> Array:
+    return np.asarray(np.nan_to_num(np.broadcast_to(rounding(x, np.arange(len(x))), f.shape), posinf=0.0))
 
 
 def _finite(f: Array, g: Array) -> Mask:
@@ -123,11 +126,10 @@ def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) ->
     return np.asarray(limit >= np.abs(more - f[j]).T)
 
 
-def _extent(function: Residuals, x: Array, turning: Mask, error: Array) -> Array:
+def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) -> Array:
     """How many times as large as in x (k × n) what does not turn must be to change some f as much as the terms without it (n).
 
-    It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it, but what rounding
-    leaves, at most the `error` (m).
+    It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it but what rounding leaves.
     """
     k, free = len(x), ~turning.all(axis=0)
     extent = np.ones(x.shape[1])
@@ -137,8 +139,9 @@ def _extent(function: Residuals, x: Array, turning: Mask, error: Array) -> Array
     every = np.tile(x, (len(shares), 1)) * np.where(free, np.repeat(shares, k)[:, None], 1.0)
     with np.errstate(all="ignore"):
         f = function(every, np.tile(np.arange(k), len(shares)))[0].reshape(len(shares), k, -1)
+        error = _error(every[:k], f[0], rounding)
         without, moved = np.median(np.abs(f[0]), axis=0), np.median(np.abs(f[1:] - f[0]), axis=1)
-        enough = (moved >= without) & (without > error) & np.isfinite(moved)
+        enough = (moved >= without) & (without > error.max(axis=0)) & np.isfinite(moved)
     first = np.where(enough.any(axis=0), np.log10(_EXTENTS)[np.argmax(enough, axis=0)], np.nan)
     for i in np.flatnonzero(free):
         own = first[~turning[:, i] & np.isfinite(first)]
