@@ -7,8 +7,6 @@ reading one is never waited for.
 
 import contextlib
 import os
-import secrets
-import shutil
 import stat
 from collections.abc import Callable
 from pathlib import Path
@@ -71,12 +69,12 @@ def exchange(
     path = path.absolute()
     if reason := refusal(path):
         raise error(reason)
-    fresh = path.with_name(f".kane-{secrets.token_hex(8)}.part{path.suffix}")
+    fresh = path.with_name(f".kane-{os.urandom(8).hex()}.part{path.suffix}")
     fresh.open("xb").close()
     try:
         write(fresh)
         with contextlib.suppress(FileNotFoundError):
-            shutil.copymode(path, fresh)
+            fresh.chmod(stat.S_IMODE(path.stat().st_mode))
         _to_disk(fresh)
         if reason := refusal(path, own):
             raise error(reason)
