@@ -48,13 +48,14 @@ class Leaves(NamedTuple):
     band: float = 0.0
 
 
-Fresh = Mapping[int, Leaves]
-"""The events at whose thresholds a motion begins, by place."""
+Fresh = Mapping[str, Leaves]
+"""The events at whose thresholds a motion begins, by name."""
 
 
-def still_there(fresh: Fresh, gaps: Array) -> Fresh:
-    """Those that have not left the bands about their thresholds after a step, by the distances of all events."""
-    return {k: leaves for k, leaves in fresh.items() if abs(gaps[k]) < leaves.band}
+def still_there(fresh: Fresh, events: Sequence[Event], gaps: Array) -> Fresh:
+    """Those that have not left the bands about their thresholds, by the distances of all events after a step."""
+    inside = {e.name: abs(gap) for e, gap in zip(events, gaps, strict=True) if e.name in fresh}
+    return {name: leaves for name, leaves in fresh.items() if inside.get(name, np.inf) < leaves.band}
 
 
 def thresholds(events: Sequence[Event], largest: Array) -> Array:
@@ -75,7 +76,7 @@ def crossings(
     """The events that a step meets, in order of time.
 
     `watch` gives the events' quantities at a time and state, `values` (k × events) those at `times` (k), whose first and last are the
-    ends of the step; `least` are their thresholds. Those of `fresh`, by place, are at their thresholds at the beginning.
+    ends of the step; `least` are their thresholds. Those of `fresh`, by name, are at their thresholds at the beginning.
     """
     met: list[Met] = []
     most = MOST if len(times) == len(SHARES) else 0
@@ -88,7 +89,8 @@ def crossings(
             return np.array([gap(float(t)) for t in at])
 
         over = values[:, k] - least[k]
-        found = _leaving(gaps, times, over, fresh[k], most) if k in fresh else passages(gaps, times, over, most)
+        leaves = fresh.get(event.name)
+        found = _leaving(gaps, times, over, leaves, most) if leaves else passages(gaps, times, over, most)
         for start, end, a, b in found:
             if event.direction <= 0 < a or a < 0 <= event.direction:
                 t = _located(gap, start, end, a, b)

@@ -77,8 +77,9 @@ class NativeCourse:
         count = 0 if regimes is None else len(regimes.sides)
         self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        for k in self.fresh if t == self.span[0] else ():
-            self.given["seen"][k] = self.given["least"][k]
+        for k, event in enumerate(stepper.eom.events):
+            if event.name in self.fresh:
+                self.given["seen"][k] = self.given["least"][k]
         if regimes is not None:
             self.given["seen"][[len(stepper.eom.events) + k for k in regimes.fresh]] = 0.0
         self.holding = Holding(stepper, t, self.y) if stepper.manifold else None
@@ -353,7 +354,6 @@ class NativeCourse:
         values = values[:, : len(events)]
         least = thresholds(events, sizes)
         met = crossings(events, now.watch, one, times, values, least, self.fresh)
-        self.fresh = still_there(self.fresh, values[-1] - least)
         met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
         s[At.LOOKED] = 1.0
         moving = that_move(met, now, times, values, states[-1], self.span[1] - self.span[0])
@@ -366,6 +366,7 @@ class NativeCourse:
             self.stepped.beware(t)
             return None
         self.events += noted
+        self.fresh = still_there(self.fresh, events, values[-1] - least)
         if end is not None:
             before = self.times[(self.times > self.t[-1]) & (self.times < t)]
             for at in [*before, *([t] if t > self.t[-1] else [])]:

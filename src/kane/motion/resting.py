@@ -61,15 +61,17 @@ def at_start(now: Routines, t: float, state: Array, known: Mapping[str, float]) 
     `known`, by name, were met before; their sides are given, but for 0.
     """
     met: list[Met] = []
-    fresh: dict[int, Leaves] = {}
-    own = {e.name for e in now.eom.system.events} if now.eom.events else ()
-    for k, (event, value) in enumerate(zip(now.eom.events, now.watch(t, state), strict=True)):
-        if event.name in known and event.name in own:
+    fresh: dict[str, Leaves] = {}
+    own = {e.name for e in now.eom.system.events}
+    for event, value in zip(now.eom.events, now.watch(t, state), strict=True):
+        if event.name not in own:  # what every model watches may not be passed
+            continue
+        if event.name in known:
             side = known[event.name]
-            fresh[k] = Leaves(side, 1 if side else departure(event, now, t, state)[1])
-        elif event.name in own and abs(value - event.threshold) <= (band := _rounding(event, now, t, state)):
+            fresh[event.name] = Leaves(side, 1 if side else departure(event, now, t, state)[1])
+        elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state)):
             side, order = departure(event, now, t, state)
-            fresh[k] = Leaves(side, order, band)
+            fresh[event.name] = Leaves(side, order, band)
             if side and side == event.direction:
                 met.append((event, t))
             elif side == 0 if event.direction else event.breaks:

@@ -243,6 +243,8 @@ class Course:
             self._sample(float(t), dense(t))
         if end is None:
             self.watched = after
+            events = stepper.eom.events
+            self.fresh = still_there(self.fresh, events, after - thresholds(events, self.largest))
             self._go_on(kept, numbers)
         return end
 
@@ -280,9 +282,7 @@ class Course:
         within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
         values = np.vstack([self.watched, within, after])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
-        least = thresholds(events, self.largest)
-        met = crossings(events, now.watch, dense, times, values, least, self.fresh)
-        self.fresh = still_there(self.fresh, after - least)
+        met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest), self.fresh)
         met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
         moving = that_move(met, now, times, values, dense(times[-1]), self.span[1] - self.span[0])
         noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
