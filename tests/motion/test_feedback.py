@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inputs that follow from the state: expressions, functions of Python, sampled controllers."""
 
+import gc
+import os
 import pickle
 
 import numpy as np
@@ -11,6 +13,7 @@ from scipy.linalg import expm, solve_continuous_are
 import kane as kn
 from kane.gallery import pendulum_on_cart
 from kane.motion.feedback import Sampled
+from kane.program.native.compiled_routine import CompiledRoutine
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -354,3 +357,68 @@ def test_one_lsoda_inside_another_is_named(inner):
     assert "runs another LSODA: take another method for one of them" in sol.message
     assert "singular" not in sol.message
     assert kn.simulate(EOM, (0, 0.2), inputs={F: law, G: 0}, method="RK45", **START).status == "finished"
+
+
+def compiled_routines():
+    """How many compiled routines there are in this process."""
+    gc.collect()
+    return sum(isinstance(thing, CompiledRoutine) for thing in gc.get_objects())
+
+
+CART = kn.derive(pendulum_on_cart.system(force=True))
+FORMS = {
+    "linear": lambda k, s: k[0] * s[0] + k[1] * s[1] + k[2] * s[2] + k[3] * s[3],
+    "differences": lambda k, s: -(k[0] * (s[0] - k[1]) - k[2] * s[2]) / k[3],
+    "saturated": lambda k, s: (
+        kn.max(kn.min(k[0] * s[0] - k[1] * s[1] ** 3, k[2]), -k[2] - 9) + k[3] * kn.sin(k[1] * kn.time)
+    ),
+    "switched": lambda k, s: kn.where(kn.less(s[1], k[0]), k[1] * kn.tanh(s[2] / 3), k[2] * s[3]) + k[3],
+}
+
+
+@pytest.mark.grows
+@pytest.mark.parametrize("method", ["radau9", *(pytest.param(m, marks=pytest.mark.slow) for m in ("gauss16", "tsit5"))])
+@pytest.mark.parametrize("form", FORMS)
+def test_laws_that_differ_in_numbers_share_what_is_compiled(form, method, rng):
+    """Of either sign: as many routines after the last law as after the first; and the motion of each is that of its own numbers."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    count = 300 if "KANE_FULL" in os.environ else 4
+    start = {"q": [0.3, 0.2], "u": [0.0, 0.0], "samples": 3, "method": method}
+    after = []
+    for k in range(count):
+        gains = rng.uniform(-2, 2, 4)
+        law = FORMS[form](gains, eom.state)
+        sol = kn.simulate(eom, (0, 0.05), inputs={"F": law}, **start)
+        assert np.allclose(
+            sol["F"], kn.evaluate(law, {**dict(zip(eom.state, sol.states.T, strict=True)), kn.time: sol.t}), rtol=1e-12
+        )
+        if k % 100 == 3:
+            other = kn.simulate(
+                CART,
+                (0, 0.05),
+                inputs={"F": lambda t, x, law=law: kn.evaluate(law, numbers_at(t, x))},
+                **start | {"method": "DOP853"},
+            )
+            assert np.allclose(sol.states, other.states, rtol=1e-6, atol=1e-8)
+        after.append(compiled_routines())
+    assert after[-1] - after[1] <= (
+        1 if method == "radau9" else 0
+    )  # another of the stiff method's own, once it is needed
+
+
+def numbers_at(t, x):
+    return {**dict(zip(CART.state, x, strict=True)), kn.time: t}
+
+
+@pytest.mark.slow
+def test_laws_of_different_forms_are_kept_to_a_bound():
+    """Each is another expression: what is compiled for the first ones goes when others come."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    x, theta, *_ = eom.state
+    law, counts = kn.Rational(0) + x, []
+    for _ in range(90):
+        law = law.sin() + theta
+        kn.simulate(eom, (0, 0.001), q=[0.3, 0.2], u=[0, 0], inputs={"F": law}, samples=2, method="tsit5")
+        counts.append(compiled_routines())
+    assert counts[9] == counts[0] + 9
+    assert counts[-1] == max(counts) == counts[63]

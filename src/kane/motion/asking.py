@@ -4,9 +4,10 @@
 from collections.abc import Callable
 from typing import Any
 
-from kane.motion.drives import expressions
+from kane.motion.drives import law_of
 from kane.motion.feedback import Law, LawInput
-from kane.motion.formulas import Formula, driving
+from kane.motion.formulas import Formula
+from kane.motion.laws import driving
 from kane.motion.routines import Routines
 from kane.numeric.arrays import Array
 
@@ -25,8 +26,9 @@ def filling(now: Routines) -> Fill:
         elif not isinstance(f, Formula):
             others.append((k, f))
     each = list(laws.items())
-    values = expressions(now.drives, now.eom.inputs, functions=True)
-    routine = now.eom.numeric(now.settings).routine(driving, *(values or ())).flat if written else None
+    law = law_of(now.drives, now.eom.inputs, functions=True) if written else None
+    routine = now.eom.numeric(now.settings).routine(driving, *law.values).flat if law else None
+    p = law.parameters(now.p) if law else now.p
 
     def fill(t: float, x: Array, r: Array) -> None:
         for law, places in each:
@@ -36,6 +38,6 @@ def filling(now: Routines) -> Fill:
         for k, f in others:
             r[k] = f(t)
         if routine is not None:
-            r[:] = routine(t, x, now.p, r)
+            r[:] = routine(t, x, p, r)
 
     return fill

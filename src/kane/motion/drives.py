@@ -21,6 +21,8 @@ from kane.motion.breakpoints import MANY
 from kane.motion.feedback import Held, HeldInput, Law, LawInput, Sampled
 from kane.motion.formulas import Formula, formula, with_gains
 from kane.motion.interrupts import heed
+from kane.motion.laws import Law as Formulas
+from kane.motion.laws import law
 from kane.motion.smooth import check_smooth
 from kane.numeric.named import finite_number, named_values
 
@@ -273,15 +275,15 @@ def constant(f: Function) -> float | None:
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
 
 
-def expressions(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> tuple[Expr, ...] | None:
-    """The inputs, where all are numbers or expressions; those that are held between two steps stand for themselves.
+def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> Formulas | None:
+    """The inputs without their numbers, where all are numbers or expressions; those held between two steps stand for themselves.
 
     With `functions` those of Python do so too.
     """
     if asked(drives) and not functions:
         return None
     own = {s: f.expr if isinstance(f, Formula) else constant(f) for f, s in zip(drives, inputs, strict=True)}
-    return tuple(s if value is None else as_expr(value) for s, value in own.items())
+    return law([s if value is None else as_expr(value) for s, value in own.items()])
 
 
 def asked(drives: Sequence[Any]) -> bool:

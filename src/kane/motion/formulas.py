@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.errors import SimulationError, cut
 from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
@@ -16,8 +15,6 @@ from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import substitute
 from kane.motion.breakpoints import breakpoints
-from kane.numeric.arrays import Array
-from kane.program.bundle import Bundle
 
 CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", "where"))
 """Operations that have corners or jumps."""
@@ -94,13 +91,3 @@ def with_gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> Ex
 def own_parameters(given: Any) -> dict[Expr, Any]:
     """The values given for parameters by symbol: those that stand in inputs alone are not the model's."""
     return {s: v for s, v in given.items() if isinstance(s, Parameter)} if isinstance(given, Mapping) else {}
-
-
-def driving(eom: Equations, *values: Expr) -> Bundle[tuple[Array, ...]]:
-    """The inputs as functions of time and parameters."""
-    names = [s.name for s in eom.inputs]
-    return Bundle("driving", ports(eom.derived), _parts, {"inputs": list(values)}, names)
-
-
-def _parts(*parts: Array) -> tuple[Array, ...]:
-    return parts

@@ -8,10 +8,10 @@ import numpy as np
 
 from kane.motion.asking import filling
 from kane.motion.collocated import Given, by_kind, watching
-from kane.motion.drives import asked, constant, expressions, following, follows
+from kane.motion.drives import asked, constant, following, follows, law_of
 from kane.motion.feedback import HeldInput
-from kane.motion.formulas import driving
 from kane.motion.implicit import derivatives, exact
+from kane.motion.laws import driving
 from kane.motion.routines import Routines
 from kane.motion.steppers.outline import At
 from kane.motion.steppers.table import INTEGRATORS
@@ -30,6 +30,7 @@ class Arguments:
     def __init__(self, name: str, now: Routines, t: float, s: Array, y: Array, switches: int = 0) -> None:
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
         self.hooks: list[Hook] = []
+        self.law = law_of(now.drives, now.eom.inputs)
         work, r = aligned(self.integrator.work(len(y))), now.inputs(t, y)
         h = hoisted(now.rates, t, y[: now.width], now.p, r)
         self.given: Given = {
@@ -38,14 +39,14 @@ class Arguments:
             "y": y,
             "lag": np.zeros_like(y),
             "work": work,
-            "p": now.p.copy(),
+            "p": self.law.parameters(now.p) if self.law else now.p.copy(),
             "h": h,
         }
         self.given |= self._driving(t)
         if self.integrator.watches:
             self.given |= watching(now, t, y, switches, self.integrator.width > 1)
         if self.integrator.implicit:
-            self.given |= derivatives(now, t, y)
+            self.given |= derivatives(now, t, y, self.law)
             if following(now.drives) and asked(now.drives):
                 self.given["jac"] = self._slopes()
         if self.integrator.width == 1:
@@ -63,7 +64,7 @@ class Arguments:
         given = self._formulas()
         if given is None:
             return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self._hook(r)}
-        h = hoisted(given, t, self.y[: now.width], now.p, r[: len(now.drives)])
+        h = hoisted(given, t, self.y[: now.width], self.given["p"], r[: len(now.drives)])
         driven = 2 if follows(now.drives) else 1
         return {"r": r, "driven": driven, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
 
@@ -85,9 +86,8 @@ class Arguments:
 
     def _formulas(self) -> CompiledRoutine | None:
         """The inputs as a routine, where all are expressions; those that are held stay as they are."""
-        now = self.now
-        values = expressions(now.drives, now.eom.inputs)
-        return None if values is None else now.eom.numeric(now.settings).routine(driving, *values).flat
+        numeric = self.now.eom.numeric(self.now.settings)
+        return None if self.law is None else numeric.routine(driving, *self.law.values).flat
 
     def _hook(self, r: Array) -> Hook:
         """What asks Python for the inputs and writes them to r."""

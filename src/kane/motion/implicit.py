@@ -19,7 +19,8 @@ from kane.expr.diff import tangent, weighted
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given
-from kane.motion.drives import expressions, following, follows
+from kane.motion.drives import following, follows, law_of
+from kane.motion.laws import Law, law_ports
 from kane.motion.routines import Routines
 from kane.numeric.arrays import Array, Mask
 from kane.program.bundle import Bundle, Shaped
@@ -50,7 +51,7 @@ def closed(eom: Equations, *values: Expr) -> Bundle[Array]:
         for j in range(len(x)):
             for k in range(len(r)):
                 own[i * len(x) + j] += by_input[i * len(r) + k] * gained[k][j]
-    return _written(eom, "closed", own)
+    return _written(eom, "closed", own, law_ports(eom, values))
 
 
 def _slopes(eom: Equations, symbols: Sequence[Symbol]) -> list[Expr]:
@@ -58,9 +59,9 @@ def _slopes(eom: Equations, symbols: Sequence[Symbol]) -> list[Expr]:
     return [*slopes(eom.solved, symbols).entries, *weighted(power, [ONE], symbols)]
 
 
-def _written(eom: Equations, name: str, roots: list[Expr]) -> Bundle[Array]:
+def _written(eom: Equations, name: str, roots: list[Expr], own: Sequence[Port] = ()) -> Bundle[Array]:
     n = len(eom.state)
-    return Bundle(name, ports(eom.derived), _first, {"x": Shaped((n + 1, n), _regular(eom, roots))})
+    return Bundle(name, own or ports(eom.derived), _first, {"x": Shaped((n + 1, n), _regular(eom, roots))})
 
 
 def products(eom: Equations) -> Bundle[Array]:
@@ -121,14 +122,14 @@ def _held(eom: Equations) -> Mask:
     return whole
 
 
-def derivatives(now: Routines, t: float, y: Array) -> Given:
+def derivatives(now: Routines, t: float, y: Array, law: Law | None) -> Given:
     """What a kernel is told of J."""
-    numeric, values, long = now.eom.numeric(now.settings), expressions(now.drives, now.eom.inputs), is_long(now)
-    if follows(now.drives) and values is not None:
-        routine = numeric.routine(closed, *values).flat
+    numeric, long, p = now.eom.numeric(now.settings), is_long(now), now.p
+    if law is not None and follows(now.drives):
+        routine, p = numeric.routine(closed, *law.values).flat, law.parameters(p)
     else:
         routine = numeric.routine(products if long else entries).flat
-    at = t, y[: now.width], now.p, now.inputs(t, y)
+    at = t, y[: now.width], p, now.inputs(t, y)
     own, none = entry(routine), entry(now.rates)
     given: Given = {"long": int(long), "jac": none if long else own, "along": own if long else none}
     return given | {"hj": hoisted(routine, *at, *([np.zeros(now.width)] if long else []))}
@@ -147,9 +148,11 @@ def exact(now: Routines) -> Callable[[float, Array], Array]:
         return numeric.routine(products)(t, x, now.p, now.inputs(t, x), unit).T
 
     def by_law(t: float, x: Array) -> Array:
-        return numeric.routine(closed, *law)(t, x, now.p, now.inputs(t, x))
+        return by_values(t, x, p, now.inputs(t, x))
 
-    law = () if long or not follows(now.drives) else expressions(now.drives, now.eom.inputs) or ()
+    law = None if long or not follows(now.drives) else law_of(now.drives, now.eom.inputs)
+    if law is not None:
+        by_values, p = numeric.routine(closed, *law.values), law.parameters(now.p)
     by_law_alone = not law and following(now.drives)
 
     def j(t: float, y: Array) -> Array:

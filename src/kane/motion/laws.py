@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inputs as routines that take their numbers at run time, so that laws which differ in numbers alone share what is compiled."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.equations.routines import ports
+from kane.expr.build import NODE_BUILDERS, add, neg
+from kane.expr.evaluate import free_symbols
+from kane.expr.node import Expr
+from kane.expr.ops import CONST, OPS
+from kane.expr.symbols import Parameter
+from kane.expr.visit import fold
+from kane.numeric.arrays import Array
+from kane.program.bundle import Bundle
+from kane.program.program import Port
+
+_ADD, _SUB, _MUL, _DIV, _NEG = (OPS[name] for name in ("add", "sub", "mul", "div", "neg"))
+_KEPT = {OPS["pow"]: 1, OPS["regular"]: 1}
+"""Operations of which one argument says what they are, where it is a number: an exponent."""
+
+Signed = tuple[Expr, int]
+
+
+class Number(Parameter):
+    """The value of a number of a law; `place` counts them."""
+
+    __slots__ = ()
+    place: int
+
+
+class Law(NamedTuple):
+    """Inputs as expressions with a `Number` in the place of each number, and the values of these."""
+
+    values: tuple[Expr, ...]
+    numbers: tuple[float, ...]
+
+    def parameters(self, p: Array) -> Array:
+        """What its routines take as p: the parameters of the equations, then the numbers."""
+        return np.append(p, self.numbers)
+
+
+def law(values: Sequence[Expr]) -> Law:
+    """Expressions without their numbers: the same ones whatever these are, and their signs.
+
+    Signs go into numbers, and numbers are counted in an order of the terms that does not depend on them, as the order of the arguments
+    of sums and products does.
+    """
+    shapes: dict[Expr, tuple[int, bool]] = {}
+    made: dict[Signed, Expr] = {}
+    numbers: list[float] = []
+
+    def argument(node: Expr, sign: int, kept: bool) -> Expr:
+        if node.op is not CONST or kept:
+            return made.get((node, sign), node)
+        numbers.append(sign * float(node))
+        return Number.declare(f"number{len(numbers)}", place=len(numbers))
+
+    def combined(node: Expr, sign: int) -> Expr:
+        signs, left = _signs(node, sign, shapes)
+        args = [argument(a, s, _KEPT.get(node.op) == k) for k, (a, s) in enumerate(zip(node.args, signs, strict=True))]
+        if node.op is _NEG:
+            return args[0]
+        whole = add(*args) if node.op in (_ADD, _SUB) else NODE_BUILDERS[node.op.name](*args) if args else node
+        return neg(whole) if left < 0 else whole
+
+    for value in values:
+        fold(value, shapes, lambda node: _shape(node, shapes))
+        stack = [(value, 1)]
+        while stack:
+            node, sign = stack[-1]
+            signs, _ = _signs(node, sign, shapes)
+            waiting = [x for x in zip(node.args, signs, strict=True) if x[0].op is not CONST and x not in made]
+            if waiting:
+                stack += sorted(waiting, key=lambda x: shapes[x[0]][0], reverse=True)
+            elif stack.pop() not in made and node.op is not CONST:
+                made[node, sign] = combined(node, sign)
+    found = tuple(argument(value, 1, False) for value in values)
+    return Law(found, tuple(numbers))
+
+
+def _shape(node: Expr, shapes: dict[Expr, tuple[int, bool]]) -> tuple[int, bool]:
+    """What a node is but for numbers and signs, as an integer, and whether some number of it can take over a sign."""
+    args, op = [shapes[a] for a in node.args], node.op
+    if op is CONST:
+        return 0, True
+    if not args:
+        return node.key, False
+    if op is _NEG:
+        return args[0]
+    codes = [code for code, _ in args]
+    taking = [takes for _, takes in args]
+    takes = {_ADD: all, _SUB: all, _MUL: any, _DIV: any}.get(op)
+    code = _ADD.code if op is _SUB else op.code
+    return hash((code, *(sorted(codes) if op.commutative or op is _SUB else codes))), takes is not None and takes(
+        taking
+    )
+
+
+def _signs(node: Expr, sign: int, shapes: dict[Expr, tuple[int, bool]]) -> tuple[list[int], int]:
+    """The signs that the arguments of a node take over from `sign`, and what is left of it for the whole."""
+    op = node.op
+    if op is _NEG:
+        return [-sign], 1
+    if op in (_ADD, _SUB):
+        return [sign, -sign if op is _SUB else sign], 1
+    signs = [1] * len(node.args)
+    if sign < 0 and op in (_MUL, _DIV):
+        taking = [k for k, a in enumerate(node.args) if shapes[a][1]]
+        if taking:
+            signs[min(taking, key=lambda k: shapes[node.args[k]][0])] = -1
+            return signs, 1
+    return signs, sign
+
+
+def driving(eom: Equations, *values: Expr) -> Bundle[tuple[Array, ...]]:
+    """The inputs as functions of time, the state, and parameters."""
+    return Bundle("driving", law_ports(eom, values), _parts, {"inputs": list(values)}, [s.name for s in eom.inputs])
+
+
+def law_ports(eom: Equations, values: Sequence[Expr]) -> tuple[Port, ...]:
+    """t, x, p and r of routines that hold a law, with its numbers behind the parameters."""
+    t, x, p, r = ports(eom.derived)
+    numbers = sorted((s for s in free_symbols(values) if isinstance(s, Number)), key=lambda s: s.place)
+    return t, x, replace(p, symbols=(*p.symbols, *numbers)), r
+
+
+def _parts(*parts: Array) -> tuple[Array, ...]:
+    return parts
