@@ -25,7 +25,7 @@ class Place(NamedTuple):
 
 
 class Held(NamedTuple):
-    """The last link of a way from the ground, one halfway, and where they are at one configuration: on the ground, and in each other."""
+    """The last link of a way from the ground, one halfway, and where both are on the ground, the last one on the other, once."""
 
     end: Place
     middle: Place

@@ -97,9 +97,11 @@ class Kinematics:
 
     # Scalars --------------------------------------------------------------------------------------------------------
 
-    def drift(self, e: Expr) -> Expr:
-        """de/dt at constant speeds: q̇ = W u + X, u̇ = 0."""
-        return ZERO if e.op is CONST else tangent(e, self._leaf_drift, self._drift)
+    def drift(self, e: Expr, known: Mapping[Expr, Expr] | None = None) -> Expr:
+        """de/dt at constant speeds: q̇ = W u + X, u̇ = 0; of some expressions in it the rates may be `known`."""
+        if e.op is CONST:
+            return ZERO
+        return tangent(e, self._leaf_drift, {**known} if known else self._drift)
 
     def _leaf_drift(self, leaf: Expr) -> Expr:
         if isinstance(leaf, Time):

@@ -182,9 +182,8 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
         raise UnitError(
             f"Expected a length (m) of {p.name} {q.name}, got {cut(size)} [{told}]. Correct it, or the unit of a symbol in it."
         )
-    pull, square = r / size, r.dot(r)
-    own = ZERO if is_constant_in_time([size]) else neg(time_derivative(size) * (square / size**2 + 1) / 2)
-    f = (square / size - size) / 2
+    pull, f = r / size, (r.dot(r) / size - size) / 2
+    own = ZERO if is_constant_in_time([size]) else neg(time_derivative(size) * (f / size + 1))
     return Constraint(name or f"|{p.name} {q.name}|", "configuration", f, ((p, pull), (q, -pull)), (), "N", own)
 
 

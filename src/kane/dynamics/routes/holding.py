@@ -16,15 +16,18 @@ from functools import cached_property
 from kane.dynamics.derived import Derived
 from kane.dynamics.routes.freed import Freed
 from kane.dynamics.routes.pressed import Pressed
-from kane.expr.build import add, sub
+from kane.expr.build import add, neg, sub
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
+from kane.expr.ops import NEG
 from kane.kinematics.pulls import Placed, placed_forces, placed_torques, stands, together
 from kane.kinematics.resolved import resolved, transposed
 from kane.kinematics.segments import Segments
 from kane.kinematics.travel import velocities
 from kane.model.constraints import Constraint
-from kane.space.rotation import Triple, cross3
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.spatial import centripetal, summed
 from kane.space.vector import Vector
 
@@ -48,30 +51,37 @@ class Holding:
         return self._standing(c) if stands(c, self.segments) else self._general(r)
 
     def _standing(self, c: Constraint) -> tuple[Pressed, Expr]:
-        kinematics, inertial, segments = self.derived.kinematics, self.derived.system.inertial, self.segments
-        aligned, turning = kinematics.aligned, kinematics.turning
-        pulls, twists = ([(at, aligned.vector(v)) for at, v in pairs] for pairs in (c.forces, c.torques))
-        forces, torques = list(placed_forces(aligned, segments, pulls)), list(placed_torques(aligned, segments, twists))
-        total = kinematics.drift(c.own)
-        for p in forces:
-            total = add(total, dot(p.force, self._acceleration(p)))
-        for p in torques:
-            total = add(total, dot(p.moment, self.freed.free.moving[p.segment][0]))
-        for p in placed_forces(aligned, segments, [(at, turning(v)) for at, v in pulls]):
-            total = add(total, dot(p.force, self._velocity(p)))
-        for p in placed_torques(aligned, segments, [(at, turning(v)) for at, v in twists]):
-            total = add(total, dot(p.moment, self.freed.on.rates[p.segment].own))
-        fall = sum((v for at, v in pulls if segments.place(at)[0]), start=Vector())
-        total = sub(total, dot(fall.gathered().components(inertial), self.ground))
-        return self.freed.press({}, together((*forces, *torques))), total
+        kinematics, inertial = self.derived.kinematics, self.derived.system.inertial
+        aligned, turning = kinematics.aligned.vector, kinematics.turning
+        pulls, twists = ([(at, aligned(v)) for at, v in pairs] for pairs in (c.forces, c.torques))
+        acting = self._placed(pulls, twists)
+        total = ZERO if c.own is ZERO else kinematics.drift(c.own, _known(c.expr, add(self._power(acting), c.own)))
+        for p in acting:
+            alpha = self.freed.free.moving[p.segment][0]
+            total = add(total, dot(p.moment, alpha) if p.force is NOTHING else dot(p.force, self._acceleration(p)))
+        changes = self._placed([(at, turning(v)) for at, v in pulls], [(at, turning(v)) for at, v in twists])
+        fall = sum((v for at, v in pulls if self.segments.place(at)[0]), start=Vector())
+        total = sub(add(total, self._power(changes)), dot(fall.gathered().components(inertial), self.ground))
+        return self.freed.press({}, together(acting)), total
+
+    def _placed(self, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]) -> list[Placed]:
+        aligned, found = self.derived.kinematics.aligned, self.segments
+        return [*placed_forces(aligned, found, forces), *placed_torques(aligned, found, torques)]
+
+    def _power(self, acting: Iterable[Placed]) -> Expr:
+        total = ZERO
+        for p in acting:
+            w = self.freed.on.rates[p.segment].own
+            if p.force is NOTHING:
+                total = add(total, dot(p.moment, w))
+            else:
+                total = add(total, dot(p.force, summed(self._velocities[p.segment], cross3(w, p.r))))
+        return total
 
     def _acceleration(self, p: Placed) -> Triple:
         """a of the point, with that of the ground."""
         (alpha, a), w = self.freed.free.moving[p.segment], self.freed.on.rates[p.segment]
         return summed(a, summed(cross3(alpha, p.r), centripetal(w.own, p.r, w.square)))
-
-    def _velocity(self, p: Placed) -> Triple:
-        return summed(self._velocities[p.segment], cross3(self.freed.on.rates[p.segment].own, p.r))
 
     @cached_property
     def _velocities(self) -> list[Triple]:
@@ -87,3 +97,8 @@ class Holding:
     @cached_property
     def _accelerations(self) -> dict[Expr, Expr]:
         return resolved(self.freed.free.rows, self.derived.kinematics)
+
+
+def _known(f: Expr, rate: Expr) -> dict[Expr, Expr]:
+    """The rate of a constraint's f, which may stand in what its power leaves of that rate; a sign is no part of what is shared."""
+    return {f.args[0]: neg(rate)} if f.op is NEG else {f: rate}
