@@ -53,7 +53,7 @@ class Holding:
     def _standing(self, c: Constraint) -> tuple[Pressed, Expr]:
         kinematics, inertial = self.derived.kinematics, self.derived.system.inertial
         aligned, turning = kinematics.aligned.vector, kinematics.turning
-        pulls, twists = ([(at, aligned(v)) for at, v in pairs] for pairs in (c.forces, c.torques))
+        pulls, twists = [(at, aligned(v)) for at, v in c.forces], [(at, aligned(v)) for at, v in c.torques]
         acting = self._placed(pulls, twists)
         total = ZERO if c.own is ZERO else kinematics.drift(c.own, _known(c.expr, add(self._power(acting), c.own)))
         for p in acting:
