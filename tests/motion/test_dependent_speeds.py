@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 import warnings
 from itertools import combinations
@@ -56,6 +57,14 @@ def test_a_disk_falls_flat_and_through_the_plane_that_nothing_keeps(dependent):
     # J = m R^2/4 + m R^2 about the trace, m g R cos(theta)
     rate = np.sqrt(1 + 2 * 9.81 / (1.25 * 0.3) * (np.cos(1.0) - np.cos(lean)))
     np.testing.assert_allclose(sol["w1"], rate, rtol=1e-7)
+    assert sol.energy_check.relative < 1e-7
+    again = pickle.loads(pickle.dumps(sol))
+    assert (
+        len(again.segments)
+        == len(sol.segments)
+        == 1 + sum(e.name.startswith("dependent speeds") and t > 0 for e, t in sol.events)
+    )
+    np.testing.assert_array_equal(again.energy, sol.energy)
 
 
 @pytest.mark.parametrize(

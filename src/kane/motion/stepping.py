@@ -52,6 +52,8 @@ NARROW = 1e-12
 """Share of the time below which a step is not halved any more."""
 _AHEAD = 1e-3
 """Share of the time after which a motion that broke off is asked whether its constraints can be held there."""
+_NEAR_POLE = 0.25
+"""Share of the size that a pivot of W has had below which W may have a pole nearby."""
 _SHORT_OF_RANK = 0.02
 """Least singular value of A over the largest below which a motion that broke off may have come to a lock."""
 
@@ -291,7 +293,9 @@ class Course:
     def _go_on(self, kept: Array, numbers: Numbers | None) -> None:
         """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""
         end, events = self.solver.t, self.stepper.eom.events
-        changed = self.stepper.settle(end, kept, numbers, pole=not self.clear)
+        pivots = [k for k, e in enumerate(events) if isinstance(e, KinematicsEnd)]
+        near = bool(np.any(np.abs(self.watched[pivots]) < _NEAR_POLE * self.largest[pivots]))
+        changed = self.stepper.settle(end, kept, numbers, pole=near or not self.clear)
         if changed:
             self.watched = self.stepper.now.watch(end, kept)
             had = {e.name: x for e, x in zip(events, self.largest, strict=True)}

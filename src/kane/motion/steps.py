@@ -148,19 +148,18 @@ class Stepper:
             return None
         return regular_otherwise(self.eom, values, self.admitted, self.numeric.value)
 
-    def settle(self, t: float, y: Array, numbers: Numbers | None, pole: bool = False) -> bool:
+    def settle(self, t: float, y: Array, numbers: Numbers | None, pole: bool = True) -> bool:
         """Choose other dependent speeds where the present ones are poorly determined; says whether anything changed.
 
-        `pole` says that W has one ahead with the present ones.
+        `pole` says whether W may have one near y.
         """
-        if (pole or self.eom.solved.twin is not None) and self.regularize(t, y):
-            self.settle(t, *self.keep(t, y))
-            return True
+        before = (self.eom, self.lost)
+        if pole and self.regularize(t, y):
+            y, numbers = self.keep(t, y)
         if numbers is None or not self._chosen_from(numbers):
-            return False
+            return before[0] is not self.eom
         assert self.eom.embedding is not None
         assert self.manifold is not None
-        before = (self.eom, self.lost)
         lost = self._loses_rank(numbers)
         if lost:
             given = self.now.p, self.now.inputs(t, y)
