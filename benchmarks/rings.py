@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chains in space whose end is held at a point, up to 400 links: `python -m benchmarks.rings` prints how their cost grows.
+"""Chains in space whose end is held, up to 400 links: `python -m benchmarks.rings` prints how their cost grows.
 
-Derivation and compilation cold, each in a process of its own, seconds of processor time; accelerations and the three multipliers
-are computed at a state off the constraints, which takes as long. `--cold n` prints one of them as JSON.
+A ring is held at a point, a rod holds a chain of pins about random axes at a distance. Derivation and compilation cold, each in a
+process of its own, seconds of processor time; accelerations and the multipliers are computed at a state off the constraints, which
+takes as long. `--cold NAME n` prints one of them as JSON.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 import kane as kn
-from benchmarks.trees import figures
+from benchmarks.random_trees import random_tree
+from benchmarks.trees import SEED, figures
 from kane.gallery import four_bar
 
 COUNTS, FRESH = (50, 100, 200, 400), 3
@@ -46,37 +48,45 @@ def ring(n: int) -> kn.System:
     return kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)], holonomic=held)
 
 
-def cold(n: int) -> dict[str, float]:
+def rod(n: int) -> kn.System:
+    """Links on pins about random axes; the last one is held at a distance from a point of the ground."""
+    chain = random_tree(range(-1, n - 1), SEED)
+    N, tip = chain.inertial, chain.joints[-1].point
+    end = tip.root().at("E", kn.parameter("a", 0.4) * N.x + kn.parameter("b", 0.3) * N.y)
+    return chain.replace(holonomic=kn.distance(tip, end, kn.parameter("L", 0.5)))
+
+
+CHAINS = {"ring": ring, "rod": rod}
+
+
+def cold(name: str, n: int) -> dict[str, float]:
     """The figures of one."""
     kn.derive(four_bar.system()).compile(cache=False)  # what is imported late, and LLVM
-    found = figures(ring(n)).values()
-    return {name: x * unit for (name, (_, unit)), x in zip(COLUMNS.items(), found, strict=True)}
+    found = figures(CHAINS[name](n)).values()
+    return {key: x * unit for (key, (_, unit)), x in zip(COLUMNS.items(), found, strict=True)}
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--cold", type=int, metavar="N", help="one cold derivation and compilation, as JSON")
+    parser.add_argument("--cold", nargs=2, metavar=("NAME", "N"), help="one cold derivation and compilation, as JSON")
     asked = parser.parse_args()
     if asked.cold:
-        print(json.dumps(cold(asked.cold)))
+        print(json.dumps(cold(asked.cold[0], int(asked.cold[1]))))
         return
-    rows = []
-    for n in COUNTS:
-        runs = [_fresh(n) for _ in range(FRESH)]
-        rows.append([float(np.median([run[name] for run in runs])) for name in COLUMNS])
-        print(
-            f"{n} links: "
-            + "; ".join(
-                f"{name} {form.format(x)}" for (name, (form, _)), x in zip(COLUMNS.items(), rows[-1], strict=True)
-            )
-        )
-    powers = np.polyfit(np.log(COUNTS), np.log(rows), 1)[0]
-    print("power of n: " + "; ".join(f"{name} {x:.2f}" for name, x in zip(COLUMNS, powers, strict=True)))
+    for name in CHAINS:
+        rows = []
+        for n in COUNTS:
+            runs = [_fresh(name, n) for _ in range(FRESH)]
+            rows.append([float(np.median([run[key] for run in runs])) for key in COLUMNS])
+            shown = zip(COLUMNS.items(), rows[-1], strict=True)
+            print(f"{name}, {n} links: " + "; ".join(f"{key} {form.format(x)}" for (key, (form, _)), x in shown))
+        powers = np.polyfit(np.log(COUNTS), np.log(rows), 1)[0]
+        print("power of n: " + "; ".join(f"{key} {x:.2f}" for key, x in zip(COLUMNS, powers, strict=True)))
 
 
-def _fresh(n: int) -> dict[str, float]:
-    command = [sys.executable, "-m", "benchmarks.rings", "--cold", str(n)]
+def _fresh(name: str, n: int) -> dict[str, float]:
+    command = [sys.executable, "-m", "benchmarks.rings", "--cold", name, str(n)]
     text = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[1]).stdout
     return dict(json.loads(text))
 
