@@ -57,6 +57,7 @@ def run(code):
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
 
 
+@pytest.mark.slow
 def test_importing_loads_nothing_heavy():
     code = "import kane, sys; print(*[m for m in sys.modules])"
     loaded = set(run(code))
@@ -91,6 +92,7 @@ def test_names_are_imported_for_type_checkers_from_where_they_come():
     assert set(kn._MODULES) == set(kn.__all__) - {"__version__"}
 
 
+@pytest.mark.slow
 def test_names_mean_the_same_whatever_was_imported_before():
     """A submodule of the same name must not take a function's place."""
     names = ("simulate", "report", "to_sympy", "from_sympy", "Solution")
@@ -107,6 +109,7 @@ def test_names_mean_the_same_whatever_was_imported_before():
     assert set(words[2::3]) <= {"function", "type"}, words
 
 
+@pytest.mark.slow
 def test_deriving_loads_nothing_heavy():
     code = (
         "import sys; from kane.gallery import rolling_disk; import kane as kn\n"

@@ -63,6 +63,7 @@ def test_threads_that_overlap_give_back_what_was_there_first():
     assert not collector._before
 
 
+@pytest.mark.slow
 def test_a_derivation_lets_it_rest():
     system, runs = pendulums.system(40), []
     gc.collect()

@@ -27,6 +27,7 @@ def built(tmp_path_factory):
     return wheel, source
 
 
+@pytest.mark.slow
 def test_wheel_holds_the_whole_package_and_nothing_else(built):
     with zipfile.ZipFile(built[0]) as archive:
         names = set(archive.namelist())
@@ -91,6 +92,7 @@ def calls(path):
             yield ast.unparse(node.func), node
 
 
+@pytest.mark.slow
 def test_nothing_prints_but_the_command():
     """`show_versions` is asked to."""
     found = {
@@ -99,6 +101,7 @@ def test_nothing_prints_but_the_command():
     assert {place for place in found if not place.startswith("cli/")} == {"present/versions.py"}
 
 
+@pytest.mark.slow
 def test_warnings_are_kane_s_and_point_at_the_caller():
     warned = [(p, call) for p in SOURCES for name, call in calls(p) if name.split(".")[-1] in ("warn", "warn_explicit")]
     assert warned
@@ -126,6 +129,7 @@ def test_a_warning_names_the_line_that_called():
     assert {w.filename for w in caught} == {__file__}
 
 
+@pytest.mark.slow
 def test_loggers_are_kane_s():
     """Every logger is below the one that is silent unless asked; nothing configures the root."""
     names = [

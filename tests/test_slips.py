@@ -42,11 +42,13 @@ def told(seed: int) -> str:
     return "" if "xpected" in found.said and "got" in found.said else f"{where}: {found.said}"
 
 
+@pytest.mark.slow
 @few
 def test_a_slip_is_told(seed):
     assert told(seed) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(len(KINDS)))
 def test_a_sound_model_passes_without_a_word(seed):
     assert verdict(drafted(seed)).said == ""

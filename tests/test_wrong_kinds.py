@@ -225,6 +225,7 @@ def name_of(call: Any) -> str:
     return str(getattr(call[0], "__qualname__", call[0]))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::kane.KaneWarning")
 @pytest.mark.parametrize("call", CALLS, ids=name_of)
 def test_another_kind_is_named(call):
@@ -233,6 +234,7 @@ def test_another_kind_is_named(call):
     _tried_with_all(make, args, named)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::kane.KaneWarning")
 @pytest.mark.parametrize("call", ANALYSES, ids=name_of)
 def test_analyses_name_another_kind(call, tmp_path, monkeypatch):

@@ -110,6 +110,7 @@ def test_parts_that_reach_only_another_orientation_are_told_so():
         kn.assemble(eom, q=half)
 
 
+@pytest.mark.slow
 def test_operating_points_are_on_the_branch_that_is_meant():
     """A body on a slider that a spring holds: trimmed, linearized and analysed where it is meant to be."""
     body, system = closed("slider")

@@ -33,6 +33,7 @@ LAWS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_drag_has_derivatives_at_exact_rest_and_lets_start(name):
     eom = body(LAWS[name])

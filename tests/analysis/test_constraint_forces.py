@@ -11,6 +11,7 @@ import pytest
 import kane as kn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("evident", [True, False])
 @pytest.mark.parametrize("name", ["four_bar", "chaplygin_sleigh", "pure_rolling_disk", "knife_edge"])
 def test_both_ways_agree(name, evident):

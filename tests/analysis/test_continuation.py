@@ -17,6 +17,7 @@ def branch():
     return kn.continuation(driven_pendulum(), "tau", [0, 4, 8, 9.9, 12], q={"q1": kn.guess(0)}, u={"u1": 0})
 
 
+@pytest.mark.slow
 def test_the_branch_turns_back_where_the_torque_is_largest(branch):
     """sin q = τ/(m g l): up to τ = 10, and back on the unstable side to q = π."""
     np.testing.assert_allclose(branch.values, [0, 4, 8, 9.9, 10, 9.9, 8, 4, 0], atol=1e-9)
@@ -90,6 +91,7 @@ def test_bicycle_is_stable_between_weave_and_capsize_speed(speeds, between):
     assert abs(np.linalg.det(-(w**2) * BIKE_M + 1j * w * v * BIKE_C1 + 9.81 * BIKE_K0 + v**2 * BIKE_K2)) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_mode_that_comes_to_grow_twice_between_two_values():
     """m ẍ + (p − 1)(p − 3) ẋ + 4 x = 0 grows for 1 < p < 3: at both ends of (0, 4) it does not."""
     N = kn.Frame("N")
@@ -131,6 +133,7 @@ def test_a_branch_that_turns_twice(values):
     assert [found.turning[k] in c.between for k, c in enumerate(found.crossings)] == [True, True]
 
 
+@pytest.mark.slow
 def test_turning_disk_by_its_lean():
     """A coordinate may be what changes; every point satisfies the closed-form relation of steady turning."""
     eom = systems.rolling_disk()

@@ -42,6 +42,7 @@ ALIKE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALIKE)
 def test_one_corner_has_one_verdict_and_one_derivative_a_side_however_it_is_written(name):
     force = -ALIKE[name] - x
@@ -64,6 +65,7 @@ SMOOTH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SMOOTH)
 def test_what_is_smooth_to_first_order_passes(name):
     force, slope = SMOOTH[name]

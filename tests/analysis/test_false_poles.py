@@ -29,6 +29,7 @@ def by_rates(name):
     return kn.derive(SYSTEMS[name]().replace(speeds="rates", dependent_speeds=()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("yaw", [np.pi / 2, np.pi / 2 - 1e-8, np.pi / 2 + 1e-5])
 def test_at_the_pole_it_is_named_and_the_cure_works(name, yaw):

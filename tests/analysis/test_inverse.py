@@ -51,6 +51,7 @@ UNKNOWNS = {
 CASES = [(name, k) for name, sets in UNKNOWNS.items() for k in range(len(sets))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "k"), CASES)
 @given(seed=st.integers(0, 2**31))
 def test_inverse_undoes_forward(name, k, seed):
@@ -65,6 +66,7 @@ def test_inverse_undoes_forward(name, k, seed):
         assert value == pytest.approx(whole[s.name], abs=1e-10 * scale), s
 
 
+@pytest.mark.slow
 def test_computed_torque_along_a_motion():
     """The torque that drove a motion is found from the motion; arrays go through at once."""
     eom = equations("four_bar")

@@ -75,6 +75,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_differences_of_the_constrained_flow(name):
     make, at = CASES[name]
@@ -278,6 +279,7 @@ def test_second_order_form_of_fewer_coordinates_than_speeds():
         linear.second_order(["q1"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("independent", [(), ("u1", "u4", "u5"), ("u1", "u3", "u6")])
 def test_second_order_form_for_any_independent_speeds(independent):
     eom = kn.derive(whipple_bicycle.system())
@@ -322,6 +324,7 @@ def test_the_disk_may_move_along_its_cyclic_coordinates():
 
 
 # Meijaard, Papadopoulos, Ruina, Schwab (2007), eqs. (5.3), (5.4), (5.5)
+@pytest.mark.slow
 def test_whipple_bicycle():
     eom = kn.derive(whipple_bicycle.system())
     lin = kn.linearizer(eom)

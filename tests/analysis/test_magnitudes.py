@@ -95,6 +95,7 @@ def hung(units=SI):
     return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=[*loads, kn.Torque(A, -c * a * N.z)]))
 
 
+@pytest.mark.slow
 @examples(0.1, 3)
 @given(UNITS)
 def test_equilibria_and_their_frequencies_are_the_same_in_any_units(units):

@@ -23,6 +23,7 @@ def chain(masses, stiffness, unit=1.0):
     return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=springs))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e9])
 @pytest.mark.parametrize("masses", [(1.0, 2.0, 1.0), (0.3, 7.0, 1.1, 2.3, 0.9)])
 def test_what_nothing_holds_has_no_frequency(masses, scale, rng):

@@ -54,6 +54,7 @@ def test_two_real_ones_that_cross_are_met_both():
     assert [(y, root) for y, root, _ in found] == [(pytest.approx(0.3), 0), (pytest.approx(0.7), 0)]
 
 
+@pytest.mark.slow
 def test_a_rolling_disk_comes_to_stand():
     """Upright and rolling on, it falls below u3² = g/(3 R), and swings above."""
     eom = kn.derive(pure_rolling_disk.system())

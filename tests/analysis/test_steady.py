@@ -38,6 +38,7 @@ def upright(eom, spin):
     return kn.assemble(eom, q=q, rates={"yaw": 0.0, "lean": 0.0, "spin": 5.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dependent", CHOICES)
 def test_an_upright_disk_is_steady_whatever_its_dependent_speeds(dependent):
     """Those of its contact turn with it and change, or turn back; the others do not. It leans and yaws with ω² = 12/5 Ω² − 4/5 g/R."""
@@ -51,6 +52,7 @@ def test_an_upright_disk_is_steady_whatever_its_dependent_speeds(dependent):
         assert linear.states[-3:] == ("u1", "u2", "u3")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dependent", CHOICES)
 def test_a_steady_circle_is_found_whatever_the_dependent_speeds(dependent):
     """The same circle, which the spin and the place of the contact do not change."""

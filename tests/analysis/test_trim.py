@@ -90,6 +90,7 @@ def test_orientation_by_euler_parameters():
     assert max(np.abs(eom.evaluate(eom.accelerations, **point.arguments))) < 1e-11
 
 
+@pytest.mark.slow
 def test_steady_turning_of_the_bicycle():
     """In a steady turn the contact points follow circles about one vertical axis, and a simulation keeps the lean."""
     eom = kn.derive(whipple_bicycle.system())

@@ -16,6 +16,7 @@ def test_evaluations_at_an_error_lie_on_a_line_of_logarithms():
     assert np.isnan(at(errors, evaluations, 1e-9))
 
 
+@pytest.mark.slow
 def test_higher_order_takes_fewer_evaluations_at_small_errors():
     """Of a spring's motion, from 1e-6 to 1e-12; samples cost stages of dense output."""
     found = counts(spring(), 10, {"q": [1.0], "u": [0.0]})

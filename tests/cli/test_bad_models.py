@@ -225,6 +225,7 @@ def line_of(name: str) -> str:
     return f"line {number}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BAD)
 def test_check(name, file_of):
     row, file = BAD[name], file_of(name)
@@ -241,6 +242,7 @@ def test_check(name, file_of):
         assert line_of(name) in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in BAD if BAD[n].code])
 def test_category(name, file_of):
     found = from_json("check", file_of(name), code=1)
@@ -274,6 +276,7 @@ def test_a_motion_keeps_what_it_has(tmp_path, file_of):
     assert kane("check", file_of("singular_motion")).stdout.count("Warnings") == 0  # its start is sound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["speed_nonlinear", "singular_start"])
 def test_in_a_process_of_its_own(name, file_of):
     code = "import sys; sys.argv[0] = 'kane'; from kane.cli import main; main()"

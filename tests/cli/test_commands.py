@@ -132,6 +132,7 @@ def test_simulate_gives_the_library_s_motion(tmp_path):
     assert "pass  energy less the work of the loads" in said
 
 
+@pytest.mark.slow
 def test_simulate_draws_the_motion(tmp_path):
     told = kane("simulate", "pendulum", "--t1", 1, "--plot", "out/run.svg").stderr
     assert "Written: out/run.svg" in told
@@ -143,6 +144,7 @@ def test_simulate_draws_the_motion(tmp_path):
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [("report", "--out"), ("simulate", "--csv"), ("simulate", "--plot"), ("emit", "--target", "c", "--out"), ("new",)],
@@ -258,6 +260,7 @@ def test_bench_measures_and_counts():
     assert re.search(r"^  rhs +\d+ operations: ", said, re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_new_model_goes_through_every_command(tmp_path):
     told = kane("new", "x.py").stderr
     assert "Written: x.py" in told
@@ -281,6 +284,7 @@ def test_new_does_not_write_over_a_file(tmp_path):
     assert "model.py" in line(kane("new", "model.txt", code=2).stderr)
 
 
+@pytest.mark.slow
 def test_report_with_and_without_a_motion(tmp_path):
     said = kane("report", "pendulum", "--out", "a/b.html", "--t1", 1)
     assert "reached t = 1." in said.stdout

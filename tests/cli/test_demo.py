@@ -26,6 +26,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     return result.output, out / "rolling_disk" / "report.html"
 
 
+@pytest.mark.slow
 def test_every_step_is_printed(ran: tuple[str, Path]) -> None:
     output, _ = ran
     assert re.findall(r"^Step (\d)\.", output, re.MULTILINE) == list("1234567")
@@ -71,6 +72,7 @@ def test_another_model_is_noticed() -> None:
     assert not any(c.passed for c in found if "power derived" not in c.name)
 
 
+@pytest.mark.slow
 def test_a_failed_check_is_the_exit_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(demo, "checks", lambda disk, eom: rolling_disk_check.checks(disk, eom, diametral=0.26))
     result = CliRunner().invoke(app, ["demo", "--out", str(tmp_path)])
@@ -90,6 +92,7 @@ def test_version() -> None:
     assert result.output.strip() == f"kane {kn.__version__}"
 
 
+@pytest.mark.slow
 def test_main_without_warnings() -> None:
     code = "import sys; sys.argv = ['kane', '--version']; from kane.cli import main; main()"
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False)

@@ -7,11 +7,14 @@ import re
 import shlex
 from pathlib import Path
 
+import pytest
+
 from tests.cli.command import kane
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "howto" / "command_line.md"
 
 
+@pytest.mark.slow
 def test_console_blocks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"^```console\n(.*?)^```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)

@@ -32,6 +32,7 @@ class Disk:
         self.speeds = dict(zip(self.u, definitions, strict=True))
 
 
+@pytest.mark.slow
 def test_they_are_those_of_a_system_with_bodies():
     d = Disk()
     body = kn.RigidBody("disk", frame=d.C, mass_center=d.P, mass=M, inertia=kn.thin_disk(d.C, M, d.R, d.C.y))

@@ -65,6 +65,7 @@ def test_equations_without_the_pole_are_short():
     assert eom.operations.total == 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GALLERY)
 def test_true_poles_are_left_alone(name):
     """Gimbals and the like: there the coordinates themselves are singular."""
@@ -74,6 +75,7 @@ def test_true_poles_are_left_alone(name):
     assert without_poles(derived(eom.system), embedding.partition if embedding else None) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yaw", [0.0, np.pi / 2, np.pi / 2 - 1e-8])
 def test_a_motion_turns_through_the_poles(yaw):
     """The sled turns by 15.6 rad: yaw = ω t + 3 t²/2, speed = v + 3 t."""
@@ -127,6 +129,7 @@ def expected_accelerations(yaw: float, spin: float, run: float) -> list[float]:
     return [spin_dot, run_dot]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yaw", NEAR)
 def test_a_cart_is_regular_at_every_heading(yaw):
     eom = kn.derive(cart())

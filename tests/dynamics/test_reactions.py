@@ -148,6 +148,7 @@ class TestPendulum:
         )  # of the Gram matrix
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bodies", [1, 2, 4])
 def test_all_joint_reactions_of_random_trees(bodies):
     """Three force and three torque components at every joint, brought into evidence together."""

@@ -175,6 +175,7 @@ def test_derived_twice_it_is_the_same():
     assert all(a is b for a, b in zip(first.right_hand_side[:5], second.right_hand_side[:5], strict=True))
 
 
+@pytest.mark.slow
 def test_four_threads_get_identical_objects():
     """One table for all threads: the entries of M, u̇ and M's factors are the same objects."""
     gc.collect()
@@ -235,6 +236,7 @@ def grown(times, links):
     return before, sum(map(len, node.tables()))
 
 
+@pytest.mark.slow
 def test_derivations_leave_nothing_behind():
     before, after = grown(30, 8)
     assert after <= before

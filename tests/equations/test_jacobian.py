@@ -74,11 +74,13 @@ def check(eom, rng, kinds=KINDS):
     return values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(GALLERY))
 def test_the_gallery_against_dual_numbers(name, rng):
     check(derived(name), rng)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees_against_dual_numbers(seed, rng):
     check(kn.derive(jointed.system(seed, 1 + seed % 4, jointed.PLAIN)), rng, ("state", "inputs"))
@@ -124,6 +126,7 @@ def test_columns_of_any_kind_and_order(route, rng):
     assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["double_pendulum", "rolling_disk", "four_bar", "pendulum_on_cart"])
 def test_compiled_products_are_those_of_the_matrix(name, rng):
     eom = derived(name)

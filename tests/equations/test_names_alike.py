@@ -32,6 +32,7 @@ AT: dict[str, Any] = {"q": [0.3, 0.8], "u": [1.0, -2.0], "inputs": {T: 0.4}}
 SYMBOLS = (q1, q2, u1, u2, m, L, g, T, PULL, q1.dt, u2.dt, kn.time)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("symbol", SYMBOLS, ids=str)
 def test_a_name_is_its_symbol(symbol):
     value = EOM.evaluate(symbol, **AT)

@@ -41,6 +41,7 @@ def motion(eom, settings=FRESH, end=0.1):
     return kn.simulate(eom, (0, end), q=at.q, u=at.u, samples=3, settings=settings)
 
 
+@pytest.mark.slow
 def test_a_motion_of_the_four_bar_compiles_once(compiled):
     """One module of its routines, and those of the steps and of the projection around them."""
     eom = four_bar()
@@ -74,6 +75,7 @@ def _kernel(text, name):
     return text[text.index(f"define void @{name}(") :].partition("\n}")[0]
 
 
+@pytest.mark.slow
 def test_settings_reach_the_code_of_motions_and_analyses(compiled):
     settings = kn.Settings(
         contract=False, cpu="generic", features="+sse4.2" * ("+sse4.2" in host().features), cache=False
@@ -96,6 +98,7 @@ def test_settings_reach_the_code_of_motions_and_analyses(compiled):
     assert all(on == host() for _, on, _ in compiled[before:])
 
 
+@pytest.mark.slow
 def test_other_dependent_speeds_keep_the_settings(compiled):
     """The slider-crank's crank turns through its dead centres."""
     eom = kn.derive(load("slider_crank").system())
@@ -120,6 +123,7 @@ def test_one_object_for_each_settings():
     assert eom.numeric().settings == kn.Settings()
 
 
+@pytest.mark.slow
 def test_what_is_compiled_goes_with_the_equations():
     eom = four_bar()
     motion(eom)

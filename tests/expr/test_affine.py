@@ -89,6 +89,7 @@ def test_forms_together() -> None:
     assert [str(r) for _, r in forms] == ["x", "-x"]
 
 
+@pytest.mark.slow
 def test_a_deep_graph() -> None:
     e: Expr = x
     for i in range(1, 10_000):

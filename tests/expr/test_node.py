@@ -187,6 +187,7 @@ def test_pickling_a_deep_graph() -> None:
     assert pickle.loads(pickle.dumps(e)) is e
 
 
+@pytest.mark.slow
 def test_a_pickle_read_in_another_process_means_the_same() -> None:
     e = (parameter("m", 2.0, "kg", "mass") * x.dt**2 / 2 + pi * y.cos()).sqrt()
     code = (
@@ -214,6 +215,7 @@ def test_copies_are_the_same_object() -> None:
     assert copy.deepcopy({"e": [e]})["e"][0] is e
 
 
+@pytest.mark.slow
 def test_deallocation_of_a_graph_100000_deep() -> None:
     e = deep(100_000)
     watch = weakref.ref(e)
@@ -303,6 +305,7 @@ def test_threads_share_one_table_while_it_is_swept() -> None:
             assert names.setdefault((n.op, *n.args), n) is n
 
 
+@pytest.mark.slow
 def test_garbage_collection_keeps_identity() -> None:
     e = (x + y).sin()
     gc.collect()

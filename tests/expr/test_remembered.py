@@ -56,6 +56,7 @@ def test_other_threads_remember_for_themselves():
     assert found[0] is not own
 
 
+@pytest.mark.slow
 def test_nothing_is_held_after_a_derivation():
     system = four_bar.system()
     eom, gone = kn.derive(system), weakref.ref(system.frames[-1])

@@ -51,6 +51,7 @@ PATTERNS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pattern", PATTERNS, ids=str)
 def test_every_regular_matrix_is_solved_with(pattern, rng):
     """Leading minors that vanish, rows of other units, and ordinary numbers."""

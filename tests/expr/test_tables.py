@@ -102,6 +102,7 @@ def test_sides_of_corners(kind, seed, n):
     assert np.allclose(kn.evaluate(one, {X: between, side: signs}), kn.evaluate(table(X), {X: between}), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_equal_data_are_one_operation_in_every_process():
     x, y, table = some("cubic")
     again = kn.table(list(x), list(y), "cubic")

@@ -18,6 +18,7 @@ def test_it_moves_though_it_could_not_by_count() -> None:
     assert np.ptp(sol["q1"]) > 1
 
 
+@pytest.mark.slow
 def test_the_hinge_whole_is_redundant() -> None:
     with pytest.warns(
         kn.KaneWarning, match="'last hinge x', .*depend on each other.*motion is determined all the same"

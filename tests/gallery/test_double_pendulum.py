@@ -10,6 +10,7 @@ import kane as kn
 from kane.gallery import double_pendulum, pendulums
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bobs", [False, True])
 @pytest.mark.parametrize("relative", [False, True])
 def test_it_is_the_chain_of_two_links(relative: bool, bobs: bool) -> None:

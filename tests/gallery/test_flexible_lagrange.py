@@ -194,6 +194,7 @@ def state_of(name: str, eom: kn.Equations, rng: np.random.Generator) -> dict[str
     return {"q": at.q, "u": at.u}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_accelerations(name: str, rng: np.random.Generator) -> None:
     """q̈ of the nonlinear form, closures and prescribed spins as they are; stations and particles have the same integrals."""
@@ -212,6 +213,7 @@ def test_accelerations(name: str, rng: np.random.Generator) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-8 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["flexible_pendulum", "flexible_spacecraft", "flap_lag_blade", "flexible_arm"])
 def test_the_linearized_form_lacks_terms_of_second_order(name: str, rng: np.random.Generator) -> None:
     """Its accelerations differ from those by four times less when a small deformation and its rates are halved."""
@@ -230,6 +232,7 @@ def test_the_linearized_form_lacks_terms_of_second_order(name: str, rng: np.rand
     np.testing.assert_allclose(whole[counts] / half[counts], 4, rtol=0.25)
 
 
+@pytest.mark.slow
 def test_the_satellite(rng: np.random.Generator) -> None:
     """ω̇, the hub's acceleration and the rest: turns from the attitude by a vector have ω and ω̇ as its rates where it is zero."""
     eom = kn.derive(load("flexible_satellite").system(form="nonlinear"))

@@ -60,6 +60,7 @@ def test_choose() -> None:
         choose({"own": {}}, "other")
 
 
+@pytest.mark.slow
 def test_it_is_imported_only_when_asked_for() -> None:
     code = (
         "import sys, kane; assert not [m for m in sys.modules if m.startswith('kane.gallery')]; "

@@ -25,6 +25,7 @@ def test_no_window() -> None:
         n_four_bar.system(0)
 
 
+@pytest.mark.slow
 def test_it_can_start_aligned() -> None:
     """Where the constraints lose rank the motion starts all the same, as parallelograms if it is told so by its speeds."""
     eom = kn.derive(n_four_bar.system())

@@ -35,6 +35,7 @@ def decided(name, monkeypatch, scale=(1, 1, 1), **options):
     return {u.name for u in eom.dependent_speeds}, len(eom.redundant), eom.solved.route, len(said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HELD)
 def test_dependent_speeds_and_rank_do_not_depend_on_units(name, monkeypatch):
     expected = decided(name, monkeypatch)
@@ -137,6 +138,7 @@ GIGA = (1e-9, 1, 1), (1e9, 1, 1), (1, 1, 1e-9)
 """Lengths in millions of kilometres and in nanometres, times in thirty years."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["whipple_bicycle", "slider_crank", "pure_rolling_disk", "flexible_four_bar"])
 def test_what_is_assembled_is_the_same_in_any_units(name, in_units):
     """Which speeds are determined is no matter of the sizes of metres beside radians; least changes neither."""

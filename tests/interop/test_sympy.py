@@ -214,6 +214,7 @@ def test_long_sums_are_one_sum() -> None:
     assert len(to_sympy(e).args) == 2000
 
 
+@pytest.mark.slow
 def test_sympy_is_imported_only_when_used() -> None:
     code = "import sys, kane.interop.sympy, kane.write.text; sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-W", "error", "-c", code], check=False).returncode == 0

@@ -62,6 +62,7 @@ def values(exprs, seed):
     return np.array([float(x) for x in kn.evaluate(list(exprs), numbers)])
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.sampled_from(sorted(KINDS)), st.integers(0, 4)), min_size=1, max_size=8), st.integers(0, 9)
 )
@@ -106,6 +107,7 @@ def test_systems_that_turn_about_basis_vectors_keep_their_frames(name):
     assert aligned_bases(load(name).system().frames) is AS_DECLARED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eps", [0.0, 1e-16, 1e-15, 3e-15, 1e-14, 1e-12, 1e-9, 1e-6])
 @pytest.mark.parametrize("seed", range(3))
 def test_axes_that_are_nearly_parallel_lose_no_digits(eps, seed):
@@ -237,6 +239,7 @@ def seats(rng, count, eps):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eps", [0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
 def test_seats_by_parameters_may_come_to_be_parallel(eps, rng):
     """Equations whose axes are apart at the defaults of the parameters, at others, are those derived at these."""
@@ -263,6 +266,7 @@ def test_what_is_parallel_at_the_defaults_has_derivatives_by_parameters(rng):
     assert np.isfinite(np.array(slopes, dtype=float)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parents", [range(-1, 6), (-1, -1, 1, 0, 2, 2, 4, 1)])
 @pytest.mark.parametrize("floating", [False, True])
 def test_seats_by_parameters_take_the_operations_of_seats_by_numbers(parents, floating):

@@ -42,6 +42,7 @@ def state(eom, rng):
     return {"q": list(q.values()), "u": rng.normal(size=len(eom.speeds))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["N", "own", "before"])
 @pytest.mark.parametrize("pins", [False, True])
 def test_rates_give_back_the_speeds_and_routes_agree(axes, pins, rng):
@@ -77,6 +78,7 @@ def test_what_is_no_angular_velocity_stays_as_it_is():
     assert speeds.pivots != ()
 
 
+@pytest.mark.slow
 def test_many_turns_one_after_the_other_move_mass():
     """Euler parameters that are not of unit length scale what they turn, by as many factors as there are links."""
     assert kn.derive(balls(16, "N"), route="recursive").route == "recursive"

@@ -76,6 +76,7 @@ def function(eom, exprs, q, u, t):
     return kn.evaluate([eom.in_speeds(e) for e in exprs], values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speeds", SPEEDS)
 @pytest.mark.parametrize("c", CONFIGURATION + MOTION, ids=lambda c: c.name)
 def test_rows_from_partial_velocities_are_those_of_the_scalar(speeds, c):

@@ -101,6 +101,7 @@ def test_velocities_are_those_in_rates(case):
         assert at_state(eom, eom.angular_velocities[f].components(N)) == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_accelerations_are_those_in_rates(case):
     """Σ v_r u̇_r + bias at u̇ drawn at random is the derivative in rates, with q̈ from q̇ = W u + X."""
     arm, eom = case
@@ -199,6 +200,7 @@ class TestAuxiliarySpeeds:
         for name in ("rates", "shifted"):
             self.check(name, kn.reaction("R", at=cut.P, along=cut.direction), cut, {"slide": self.s, "along": along})
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", ["rates", "components", "shifted"])
     @pytest.mark.parametrize("middle", [False, True])
     @pytest.mark.parametrize("about", ["x", "y"])

@@ -31,6 +31,7 @@ def closing(system: kn.System, seed: int) -> list[kn.Constraint]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_rows_of_trees_of_any_joints(seed):
     plain = jointed.system(seed, 3 + seed % 3)
@@ -53,6 +54,7 @@ def test_rows_of_trees_of_any_joints(seed):
         assert abs(values[-1] - values[-2]) <= 1e-11 * max(size, abs(values[-1]))
 
 
+@pytest.mark.slow
 def test_a_long_ring_is_derived_in_operations_that_grow_as_it_does():
     """A, the lengths of the loop and u̇."""
     counts = []

@@ -50,6 +50,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_same_equations_without_it(name, monkeypatch):
     """With nothing ruled out the search finds the same matches: the same nodes."""

@@ -47,6 +47,7 @@ def motions(system, rates):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", list(systems()))
 def test_twists_along_the_tree_give_the_kinetic_energy(make):
     system = make()

@@ -41,6 +41,7 @@ def of_beam(spin: float, flap: bool) -> np.ndarray:
     return linear(kn.derive(system.replace(loads=[push])), SHAPES.at(1.0), spin)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("spin", "flap"), [(0.0, False), (SPIN, False), (SPIN, True)])
 def test_frequencies_and_statics(spin: float, flap: bool) -> None:
     """Twice the links, a quarter of the error: of the first frequencies at rest and spinning, and of the tip's deflection."""

@@ -70,6 +70,7 @@ def check_kept(
     assert np.ptp(sol.energy) < 1e-9 * np.abs(sol.energy).max()
 
 
+@pytest.mark.slow
 @FORMS
 def test_free_in_a_plane(form: str, rng: np.random.Generator) -> None:
     system, O = free_flyer(form)
@@ -110,6 +111,7 @@ def test_free_at_both_ends_and_turning_fast(form: str, rng: np.random.Generator)
     check_kept(system, O, rng, 100 * 2 * np.pi / 22.3733, start)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", [False, True], ids=["plane", "space"])
 def test_the_forms_differ_at_third_order(space: bool, rng: np.random.Generator) -> None:
     """Linearized, the momentum is that of the beam as it is, energy and angular momentum to second order in the deformation."""
@@ -139,6 +141,7 @@ def test_the_forms_differ_at_third_order(space: bool, rng: np.random.Generator) 
     np.testing.assert_allclose(whole[:-3][differs] / half[:-3][differs], 8, rtol=0.2)
 
 
+@pytest.mark.slow
 @FORMS
 def test_power_of_loads_and_of_the_hub(form: str) -> None:
     """A follower force at the tip, damping, gravity, and a hub whose motion is prescribed: E − ∫P dt is constant."""
@@ -204,6 +207,7 @@ def driven(form: str) -> tuple[kn.Equations, list[tuple[kn.Parameter, float]], k
     return eom, sized, eom.in_speeds(power)
 
 
+@pytest.mark.slow
 @FORMS
 @examples(0.3)
 @given(seed=st.integers(0, 10**6), active=st.lists(st.booleans(), min_size=17, max_size=17))
@@ -255,6 +259,7 @@ def test_reactions_at_the_root_are_rates_of_momenta(form: str, rng: np.random.Ge
     np.testing.assert_allclose(newton, momentum, rtol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.1, 10.0])
 def test_tip_mass(ratio: float) -> None:
     """1 + cos β cosh β + μ β (cos β sinh β − sin β cosh β) = 0."""
@@ -268,6 +273,7 @@ def test_tip_mass(ratio: float) -> None:
     np.testing.assert_allclose(frequencies(system)()[:3], expected, rtol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inertia", [0.01, 1.0])
 def test_hub_inertia(inertia: float) -> None:
     """A hub that turns freely: w = A (cosh − cos) + B sinh + C sin, EI w''(0) = −J ω² w'(0)."""
@@ -398,6 +404,7 @@ def test_chain_of_links_converges_to_the_beam() -> None:
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.2)
 
 
+@pytest.mark.slow
 @FORMS
 def test_sag_and_twist_in_space(form: str) -> None:
     """At rest, by statics: F L³/3EI in both directions, T L/GJ."""
@@ -462,6 +469,7 @@ def test_loads_along_the_beam(form: str) -> None:
         held.distributed(3.0)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", ["v", "s"])
 def test_damping_ratios(field: str) -> None:
     """Each mode at rest has the ratio asked for; Rayleigh's (α/ω + β ω)/2."""

@@ -82,6 +82,7 @@ def marked(seeds):
     return [seed if seed in QUICK else pytest.param(seed, marks=pytest.mark.slow) for seed in seeds]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::kane.KaneWarning")
 @pytest.mark.parametrize("seed", marked(SEEDS))
 def test_accelerations_are_those_of_newton_and_euler(seed):

@@ -18,6 +18,7 @@ ALL = [pytest.param(c, s, id=f"{c.name}, {s}") for c in CASES for s in c.speeds]
 HOMOGENEOUS = [pytest.param(c, s, id=f"{c.name}, {s}") for c in CASES for s in c.speeds if s != "scrambled"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "speeds"), ALL)
 def test_power_balance(case: Case, speeds: str) -> None:
     eom, states = equations(case, speeds), random_states(case, STATES)
@@ -65,6 +66,7 @@ def test_momentum_of_a_free_body(name: str, speeds: str) -> None:
     np.testing.assert_allclose(states.evaluate(eom, rates), expected, atol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speeds", free_body.SPEEDS)
 def test_simulated_free_body_keeps_its_momentum_and_energy(speeds: str) -> None:
     case = case_of("free body")
@@ -83,6 +85,7 @@ VERTICAL = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "speeds"), VERTICAL)
 def test_angular_momentum_about_the_vertical(name: str, speeds: str) -> None:
     """Gravity, and a spring and damper from a point on the vertical, have no moment about it."""

@@ -55,6 +55,7 @@ def test_every_system_has_three_choices_of_speeds() -> None:
         assert "rates" in case.speeds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "speeds"), ALL)
 def test_rates_are_recovered(case: Case, speeds: str) -> None:
     eom, states = equations(case, speeds), random_states(case, STATES)
@@ -69,6 +70,7 @@ def test_second_derivative_of_coordinates_has_two_names(case: Case, speeds: str)
     np.testing.assert_allclose(found, states.evaluate(eom, [eom.time_derivative(r) for r in eom.rates]), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "speeds"), PAIRS)
 def test_accelerations(case: Case, speeds: str) -> None:
     first, second = equations(case, case.speeds[0]), equations(case, speeds)
@@ -83,6 +85,7 @@ def test_accelerations(case: Case, speeds: str) -> None:
         assert np.all(gap <= bound), f"{name}: off by {gap.max():.1e}, state {np.argmax(gap - bound)}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_simulated_motion(case: Case) -> None:
     states = random_states(case, 1, seed=case.start)

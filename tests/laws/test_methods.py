@@ -86,6 +86,7 @@ def agree(module, count):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", sorted(set(SYSTEMS.values()) - LONG))
 def test_methods_agree(module):
     found = agree(module, 5)
@@ -103,6 +104,7 @@ def test_operations_are_those_committed():
     assert table() == TABLE.read_text(encoding="utf-8"), "if that is meant: python -m benchmarks.methods --write"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [m for m in OTHERS if m != "hamilton"])
 def test_equations_vanish_along_the_motion(method):
     """What is printed is zero at the accelerations, multipliers and constraint forces that solve it."""

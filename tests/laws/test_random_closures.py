@@ -152,6 +152,7 @@ KINDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(1800)  # minutes where the machine does other things, too
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_loops_by_every_closure(planar: bool, loops: int, tmp_path_factory: pytest.TempPathFactory) -> None:

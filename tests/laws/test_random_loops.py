@@ -156,6 +156,7 @@ def check_laws(state: State, limit: float) -> None:
     assert error(inertia, -active) <= limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_three_routes_and_laws(planar: bool, loops: int) -> None:
     @examples(0.1, 2)
@@ -169,6 +170,7 @@ def test_three_routes_and_laws(planar: bool, loops: int) -> None:
     check()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_the_choice_of_speeds_and_of_dependent_speeds_does_not_matter(planar: bool, loops: int) -> None:
     @examples(0.02)
@@ -200,6 +202,7 @@ def with_other_dependent_speeds(rng: np.random.Generator, state: State) -> kn.Eq
     return eom
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_a_second_of_motion_stays_on_the_constraints(planar: bool, loops: int) -> None:
     @examples(0.02)
@@ -225,6 +228,7 @@ def with_redundant_rows(m: Mechanism) -> tuple[Mechanism, set[str]]:
     return replace(m, closures=(*m.closures, c)), {f"{c.kind} 0", f"{c.kind} {len(m.closures)}"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("planar", [True, False])
 def test_redundant_closures_are_named_and_do_no_harm(planar: bool) -> None:
     @examples(0.1, 2)

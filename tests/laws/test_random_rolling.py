@@ -54,6 +54,7 @@ def compare(states: States, contact: Contact, solutions: Sequence[Solution], lim
         assert np.abs(here[:2] - reaction.force[:2]).max() <= share * size
 
 
+@pytest.mark.slow
 def test_a_few_systems():
     routes = {check(seed) for seed in range(8)}
     assert "contacts" in routes

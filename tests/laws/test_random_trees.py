@@ -47,12 +47,14 @@ def check_laws(motion: Motion) -> None:
         assert error(alpha[:, k], oracle.alpha.ravel()) <= limit
 
 
+@pytest.mark.slow
 @examples(0.5)  # tests/peers has as many as the profile says
 @given(trees_in_motion())
 def test_laws_on_trees_of_round_numbers(motion: Motion) -> None:
     check_laws(motion)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bodies", [1, 3, 5])
 def test_laws_on_trees_of_generic_numbers(bodies: int) -> None:
     rng = np.random.default_rng(100 + bodies)

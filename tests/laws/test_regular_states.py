@@ -197,6 +197,7 @@ def check(case: Redundant, count: int, folder: Path | None, rng: np.random.Gener
 QUICK = ("wheel", "sled", "bicycle NN rates", "bicycle YH speeds", "Bricard 3 whole", "windows +-+ 0234")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_accelerations_at_a_few_states(name, rng, tmp_path):
     check(CASES[name](), 8, tmp_path if name in ("sled", "wheel") else None, rng)

@@ -17,6 +17,7 @@ O = kn.Point("O", fixed_in=N)
 UNIT = {"length": 1.0, "mass_per_length": 1.0, "EI": 1.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mass", "stiffness", "expected"), [(1, 3, (5.3151, 15.207)), (2, 4, (8.7193, 21.146))], ids=["wedge", "cone"]
 )
@@ -36,6 +37,7 @@ def test_tapers_that_are_none() -> None:
         kn.tapered(1.0, 3)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("support", ["free", "clamped"])
 def test_free_at_both_ends(support: str) -> None:
     """In a frame that floats with it, by its own functions or by those of a beam that is clamped to the frame."""

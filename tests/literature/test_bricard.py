@@ -34,6 +34,7 @@ def held_to_redundant_coordinates(seconds: float) -> None:
     assert max(np.abs(v).max() for v in sol.constraint_residuals.values()) < 1e-10
 
 
+@pytest.mark.slow
 def test_motion() -> None:
     held_to_redundant_coordinates(1)
 

@@ -87,10 +87,12 @@ def held_to_redundant_coordinates(couplers: Any, seconds: float) -> None:
     np.testing.assert_allclose(np.sin(sol["psi"] - np.arctan2(*turned.T)), 0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_with_rods() -> None:
     held_to_redundant_coordinates("rods", 1)
 
 
+@pytest.mark.slow
 def test_with_stiff_springs() -> None:
     held_to_redundant_coordinates("springs", 0.01)
 

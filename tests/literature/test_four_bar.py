@@ -36,6 +36,7 @@ def linkage(q, u):
     return list(bodies), held, list(poses), list(twists)
 
 
+@pytest.mark.slow
 def test_accelerations_and_every_pins_reaction(motion: kn.Solution) -> None:
     named = motion.equations.accelerations
     accelerations = np.array(motion[list(named)]).T

@@ -117,6 +117,7 @@ MODELS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_models_by_newton_and_euler_and_by_lagrange(model):
     eom = kn.derive(MODELS[model]())

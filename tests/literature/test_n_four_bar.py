@@ -54,6 +54,7 @@ def test_it_goes_on_however_small_the_steps(n: int, tolerance: float) -> None:
     held_to_pendulum(n, tolerance)
 
 
+@pytest.mark.slow
 def test_redundant_coordinates() -> None:
     """Up to 1 s, short of the first alignment."""
     n = 2

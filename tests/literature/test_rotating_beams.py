@@ -18,6 +18,7 @@ AT_REST = (3.516015268, 22.034491564, 61.697214415, 120.901916065, 199.859530116
 FLAPWISE = {1: 3.6816, 2: 4.1373, 3: 4.7973, 6: 7.3604, 10: 11.2023, 12: 13.1702}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["linearized", "nonlinear"])
 def test_at_rest_by_legendre_polynomials(form: str) -> None:
     count = 10 if form == "linearized" else 3
@@ -27,11 +28,13 @@ def test_at_rest_by_legendre_polynomials(form: str) -> None:
     np.testing.assert_allclose(frequencies(system)()[:few], AT_REST[:few], rtol=tolerance)
 
 
+@pytest.mark.slow
 def test_at_rest_five_frequencies() -> None:
     _, system = spinning(modes=kn.mode_shapes("legendre", 15))
     np.testing.assert_allclose(frequencies(system)()[:5], AT_REST, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_flapwise_and_chordwise() -> None:
     """Every digit of the table; in the plane of rotation the square is less by γ², without stretch."""
     modes = kn.mode_shapes("polynomials", 12)
@@ -43,6 +46,7 @@ def test_flapwise_and_chordwise() -> None:
         np.testing.assert_allclose(out[:3], rotating_beam.flapwise(gamma)[:3], rtol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hub", [1.0, 5.0])
 def test_hub_of_some_radius(hub: float) -> None:
     _, system = spinning(flap=True, modes=kn.mode_shapes("polynomials", 14), hub=hub)
@@ -64,6 +68,7 @@ def test_stretch_and_bending_in_the_plane(slenderness: float) -> None:
         np.testing.assert_allclose(at(Omega=gamma)[:3], expected, rtol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gamma", [5.0, 40.0])
 def test_a_beam_that_turns_about_its_middle(gamma: float) -> None:
     """Free at both ends, across the plane of rotation: it keeps heaving (0) and pitching (γ); its bending is that of Ritz's method."""

@@ -66,6 +66,7 @@ def random_values(eom, exprs, rng):
     return values | {u: kn.evaluate(x, values) for u, x in dependent.items()}
 
 
+@pytest.mark.slow
 def test_the_published_forms_hold(solved, rng):
     problem, eom = solved
     for name, wanted in problem.published.items():

@@ -26,6 +26,7 @@ def of_beam(count: int, r: float, s: float, **more: Any) -> np.ndarray:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["linearized", "nonlinear"])
 def test_cantilever(form: str) -> None:
     count = 10 if form == "linearized" else 3
@@ -69,6 +70,7 @@ def test_simply_supported() -> None:
     np.testing.assert_allclose(found[:3], timoshenko.simply_supported(R, S, 3), rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_nothing_locks_as_the_stiffness_of_shear_grows() -> None:
     """With s → 0 the frequency of Rayleigh's beam is approached with s², with r → 0 that of Euler's and Bernoulli's with r²."""
     rayleigh = frequencies(spinning(modes=kn.mode_shapes("polynomials", 6), rotary=R**2)[1])()[0]

@@ -25,6 +25,7 @@ def alone(system, names):
     return system.replace(speeds={u: e for u, e in system.speeds.items() if u.name in names}, dependent_speeds=())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_accelerations_are_those_by_all_speeds(case):
     module, names = CASES[case]
@@ -43,6 +44,7 @@ def test_accelerations_are_those_by_all_speeds(case):
     assert vanishing == pytest.approx(0, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_a_motion_needs_no_others_at_the_start():
     eom = kn.derive(alone(pure_rolling_disk.system(), {"u1", "u2", "u3"}))
     sol = kn.simulate(eom, (0, 1), q=[0, 0.2, 0, 0, 0], u={"u1": 0.1, "u2": 1.0, "u3": 5.0})

@@ -221,6 +221,7 @@ class TestRepr:
         c = kn.configuration_constraint("short", self.q - self.a)
         assert repr(c) == "Constraint('short': q - a = 0, configuration)"
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("depth", [8, 4000])
     def test_a_long_one_is_cut_and_is_none(self, depth):
         f = self.q

@@ -36,6 +36,7 @@ class TestFriction:
         assert names == ["onset of sticking (friction on P)", "contact lost (R = 0)"]
         assert [e.name for e in written.events] == ["contact lost (R = 0)"]
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("threshold", [1e-4, 1e-2, 1e2])
     def test_the_threshold_is_its_own(self, threshold):
         normal = pressed()
@@ -135,6 +136,7 @@ class TestWhatIsNoFriction:
         sol = kn.simulate(eom, (0, 3), q=[0], u=[0], samples=3)
         assert sol["u_x"][-1] == pytest.approx(np.sqrt(8) * np.tanh(3 / np.sqrt(2)), abs=1e-6)
 
+    @pytest.mark.slow
     def test_a_direction_that_rest_has_not_is_said_to_be_none(self):
         eom = block(kn.Force(P, -0.5 * P.velocity(N).normalized()))
         assert eom.events == ()

@@ -41,6 +41,7 @@ def test_the_rate_of_a_reaction_has_no_name():
         _ = (2 * kn.reaction("F", at=P, along=N.x)).dt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "message"),
     [

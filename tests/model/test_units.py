@@ -173,6 +173,7 @@ def test_every_choice_of_speeds_in_the_gallery_fits(case):
 
 
 class TestReading:
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", GALLERY)
     def test_units_of_what_is_derived(self, name):
         """Energies in J, their rates in W, and each speed's rate in its unit per second."""

@@ -31,6 +31,7 @@ def oscillation(method, rtol, end=0.9, **more):
     return kn.simulate(EOM, (0, end), method=method, rtol=rtol, atol=rtol, **given)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "rtol", "more"),
     [
@@ -58,6 +59,7 @@ def test_the_errors_are_those_of_the_closed_form(method, rtol, more):
     assert found.worst in ("x", "v")
 
 
+@pytest.mark.slow
 def test_a_motion_that_an_event_ended():
     sol = oscillation("RK45", 1e-5)
     assert sol.status == "event"

@@ -79,6 +79,7 @@ def test_a_ball_bounces(method):
     assert work[-1] == pytest.approx(-2 * 9.81 * (sol["y"][-1] - 1), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("floor", [0.0, 5.0])
 def test_bounces_without_end_are_named(method, floor):
@@ -95,6 +96,7 @@ def test_bounces_without_end_are_named(method, floor):
     assert sol.t[-1] == pytest.approx(1.3, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [0.5, 1, 1.1, 1.2, 1.3, 2, 3])
 def test_a_ball_that_does_not_rebound_rests(height):
     """Whatever sign rounding leaves of the place where it stands."""
@@ -189,6 +191,7 @@ def test_several_at_one_instant():
     )
 
 
+@pytest.mark.slow
 def test_what_stays_at_its_threshold_but_for_rounding_is_no_event():
     """x + y is 3 from the swap on; x₁ − x₂ of two balls that move alike is zero all along."""
     x, w = kn.coordinate("x", "m"), kn.speed("w", "m/s")
@@ -230,6 +233,7 @@ def test_an_action_may_end_the_motion_and_set_off_others():
     assert [x.name for x in sol.jumps[0].events] == ["bounce", "upwards"]
 
 
+@pytest.mark.slow
 def test_a_mechanism_is_struck():
     """The crank's speed is halved; what depends on it follows, and the constraints hold."""
     system = four_bar.system()
@@ -256,6 +260,7 @@ def test_a_mechanism_is_struck():
     stopped_by(sol, jump.t, r"Expected actions that keep the constraints.* 'torn' .* what the constraints leave")
 
 
+@pytest.mark.slow
 def test_it_lasts(tmp_path):
     sol = kn.simulate(EOM, (0, 2), q=[1], u=[0], parameters={e: 0.7})
     sol.save(tmp_path / "run.npz")

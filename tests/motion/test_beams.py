@@ -49,6 +49,7 @@ def test_a_shaft_that_spins_about_its_axis_says_nothing() -> None:
         kn.simulate(kn.derive(kn.System(N, bodies=[beam])), (0, 0.01), q=[0.0], u=[0.0], samples=3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("modes", "spin", "enough"), [(1, 4, True), (1, 12, False), (3, 12, True), (2, 30, False), (4, 30, True)]
 )

@@ -16,6 +16,7 @@ P = kn.Point("O", fixed_in=N).at("P", x * N.x)
 TIMES = np.sort(np.random.default_rng(3).uniform(0, 20, 300))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss16", "vern9", "tsitpap8", "dop853", "tsit5", "radau9", "DOP853", "Radau"])
 def test_between_samples_a_motion_is_as_exact_as_at_them(method):
     """q = cos t at 300 times of a motion with two samples, and what follows from it; at the samples it is the same to the last bit."""
@@ -32,6 +33,7 @@ def test_between_samples_a_motion_is_as_exact_as_at_them(method):
     assert np.array_equal(found.states, more.states[1:-1])
 
 
+@pytest.mark.slow
 def test_constraints_are_kept_between_samples_too():
     eom = kn.derive(four_bar.system())
     sol = kn.simulate(eom, (0, 5), **four_bar.START, samples=2)
@@ -112,6 +114,7 @@ def test_a_joined_motion_is_that_of_its_parts():
         whole.accuracy()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "DOP853"])
 def test_a_file_of_numbers_is_taken_once_more(tmp_path, method):
     """With a number for its input and an event that acts; energy and work too."""

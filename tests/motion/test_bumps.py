@@ -30,6 +30,7 @@ def line(force):
     return kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1)], speeds={u: x.dt}, loads=[kn.Force(P, force * N.x)]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss16", "dop853", "tsitpap8", "tsit5", "DOP853"])
 @pytest.mark.parametrize("width", [0.3, 0.02])
 def test_a_smooth_pulse_on_a_free_way_is_felt(method, width):

@@ -23,6 +23,7 @@ def line(force, spring=50.0, unit=1.0):
 SLOW = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method", ["DOP853", *(pytest.param(m, marks=SLOW) for m in ("RK23", "RK45", "Radau", "BDF", "LSODA"))]
 )
@@ -46,6 +47,7 @@ def test_a_table_that_jumps_at_rest():
     assert "or take a table of kind 'cubic' in its place and choose" in sol.message
 
 
+@pytest.mark.slow
 def test_the_cure_cures():
     """tanh(v/eps) and Radau: at rest where the spring pulls less than the friction."""
     sol = kn.simulate(line(-3 * kn.tanh(v / 1e-4)), (0, 3), q=[0.5], u=[0.5], method="Radau", samples=3)
@@ -54,6 +56,7 @@ def test_the_cure_cures():
     assert abs(sol["x"][-1]) < 3 / 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_switches_that_are_crossed_are_none(seed):
     """A load that pulls back towards one place jumps twice a swing, and the motion goes on."""

@@ -30,6 +30,7 @@ def after(a, jump, t):
     return np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]) @ begin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "times"),
     [("gauss16", 300), ("dop853", 300), ("tsitpap8", 3000), ("vern9", 60), ("tsit5", 300), ("radau9", 30)],

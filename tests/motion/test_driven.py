@@ -5,6 +5,7 @@ import math
 import warnings
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -117,6 +118,7 @@ def off(seed, tolerance):
     return 0.0 if warned else np.abs(sol.states - exact.states).max() / np.abs(exact.states).max()
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
 @examples(0.4, least=8)
 def test_what_is_wrong_is_warned_of(seed):

@@ -46,6 +46,7 @@ LAWS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("method", ["auto", "DOP853", "Radau"])
 def test_linear_feedback_is_an_exponential(law, method):

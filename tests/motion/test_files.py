@@ -92,6 +92,7 @@ def test_a_system_written_otherwise_is_the_same(tmp_path):
     assert np.array_equal(again.energy, SOL.energy)
 
 
+@pytest.mark.slow
 def test_a_mechanism_whose_dependent_speeds_changed(tmp_path):
     eom = kn.derive(four_bar.system())
     sol = kn.simulate(eom, (0, 2), **four_bar.START, samples=21)
@@ -215,6 +216,7 @@ def test_zarr(tmp_path):
             kn.load_solution(path, EOM)
 
 
+@pytest.mark.slow
 def test_tables_of_pandas():
     require("pandas")
     frame = SOL.to_dataframe({"r": P.position(O), "K": EOM.kinetic_energy})
@@ -228,6 +230,7 @@ def test_tables_of_pandas():
     assert frame.attrs["parameter m"] == 3.0
 
 
+@pytest.mark.slow
 def test_datasets_of_xarray():
     require("xarray")
     data = SOL.to_xarray({"r": P.position(O)})

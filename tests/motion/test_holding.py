@@ -56,6 +56,7 @@ def test_the_gallerys_constrained_motions_run_in_machine_code(name):
     assert not own.energy_check.exceeds(1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", EACH)
 @pytest.mark.parametrize("samples", [2, 700])
 def test_a_long_motion_stays_on_its_constraints(method, samples):
@@ -69,6 +70,7 @@ def test_a_long_motion_stays_on_its_constraints(method, samples):
     assert sol.segments
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", EACH)
 def test_closures_that_are_driven_are_closed_at_all_times(method):
     """A crank led by an expression, and by functions of time that Python is asked for: the same motion."""
@@ -96,6 +98,7 @@ def test_closures_that_are_driven_are_closed_at_all_times(method):
         assert own.states == pytest.approx(other.states, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_events_are_met_at_states_on_the_constraints():
     """The rocker's angle, passed again and again, and the crank's, which ends the motion."""
     eom = four_bar.EOM
@@ -116,6 +119,7 @@ def test_events_are_met_at_states_on_the_constraints():
 class TestSingularPositions(Parallelogram):
     """Where constraints lose rank SciPy's steps lead past the place, and machine code goes on."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("method", EACH)
     def test_machine_code_goes_on_beyond(self, method, monkeypatch):
         eom = self.derive()

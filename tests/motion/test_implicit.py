@@ -28,6 +28,7 @@ def routines_of(eom):
     return routines(eom, np.array([p.default for p in eom.parameters]), [lambda t: 0.4] * len(eom.inputs), None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("long", [0, np.inf])
 @pytest.mark.parametrize("name", ["double_pendulum", "rolling_disk", "four_bar", "pendulum_on_cart"])
 def test_they_are_those_of_the_rates_and_of_the_power(name, long, monkeypatch, rng):
@@ -59,6 +60,7 @@ def test_inputs_that_follow_from_the_state_count(rng):
     assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA"])
 def test_a_stiff_motion_takes_no_evaluations_for_differences(method):
     """A pendulum with a stiff spring in the place of its rod: each change of J by differences would cost an evaluation a state."""

@@ -48,6 +48,7 @@ def check(sol, begin, end):
 METHODS = ["dop853", "tsit5", "radau9", "rk4", "DOP853", "Radau"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("of", ["state", "time"])
 def test_while_a_function_is_asked(method, of):

@@ -63,6 +63,7 @@ CORNERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CORNERS)
 def test_corners_are_told_however_they_are_written(name):
     profile, told = CORNERS[name]

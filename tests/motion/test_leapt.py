@@ -41,6 +41,7 @@ def test_walls_and_pulses_anywhere_are_felt(method, seed):
     assert kicked["v"][-1] == pytest.approx(1, abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1e6, 1e-6])
 def test_units_do_not_matter(unit):
     wall = line(-0.2 * unit**2 / width * kn.where(kn.less((x - at) ** 2, (width / 2) ** 2), 1.0, 0.0))

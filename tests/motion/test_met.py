@@ -36,6 +36,7 @@ class TestWithinAStep:
         assert [t for _, t in sol.events] == pytest.approx([1 - np.sqrt(0.1), 1 + np.sqrt(0.1)], abs=1e-6)
         assert sol.steps < 10
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("seed", range(4))
     def test_random_levels_of_a_swing_are_met_as_often_as_they_are(self, seed):
         rng = np.random.default_rng(seed)
@@ -156,6 +157,7 @@ SLOW = pytest.mark.slow
 class TestVanishingPivots:
     """u = xⁿ x' and no force: x = t − 1, which has no rate by u at t = 1. A motion ends there, and none is wrong."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("power", [1, 2, 3, 4])
     @pytest.mark.parametrize(
         "method", ["DOP853", "Radau", *(pytest.param(m, marks=SLOW) for m in ("RK23", "RK45", "BDF", "LSODA"))]

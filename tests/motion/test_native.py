@@ -87,6 +87,7 @@ def test_inputs_in_python_are_asked_at_the_stages():
             kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: np.sin}, method=method)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", NATIVE)
 def test_inputs_are_expressions_of_time_and_parameters(method):
     """F = a cos 3t, evaluated in machine code, a with its value; as a function of Python it gives the same motion."""
@@ -107,6 +108,7 @@ def test_inputs_are_expressions_of_time_and_parameters(method):
         kn.simulate(eom, (0, 4), q=[0], u=[0], inputs={F: eom.coordinates[0].dt * 2}, method=method)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [*NATIVE, "DOP853"])
 def test_a_prescribed_motion_is_an_expression(method):
     """A pivot that is moved by r = 0.1 sin 2t: its velocity and acceleration are derived; a pendulum hangs on it."""
@@ -171,6 +173,7 @@ def singular(exponent):
     return kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[load], speeds="rates"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", NATIVE)
 @pytest.mark.parametrize("exponent", [-2, 0.5])
 def test_what_breaks_off_says_where_and_why(method, exponent):
@@ -270,6 +273,7 @@ def thrown(*events):
     return kn.derive(kn.System(N, bodies=[kn.Particle("P", p, 1)], loads=[load], speeds="rates", events=found))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", WATCHES)
 @pytest.mark.parametrize("end", ["ceiling", "floor"])
 def test_events_are_those_of_scipys_steps(method, end):
@@ -325,6 +329,7 @@ def falling(quantity):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "dop853", "tsit5", "DOP853", "RK45"])
 def test_a_ball_meets_the_ceiling_twice_however_near_the_top(method):
     """Both meetings lie in one step, a millisecond apart where the ceiling is a micrometre below the top."""

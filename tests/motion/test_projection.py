@@ -79,6 +79,7 @@ def test_projection_onto_another_branch_is_told():
         assert manifold(eom.numeric()).turned(numbers) == told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["DOP853", "gauss16", "dop853"])
 @pytest.mark.parametrize(("turned", "status"), [(3, "finished"), (10**9, "stopped")])
 def test_a_step_onto_another_branch_is_halved_and_named_where_none_is_short_enough(monkeypatch, turned, status, method):

@@ -69,6 +69,7 @@ def test_a_pulse_beside_friction_gives_its_impulse():
     assert sol["v"][-1] == pytest.approx(2 + 1 - 0.4, abs=1e-11)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 @examples(0.1)
 def test_barriers_anywhere_take_what_they_take(seed):
@@ -88,6 +89,7 @@ SYMBOLS = (*kn.parameters("a1:5", 1.0), *kn.parameters("w1:5", 0.1), *kn.paramet
 LANE = line(sum(barrier(*(SYMBOLS[k + 4 * i] for i in range(3))) for k in range(4)))
 
 
+@pytest.mark.slow
 def test_a_wall_that_is_touched_alone_turns_nothing():
     """A ball thrown to just below, just to, and just above a place at which a load begins."""
     eom = line(-9.81 - 5 * kn.where(kn.less(2.0, x), 1.0, 0.0))

@@ -25,6 +25,7 @@ def driven(kind, first, second):
     return kn.derive(system)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1.0, 1e6, 1e-6])
 def test_two_drives_that_drift_apart(unit):
     """x = sin t and x = t: apart by t³/6, of which each is left half."""
@@ -47,6 +48,7 @@ def test_two_drives_of_a_motion_constraint():
     assert 0 < sol.t[-1] < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_random_drives_that_agree_up_to_some_order(seed):
     """The same polynomial, the second with c tᵏ more; with c = 0 the motion goes on to its end."""

@@ -30,6 +30,7 @@ EOM = kn.derive(system())
 WHOLE = kn.simulate(EOM, (0, 6), q=[1], u=[0.5], inputs={F: kn.sin(kn.time)}, samples=61, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss16", "dop853", "tsitpap8", "tsit5", "DOP853", "Radau"])
 def test_a_motion_in_two_parts_is_the_motion(method):
     exact = {"rtol": 1e-10, "atol": 1e-10, "method": method}

@@ -282,6 +282,7 @@ class TestSingularities:
         assert np.isfinite(sol.states).all()
         assert len(sol) > 50
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("method", METHODS)
     def test_escape_in_finite_time(self, method):
         sol = kn.simulate(line(6 * x**3), (0, 5), q=[1], u=[1], method=method, rtol=1e-6, max_steps=20_000)

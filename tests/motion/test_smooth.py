@@ -103,6 +103,7 @@ def test_what_turns_at_the_beginning_is_no_jump_within() -> None:
         check(abs(kn.sin(t)), (0.0, 4.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [kn.max(0, t - 1) ** 2, abs(kn.sin(t)) ** 3, abs(t - 1) * (t - 1)])
 def test_what_bends_may_stand_in_what_is_smooth(angle: Expr) -> None:
     """It is the angle that must not jump, not a part of it; the motion is that of its own rates."""

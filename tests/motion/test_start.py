@@ -67,6 +67,7 @@ def test_the_first_step_is_a_length(first, more, told):
         kn.simulate(spring(), (0, 1), q=[1], u=[0], first_step=first, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss16", "dop853", "tsitpap8", "vern9", "tsit5", "radau9", *SOLVERS])
 def test_the_first_step_is_the_one_that_is_told(method):
     """By the motion that one step makes; one beyond the end, or too long, is cut."""

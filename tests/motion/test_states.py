@@ -26,6 +26,7 @@ def cart_matrix():
     return a, np.array([0, 9 / 2, -1, 0.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_controllers_integral_and_a_filter_are_an_exponential(method):
     sol = kn.simulate(
@@ -62,6 +63,7 @@ def test_a_muscle_is_activated_as_de_groote_says():
     assert sol.status == "finished"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "gauss16", "dop853", "DOP853", "Radau"])
 def test_projection_leaves_states_alone(method):
     eom = equations("rod")

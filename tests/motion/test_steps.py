@@ -35,6 +35,7 @@ def test_a_crank_that_turns_over():
     assert sol.energy_check.relative < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau", "BDF", "LSODA"])
 def test_every_method_keeps_the_constraints(method):
     sol = kn.simulate(EOM, (0, 0.5), method=method, rtol=1e-7, atol=1e-7, samples=11, **start(EOM))
@@ -106,6 +107,7 @@ def test_a_linkage_that_cannot_turn_over_swings_back():
     assert sol.energy_check.relative < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dependent", [0, 1])
 def test_samples_where_the_dependent_speed_is_not_determined(dependent):
     """Round a circle without a load, x = cos t: a step leads across x = 0 or y = 0, where samples lie.
@@ -227,6 +229,7 @@ class TestRankDrops(Parallelogram):
         np.testing.assert_allclose(sol["u1"], 1, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_parallelogram_passes_its_change_points():
     """Laid flat, its constraints lose a row, and steps must not leap over that unseen: the drift was 9e-6 of the energy.
 
@@ -260,6 +263,7 @@ def test_a_parallelogram_passes_its_change_points():
         assert residual(sol) < 1e-12
 
 
+@pytest.mark.slow
 def test_a_drive_into_a_lock_says_where_and_why():
     """The crank's end at 0.3 + 2 t leaves the reach 0.6 + 0.7 of coupler and rocker: 0.5² + 1.4² − 1.4 cos θ = 1.3²."""
     q2, q3 = kn.coordinates("q2 q3")

@@ -47,6 +47,7 @@ def test_a_polynomial_of_a_step_is_exact_to_order_5():
     np.testing.assert_allclose(along(2.1), (np.vander([2.1], 6) @ c)[0], atol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["double_pendulum", "rolling_disk", "four_bar", "flyball_governor"])
 def test_the_pattern_holds_all_derivatives_that_are_not_zero(name, rng):
     eom = kn.derive(load(name).system())
@@ -81,6 +82,7 @@ class TestInstalled:
         assert np.abs(sol["x"] - np.cos(sol.t)).max() < 200 * tolerance
         assert sol.steps < sol.evaluations < 3 * sol.steps
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("sparse", [False, True])
     def test_a_stiff_chain(self, sparse, monkeypatch):
         """Rates of 1e6 /s; J as a whole and by its entries give the same steps, and Radau's the same motion to 1e-7."""
@@ -103,6 +105,7 @@ class TestInstalled:
         assert own.q == pytest.approx(other.q, abs=1e-6 * np.abs(other.q).max())
         assert own.steps < 500
 
+    @pytest.mark.slow
     def test_constraints_are_kept(self):
         module = load("four_bar")
         eom = kn.derive(module.system())

@@ -37,6 +37,7 @@ def test_a_table_of_two_lines_is_a_half_turn_of_each_spring():
     assert sol["v"] == pytest.approx(np.ones(21), abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["linear", "cubic", "periodic"])
 def test_tables_that_bend_run_beside_what_jumps(kind, rng):
     """A random table and dry friction: against SciPy's steps of NumPy's interpolation, between two turns of the friction's sign."""

@@ -25,6 +25,7 @@ def line(force):
 STEPS = kn.table([0.0, 5.0, 5.02], [0.0, 7.0, 0.0], "steps", name="pulse")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("force", "given"),
     [
@@ -75,6 +76,7 @@ def test_a_force_over_the_position():
         assert sol.energy_check.relative < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["linear", "cubic", "periodic", "steps"])
 def test_code_and_its_derivatives(kind):
     places = np.array([-1.0, 0.0, 0.7, 2.0])

@@ -34,6 +34,7 @@ def both(eom, end, given, other="vern9"):
     return found.relative / (true / size).max(), np.abs(found.errors - true).max() / true.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss16", "dop853", "tsitpap8", "tsit5", "vern9", "radau9", "DOP853", "BDF"])
 @pytest.mark.parametrize("seed", range(3))
 def test_random_pendulums(method, seed):
@@ -67,6 +68,7 @@ def test_many_random_pendulums(seed):
     assert 1 / 3 < ratio < 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "force", [kn.sin(3 * kn.time), kn.exp(-((kn.time - 2) ** 2) / 0.01), kn.where(kn.less(kn.time, 1.7), 0, 5) - v]
 )
@@ -78,6 +80,7 @@ def test_drives(force, method):
     assert rest < 0.1
 
 
+@pytest.mark.slow
 def test_a_function_that_follows_from_the_state():
     given = {"q": [1], "u": [0], "inputs": {F: lambda t, s: -4 * s[0] - 0.1 * s[1]}, "rtol": 1e-6, "atol": 1e-6}
     ratio, rest = both(line(F), 5.0, given | {"method": "DOP853"}, "Radau")
@@ -85,6 +88,7 @@ def test_a_function_that_follows_from_the_state():
     assert rest < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss16", "dop853", "DOP853"])
 def test_constraints_beyond_other_dependent_speeds(method):
     """A four-bar linkage whose dependent speeds change on the way: the errors of all coordinates and speeds."""

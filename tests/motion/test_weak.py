@@ -22,6 +22,7 @@ def planar(*constraints, unit=1.0):
     return kn.derive(system)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1.0, 1e6, 1e-6])
 @pytest.mark.parametrize("slope", [1.0003, 1 + 3e-6])
 def test_two_lines_that_nearly_coincide_hold_their_point(slope, unit):
@@ -83,6 +84,7 @@ def test_a_curve_and_a_surface_that_nearly_touch_everywhere():
 class TestBoth(Parallelogram):
     """Lines that nearly coincide, and a parallelogram that passes its change point: the one holds, the other lets pass."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("first", [-0.3, 0.0])
     def test_it_swings_through(self, first):
         r, s = kn.coordinates("r s")

@@ -91,6 +91,7 @@ def check(seed, method):
     return sol
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @given(seed=st.integers(0, 2**32 - 1))
 @examples(0.07, least=4)
@@ -104,6 +105,7 @@ R = kn.reaction("R", at=(foot := O.at("foot", x * N.x)), along=N.y)
 LIFT, BEGIN = kn.parameter("lift", 1.2), kn.parameter("begin", 5.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_contact_that_is_lost_for_a_fifth_of_a_second_is_found(method):
     """A block of 1 kg that slides for ten seconds is lifted by 1.2 of its weight for 0.2 s: steps are longer."""

@@ -118,6 +118,7 @@ def _disk(mass: float, radius: float, axial: float, diametral: float) -> tuple[l
     return [Body(mass, np.diag([diametral, diametral, axial]))], [wheel]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axial", "diametral"), [(0.5, 0.25), (0.8, 0.4), (0.3, 0.2)])
 def test_disk_rolls_in_circles(axial: float, diametral: float) -> None:
     """Leaning by `lean`, turning at W about the vertical, with angular velocity w3 about its axle:
@@ -146,6 +147,7 @@ def test_disk_rolls_in_circles(axial: float, diametral: float) -> None:
     np.testing.assert_allclose(run.r(0), expected, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_sphere_on_a_turntable_circles_at_two_sevenths() -> None:
     """A homogeneous one, from any velocity: v turns at 2/7 of the table's rate."""
     m, R, rate = 1.3, 0.2, 3.0
@@ -186,6 +188,7 @@ CORNERS = np.array([[0.0, 0.0, 0.0], [0.6, 0.8, 0.0], [2.85, 1.88, 0.0], [2.4, 0
 MASSES = np.array([1.0, 2.0, 1.5])
 
 
+@pytest.mark.slow
 def test_redundant_pins_do_not_change_the_motion() -> None:
     """A four-bar linkage by four pins, and by as few rows as hold it: the same places, the same energy."""
     bodies, held, guess = _closed_chain(CORNERS, np.tile(Z, (4, 1)), MASSES)
@@ -207,6 +210,7 @@ def test_redundant_pins_do_not_change_the_motion() -> None:
         np.testing.assert_allclose(p.force[:2], q.force[:2], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_bricard_linkage_moves() -> None:
     """Six equal rods along edges of a cube, pinned across their planes: by count rigid, in truth of one freedom."""
     corners = np.array([X, X + Y, Y, Y + Z, Z, Z + X])
@@ -223,6 +227,7 @@ def test_bricard_linkage_moves() -> None:
     assert max(turned_by) > 1.0
 
 
+@pytest.mark.slow
 def test_rolling_torus_keeps_its_energy() -> None:
     body = [Body(1.2, np.diag([0.03, 0.03, 0.055]))]
     wheel = [Joint((GROUND, 0), (Mark(), Mark()), contacts.rolling_wheel(0.25, 0.05))]

@@ -166,6 +166,7 @@ def lagrange(name: str) -> Callable[..., Any]:
     return solved
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "speeds"), ALL)
 def test_accelerations(name: str, speeds: str) -> None:
     case = case_of(name)

@@ -37,11 +37,13 @@ def compare(motion: Motion) -> None:
         assert off <= 1e-12, f"mass matrix, state {k}: off by {off:.1e}, cond {engine.condition:.1e}"
 
 
+@pytest.mark.slow
 @given(trees_in_motion())
 def test_accelerations_of_trees_of_round_numbers(motion: Motion) -> None:
     compare(motion)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bodies", range(1, 7))
 def test_accelerations_of_trees_of_generic_numbers(bodies: int) -> None:
     rng = np.random.default_rng(bodies)

@@ -89,6 +89,7 @@ def test_what_the_constraints_exert_measures_a_row_without_mass() -> None:
     assert found[RESIDUAL].figure < 1e-12
 
 
+@pytest.mark.slow
 def test_the_reactions_equations_are_those_of_each_sample() -> None:
     """They hold the dependent speeds eliminated: with those of the start their matrix is as bad as its pivot is small."""
     block, crank, _ = quick_return.QUICK.speeds

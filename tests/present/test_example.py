@@ -7,9 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = Path(__file__).parents[2] / "examples" / "sliding_disk.py"
 
 
+@pytest.mark.slow
 def test_sliding_disk(tmp_path: Path) -> None:
     target = tmp_path / "disk.png"
     done = subprocess.run(

@@ -87,6 +87,7 @@ def test_on_axes_of_one_s_own(sol):
     assert np.array_equal(lines(ax)["$u_{4}$"], sol["u4"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ending", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_files_are_of_their_kind_and_the_same_each_time(sol, tmp_path, ending, magic):
     files = [tmp_path / folder / f"motion.{ending}" for folder in "ab"]

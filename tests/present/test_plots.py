@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import matplotlib as mpl
+import pytest
 
 import kane as kn
 from kane.gallery.pendulums import system as chain
@@ -15,6 +16,7 @@ from kane.present.plots import plots
 from tests.present.disk import moved
 
 
+@pytest.mark.slow
 def test_each_plot_is_there_once() -> None:
     assert [p.name for p in plots(moved())] == ["paths", "coordinates", "speeds", "reactions", "energy"]
 
@@ -30,6 +32,7 @@ def test_a_system_at_rest_has_no_paths() -> None:
     assert "paths" not in [p.name for p in plots(sol)]
 
 
+@pytest.mark.slow
 def test_many_coordinates_share_panels() -> None:
     sol = kn.simulate(kn.derive(chain(8)), (0.0, 0.05), q=[0.1] * 8, u=[0.0] * 8, samples=5)
     shown = next(p for p in plots(sol) if p.name == "coordinates")
@@ -37,6 +40,7 @@ def test_many_coordinates_share_panels() -> None:
     assert shown.svg.count("var(--series-6)") >= 1
 
 
+@pytest.mark.slow
 def test_settings_and_identifiers_are_left_alone() -> None:
     before = dict(mpl.rcParams)
     first, second = (plots(moved()) for _ in range(2))
@@ -46,6 +50,7 @@ def test_settings_and_identifiers_are_left_alone() -> None:
     assert len(names) == len(set(names))
 
 
+@pytest.mark.slow
 def test_drawing_is_loaded_only_when_needed() -> None:
     code = "import sys, kane, kane.present.report; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-W", "error", "-c", code], check=False).returncode == 0

@@ -39,6 +39,7 @@ def page(text: str) -> Page:
     return Page(text)
 
 
+@pytest.mark.slow
 def test_loads_nothing(page: Page, text: str) -> None:
     assert page.loads == []
     assert not {"link", "img", "iframe", "object", "embed"} & set(page.tags)
@@ -125,6 +126,7 @@ def test_text_is_escaped(text: str) -> None:
     assert "Somebody &amp; others" in text
 
 
+@pytest.mark.slow
 def test_is_the_same_each_time(tmp_path: Path) -> None:
     _, eom = derived()
     pages = [kn.report(eom, tmp_path / f"{i}.html", solution=moved()).read_bytes() for i in range(2)]
@@ -138,6 +140,7 @@ def test_without_a_motion(tmp_path: Path) -> None:
     assert page.sections == ["system", *(f"step-{i}" for i in range(1, 8)), "operations"]
 
 
+@pytest.mark.slow
 def test_many_speeds_are_listed(tmp_path: Path) -> None:
     page = Page(kn.report(kn.derive(chain(11)), tmp_path / "chain.html").read_text(encoding="utf-8"))
     assert any(f.startswith("M_{u_{1}") for f in page.math["step-7"])
@@ -164,6 +167,7 @@ def test_terms_stand_with_load_place_and_partial_velocity(page: Page) -> None:
     assert all(cell.endswith(end) for cell, end in zip(found[2:], entry[2:], strict=True))
 
 
+@pytest.mark.slow
 def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
     eom = kn.derive(four_bar.system())
     step = chapters(eom)[3]
@@ -255,6 +259,7 @@ def test_auxiliary_equations_are_spoken_of_where_there_are_reactions() -> None:
         assert all(text.endswith(".") for text in said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ['a"b', "a&b", "a`b", "a'b", "a<b>", "a\\b", "a$b", "100%", "{a}", "a#b", "a^b", "a~b", "side w"]
 )

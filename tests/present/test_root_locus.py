@@ -14,6 +14,7 @@ def branch():
     return kn.continuation(driven_pendulum(), "tau", [0, 5, 9, 12], q={"q1": kn.guess(0)}, u={"u1": 0})
 
 
+@pytest.mark.slow
 def test_what_is_drawn(branch, tmp_path):
     figure = kn.root_locus(branch, tmp_path / "locus.svg")
     above, below, plane = figure.axes[:3]

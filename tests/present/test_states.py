@@ -25,6 +25,7 @@ def test_the_last_step_holds_their_rates():
     assert r"\dot{a}" in [f.left for f in last.formulas]
 
 
+@pytest.mark.slow
 def test_reports_and_notebooks_name_them(tmp_path):
     sol = kn.simulate(EOM, (0, 1), **muscle_arm.START, samples=11)
     page = kn.report(EOM, tmp_path / "arm.html", solution=sol).read_text(encoding="utf-8")

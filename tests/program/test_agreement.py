@@ -68,6 +68,7 @@ def machine(program, name, rows, contract, one_by_one):
     return handle(*split)
 
 
+@pytest.mark.slow
 @examples(0.4)
 @given(st.lists(programs(), min_size=2, max_size=2), st.lists(numbers, min_size=ROWS * 8, max_size=ROWS * 8))
 def test_programs_of_exact_operations_agree_bit_by_bit(tmp_path_factory, routines, values):
@@ -154,6 +155,7 @@ def held(roots, values, rows, name):
                 assert abs(value - expected) <= 8 * EPS * bound / 2 + 1e-320, (name, value, expected, bound)
 
 
+@pytest.mark.slow
 @examples(0.4)
 @given(st.lists(programs(), min_size=2, max_size=2), st.lists(numbers, min_size=ROWS * 8, max_size=ROWS * 8))
 def test_contraction_stays_within_the_running_error_bound(tmp_path_factory, routines, values):
@@ -168,6 +170,7 @@ def test_contraction_stays_within_the_running_error_bound(tmp_path_factory, rout
 ALL = (*EXACT, "sin", "cos", "tan", "atan", "exp", "tanh", "abs", "neg")
 
 
+@pytest.mark.slow
 @given(programs((*EXACT[:3], *ALL), 25), st.lists(plain, min_size=ROWS * 8, max_size=ROWS * 8))
 def test_functions_stay_within_the_running_error_bound(roots, values):
     rows = rows_of(values)

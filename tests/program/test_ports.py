@@ -79,6 +79,7 @@ def arguments(program, rows):
     return [found[port.name][..., 0] if port.scalar else found[port.name] for port in program.ports]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["first", "second"])
 @pytest.mark.parametrize("which", PORTS)
 def test_every_emitter_gives_the_reference(which, name, tmp_path):

@@ -76,6 +76,7 @@ def test_algebra(seed):
     assert along_n(v.project(3 * n)) == pytest.approx(direction * (a @ direction), abs=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("frame", FRAMES, ids=lambda f: f.name)
 def test_derivative_in_any_frame(seed, frame):
@@ -247,6 +248,7 @@ class TestText:
             assert found == pytest.approx(exact, rel=1e-9, abs=1e-12), text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("along", ["first", "last", "own", "beside"])
 def test_products_with_long_chains_are_those_of_their_parts(along):
     """A vector of fifteen parts with one along the root, the end, a frame between and a frame apart: each part by itself."""

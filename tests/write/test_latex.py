@@ -133,6 +133,7 @@ def test_long_expressions_in_one_piece() -> None:
     assert "Z" not in to_latex(e, intermediates=False)
 
 
+@pytest.mark.slow
 def test_a_deep_graph() -> None:
     e: Expr = q1
     for _ in range(10_000):

@@ -219,6 +219,7 @@ def test_every_intermediate_is_used_and_defined_before() -> None:
         assert defined - {"r"} == used
 
 
+@pytest.mark.slow
 @pytest.mark.grows
 def test_a_deep_chain_prints() -> None:
     e: Expr = q1

@@ -114,6 +114,7 @@ def linkage(unit: float, seed: int) -> kn.System:
     return kn.System(N, bodies=bodies, speeds="rates", holonomic=[*pin, rod, turn])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_units_of_length_do_not_matter(seed):
     """In m, mm and Mm the same is closed, redundant and dependent."""

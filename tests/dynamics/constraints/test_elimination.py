@@ -97,6 +97,7 @@ def check_states(name, dependent, rng, count):
         check(eom, q, u, run)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "dependent"), QUICK)
 def test_mechanisms_at_random_states(name, dependent, rng):
     check_states(name, dependent, rng, 3)

@@ -43,6 +43,7 @@ def test_kane_s_equations_and_the_multipliers():
     assert len(EOM.Fr_nh) == 1
 
 
+@pytest.mark.slow
 def test_both_pivots_carry_the_weight_and_the_inertia():
     """Σ m a = R_pivot + R_anchor + Σ m g, the multipliers being forces on the tip."""
     pivot = [kn.reaction(f"P{k}", at=BAR.pivot, along=e) for k, e in enumerate((N.x, N.y))]
@@ -57,6 +58,7 @@ def test_both_pivots_carry_the_weight_and_the_inertia():
     np.testing.assert_allclose(numbers(eom, eom.accelerations), numbers(EOM, EOM.accelerations), atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("named", [(0, 1), (1, 0), (2, 0), (2, 1), (2,), (1,), ()])
 def test_dependent_speeds_stand_in_the_order_in_which_they_were_named(named):
     """A_n and b_n read so, in numbers of A; what was not named comes after, in the order of the speeds."""

@@ -45,6 +45,7 @@ def test_a_force_at_the_contact_is_exactly_absent_from_them():
     assert "push" in {s.name for s in free_symbols(eom.Fr_nh[3:])}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EACH)
 def test_they_are_what_the_dependent_ones_leave(name, rng):
     """F̃_r = F_r + A_nᵀ F_D, likewise F̃*_r where u̇_D follows, M̃ = BᵀMB, and K."""

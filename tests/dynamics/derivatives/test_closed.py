@@ -41,6 +41,7 @@ def test_the_gallery(name, rng):
     check(importlib.import_module(f"kane.gallery.{name}").system(), rng)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spatial", [False, True])
 def test_rings(spatial, rng):
     check(ring(5, spatial), rng)

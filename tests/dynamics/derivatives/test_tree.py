@@ -44,6 +44,7 @@ def check(eom, rng, route=None):
     assert np.abs(off / scale).max(initial=0) < tolerance(1e-9, condition)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_trees_of_joints(seed, rng):
     check(kn.derive(jointed.system(seed, 1 + seed % 4, jointed.PLAIN)), rng)
@@ -59,6 +60,7 @@ def test_trees_of_joints_of_every_kind(seed):
         return
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("route", ["recursive", "composite"])
 @pytest.mark.parametrize("relative", [False, True])
 @pytest.mark.parametrize("speeds", ["rates", "mixed", "tips"])

@@ -26,6 +26,7 @@ def sums(eom, chosen):
     return [sum_of(t) for t in terms], [sum_of([kn.abs(x) for x in t]) for t in terms]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_terms_sum_to_the_generalized_forces(case: Case) -> None:
     for name in case.speeds:
@@ -64,6 +65,7 @@ def point_of(eom: kn.Equations, rng: np.random.Generator) -> dict:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GALLERY)
 def test_every_system_of_the_gallery(name: str) -> None:
     eom = kn.derive(load(name).system())

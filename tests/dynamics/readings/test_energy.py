@@ -64,6 +64,7 @@ def derive(load, drive, speeds="rates"):
     return eom, STATE | ({"inputs": {"T": 0.4}} if eom.inputs else {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("load", LOADS)
 @pytest.mark.filterwarnings("ignore:Expected gravity .* along a direction that stays")

@@ -23,6 +23,7 @@ KNOWN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_named_where_they_exist(name):
     eom = kn.derive(import_module(f"kane.gallery.{name}").system())
@@ -70,6 +71,7 @@ def test_a_potential_that_is_found_counts():
     assert kn.derive(damped).integrals == ()
 
 
+@pytest.mark.slow
 def test_speeds_of_symmetric_bodies():
     """The spin of a symmetric free body, and momenta; no unit and no choice of mass changes the verdict."""
     for factor in (1.0, 1e-9, 1e9):

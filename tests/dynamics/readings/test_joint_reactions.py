@@ -131,6 +131,7 @@ class TestFourBar:
         ]
         assert FourBar.derive(holonomic=pair).reaction(pair).name == whole
 
+    @pytest.mark.slow
     def test_along_a_motion_and_in_any_frame(self):
         """The samples are those of the reaction listed, in segments that were stepped with other dependent speeds too."""
         listed = [kn.reaction(f"O{k}", at=FourBar.O1, along=n) for k, n in (("x", N.x), ("y", N.y))]

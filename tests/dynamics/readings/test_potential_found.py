@@ -85,6 +85,7 @@ def conservative(seed: int) -> None:
     agrees(eom, eom.find_potential().value, seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_found_for_random_loads(seed):
     conservative(seed)
@@ -116,6 +117,7 @@ def refused(seed: int) -> None:
     agrees(kn.derive(eom.system.replace(loads=own[:1])), eom.find_potential(["V"]).value, seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_refused_for_random_loads(seed):
     refused(seed)

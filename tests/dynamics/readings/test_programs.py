@@ -56,6 +56,7 @@ def test_trees_by_recursion_are_as_by_partial_velocities(seed):
     same(array(trees.mass_matrix(d).entries, values).reshape(m.shape), m)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["zyzyzyz", "double_pendulum", "four_bar", "rolling_disk"])
 def test_compiled_inverse_dynamics(name, rng):
     eom = derived(name)
@@ -78,6 +79,7 @@ def test_of_an_arm_they_take_fewer_operations_than_the_right_hand_side():
     assert price(trees.mass_matrix(eom.derived).entries) < 0.3 * price(eom.mass_matrix.entries)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["double_pendulum", "rolling_disk", "four_bar", "free_body", "zyzyzyz"])
 def test_centroidal_momentum(name, rng):
     """A_G u is the momentum, and the angular momentum about the mass centre."""

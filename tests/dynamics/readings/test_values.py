@@ -50,6 +50,7 @@ def test_a_missing_value_is_named_at_every_call(robot):
             robot.evaluate(robot.accelerations, u=[0.3, 0.4, 0.5])
 
 
+@pytest.mark.slow
 def test_what_was_evaluated_goes_with_the_equations():
     eom = kn.derive(arm("zy"))
     eom.evaluate(eom.accelerations, q=[0.1, 0.2], u=[0.3, 0.4])

@@ -61,6 +61,7 @@ def agree(system: kn.System, rng: np.random.Generator) -> bool:
     return True
 
 
+@pytest.mark.slow
 @examples(0.5, 15)
 @given(st.integers(0, 2**32 - 1))
 def test_random_free_bodies(seed):

@@ -41,11 +41,13 @@ def off(system, seed=1, count=2, routes=("recursive",)):
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONSTRAINED)
 def test_the_gallery(name):
     assert off(SYSTEMS[name], routes=WAYS) < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONSTRAINED)
 def test_what_is_transmitted_in_the_gallery(name):
     """Forces and torques of joints, constraints and bodies by name: from λ and the accelerations, whichever route found them."""
@@ -76,11 +78,13 @@ def _transmitted(eom, places):
     return [x for v in vectors for x in v.components(eom.system.inertial)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spatial", [False, True])
 def test_rings_with_reactions(spatial):
     assert off(rings.ring(6, spatial, reactions=4), routes=WAYS) < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("planar", [True, False])
 def test_random_loops(planar):
     @examples(0.1, 2)
@@ -101,6 +105,7 @@ def test_random_loops(planar):
     check()
 
 
+@pytest.mark.slow
 def test_multipliers_are_those_that_u_dot_is_made_with():
     """No mass matrix is assembled for them, and no operation is left to do; without recursion they are less what loads hold."""
     eom = kn.derive(rings.ring(24, True))
@@ -142,6 +147,7 @@ def test_a_ring_of_many_links_is_solved_by_recursion_and_another_by_what_is_shor
     assert six.routes[six.route] == min(six.routes.values()) == six.operations.total
 
 
+@pytest.mark.slow
 def test_a_singular_configuration_is_said():
     """A stretched ring of two links: A has lost its rank there."""
     eom = kn.derive(rings.ring(2), route="recursive")

@@ -34,6 +34,7 @@ def on_constraints(eom, rng, q):
     return at | dict(zip(eom.dependent_speeds, a_n @ own + b_n, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GALLERY)
 def test_the_route_is_taken_where_bodies_roll_and_is_shorter(name):
     eom = kn.derive(load(name).system())
@@ -43,6 +44,7 @@ def test_the_route_is_taken_where_bodies_roll_and_is_shorter(name):
         assert eom.solved.operations.total < usual.operations.total
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROLLING)
 def test_the_numbers_are_those_of_the_classical_route(name, rng):
     eom = kn.derive(load(name).system())
@@ -53,6 +55,7 @@ def test_the_numbers_are_those_of_the_classical_route(name, rng):
         assert np.array(kn.evaluate(here, at), dtype=float) == pytest.approx(wanted, rel=1e-11, abs=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROLLING)
 def test_no_pole_is_added(name, rng):
     """Each coordinate at each multiple of a right angle: where the classical route is regular, this one gives the same."""

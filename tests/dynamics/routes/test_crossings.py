@@ -31,6 +31,7 @@ def off(system):
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [False, True])
 @pytest.mark.parametrize("seed", [5, 11, 15, 22])
 def test_cuts_at_joints_within_what_is_rigid_and_before_what_slides(seed, friction):
@@ -53,6 +54,7 @@ def test_operations_of_all_reactions_grow_as_the_chain():
     assert counts[1] / counts[0] < 2.3
 
 
+@pytest.mark.slow
 def test_the_disk_slides_by_recursion_too():
     system = rolling_disk.system()
     assert off(system) < 1e-9
@@ -60,6 +62,7 @@ def test_the_disk_slides_by_recursion_too():
         kn.derive(system, route="composite")
 
 
+@pytest.mark.slow
 def test_friction_in_every_pin_is_solved_for_with_the_accelerations():
     """Each torque is a share of a normal force: R of a small block, u̇ by these."""
     system = cuts.held(6, friction=True)

@@ -84,6 +84,7 @@ def routes_apart(system: kn.System) -> float:
     return apart(*(kn.derive(system, route=route) for route in ("classical", *WAYS)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_both_recursions_agree_with_the_classical_route(name: str) -> None:
     assert routes_apart(SYSTEMS[name]()) < 1e-10
@@ -142,6 +143,7 @@ LOOPS: dict[str, Callable[[], kn.System]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LOOPS)
 def test_loops_with_beams(name: str) -> None:
     """Their accelerations and multipliers on the constraints, by both recursions."""

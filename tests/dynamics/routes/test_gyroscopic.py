@@ -28,6 +28,7 @@ SYSTEMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_both_give_the_same_accelerations(name, monkeypatch):
     parts, found = derived(SYSTEMS[name]()), []

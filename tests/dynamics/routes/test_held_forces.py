@@ -25,6 +25,7 @@ def pushed(system):
     return system.replace(loads=[*system.gravities, *system.loads, *loads]), pushes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*EACH, *LONG])
 def test_a_force_along_each_constraint_changes_its_reaction_alone(name, rng):
     system = load(name).system()

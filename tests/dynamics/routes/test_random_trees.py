@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,6 +37,7 @@ def agree(numbers):
     return numbers is None or np.abs(numbers[0] - numbers[1]).max() <= 1e-9 * np.abs(numbers[1]).max()
 
 
+@pytest.mark.slow
 @examples(0.8, 12)
 @given(seeds, sizes, st.booleans(), st.booleans())
 def test_trees_of_any_joints_by_any_speeds(seed, bodies, mixed, meeting):
@@ -51,6 +53,7 @@ def test_reactions(seed, bodies):
     assert agree(by_both_routes(cuts.tree(seed, bodies, friction=False)))
 
 
+@pytest.mark.slow
 @examples(0.8, 12)
 @given(seeds, sizes)
 def test_trees_of_pins_and_sliders_against_a_robotics_engine(seed, bodies):

@@ -75,6 +75,7 @@ def _difference(parts, found):
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_trees_of_joints(seed):
     off = difference(jointed.system(seed, 1 + seed % 5, jointed.PLAIN))
@@ -100,6 +101,7 @@ def test_a_seat_turned_by_a_parameter_about_the_axis_of_a_pin():
     assert difference(kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-g * N.y)])) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [5171, 5341, 5351])
 def test_seats_turned_by_parameters(seed):
     assert difference(jointed.system(seed, 1 + seed % 9)) <= 1
@@ -128,6 +130,7 @@ def test_trees_of_any_joints_by_any_speeds(seed, bodies):
     assert off is None or off <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_no_joint_and_no_choice_of_speeds_is_left(seed):
     assert difference(jointed.by_mixed_speeds(jointed.system(seed, 2 + seed % 4), seed)) <= 1
@@ -172,6 +175,7 @@ def test_screws(axis):
     assert difference(kn.System(N, bodies=bodies, joints=joints, loads=[kn.gravity(-g * N.y)])) <= 1
 
 
+@pytest.mark.slow
 @examples(0.3)
 @given(trees(4))
 def test_trees_of_turns_and_slides(tree):
@@ -184,6 +188,7 @@ def test_what_is_counted(name):
     assert difference(COUNTED[name]()) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speeds", ["rates", "mixed", "tips", "scrambled"])
 @pytest.mark.parametrize("relative", [False, True])
 @pytest.mark.parametrize("cart", [False, True])
@@ -255,6 +260,7 @@ def test_operations_grow_as_the_tree(make):
     assert 1.9 < whole / half < 2.2
 
 
+@pytest.mark.slow
 def test_reactions_follow_from_the_recursion():
     N, g = kn.Frame("N"), kn.parameter("g", 9.81, "m/s^2")
     at, frame, bodies = kn.Point("O", fixed_in=N).at("A", 0), N, []
@@ -320,6 +326,7 @@ def test_planar_chains_are_as_short_as_by_hand(rods, relative, most):
     assert kn.derive(pendulums.system(rods, relative=relative)).operations.state <= most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("general", [False, True])
 @pytest.mark.parametrize(("parents", "floating", "most"), [(LIMBS, True, 9700), (range(-1, 6), False, 2060)])
 def test_general_axes_by_numbers_and_by_parameters(parents, floating, most, general):
@@ -328,6 +335,7 @@ def test_general_axes_by_numbers_and_by_parameters(parents, floating, most, gene
     assert eom.operations.state <= most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("route", WAYS)
 def test_rates_of_euler_parameters_by_half_of_omega(route):
     """Three halves a set, in the place of four, where u̇ does not hold the rates itself."""
@@ -341,6 +349,7 @@ def test_rates_of_euler_parameters_by_half_of_omega(route):
         assert price(usual.solved.rates) - price(own.solved.rates) == least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_joints_oriented_by_angles_turn_by_their_angular_velocity(seed):
     """Where bodies are not tilted by numbers; elsewhere the classical route is left."""
@@ -348,6 +357,7 @@ def test_joints_oriented_by_angles_turn_by_their_angular_velocity(seed):
     assert off is None or off <= 1
 
 
+@pytest.mark.slow
 def test_u_dot_is_right_at_gimbal_lock_of_a_free_body_and_below_a_universal_joint():
     """Speeds are ω and v along the body; at q2 = π/2 its angles' rates are infinite."""
     N, g = kn.Frame("N"), kn.parameter("g", 9.81)

@@ -49,6 +49,7 @@ def test_trees(seed, bodies, coordinates, chosen):
     assert found is None or found <= 1
 
 
+@pytest.mark.slow
 @examples(0.2)
 @given(st.integers(0, 10**6), st.integers(2, 6), st.integers(2, 3), st.sampled_from(["rates", "mixed"]))
 def test_trees_on_an_edge(seed, bodies, coordinates, chosen):
@@ -56,6 +57,7 @@ def test_trees_on_an_edge(seed, bodies, coordinates, chosen):
     assert found is None or found <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("seed", range(4))
 def test_most_are_expressed(seed, held):

@@ -52,6 +52,7 @@ def admissible(eom, name, rng, count):
         yield at.q, at.u
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONSTRAINED)
 def test_every_way_gives_the_numbers_of_the_classical_route(name, rng):
     eom = kn.derive(load(name).system())
@@ -68,6 +69,7 @@ def test_every_way_gives_the_numbers_of_the_classical_route(name, rng):
             assert np.abs(numbers - wanted).max() <= 1e-10 * np.abs(wanted).max(), s.route
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONSTRAINED)
 def test_the_shortest_of_them_is_taken(name):
     eom = kn.derive(load(name).system())

@@ -32,6 +32,7 @@ def values(expressions, seed=1):
     return [np.array(kn.evaluate(list(e), at), dtype=float) for e in expressions]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
 def test_inverse_dynamics_f_and_m(name):
     d = derived(EVERY[name]())
@@ -43,6 +44,7 @@ def test_inverse_dynamics_f_and_m(name):
         assert np.abs(a - b).max() <= 1e-12 * np.abs(b).max()
 
 
+@pytest.mark.slow
 def test_operations_grow_as_the_arm():
     counts = [price(programs.inverse_dynamics(kn.derive(flexible.flexible_arm(n)).solved)) for n in (3, 4, 5)]
     assert counts[2] - counts[1] <= 1.05 * (counts[1] - counts[0])

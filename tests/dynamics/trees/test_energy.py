@@ -15,6 +15,7 @@ from tests.dynamics.routes.test_recursive import state
 from tests.systems import jointed, rings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_kinetic_energy_of_trees_of_any_joints(seed):
     plain = jointed.system(seed, 2 + seed % 4)
@@ -24,6 +25,7 @@ def test_kinetic_energy_of_trees_of_any_joints(seed):
     assert own == pytest.approx(usual, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_mass_matrix_of_a_ring():
     eom = kn.derive(rings.ring(6, True), route="recursive")
     roots = [*mass_matrix(eom.solved).entries, *eom.mass_matrix.entries]

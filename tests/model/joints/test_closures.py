@@ -27,6 +27,7 @@ def two_bodies(kind):
     return kn.System(N, bodies=bodies, joints=[one, two], holonomic=closure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CLOSED)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_rate_of_a_closure_is_the_power_of_its_forces(kind, seed):

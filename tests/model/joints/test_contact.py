@@ -42,6 +42,7 @@ def lowest(ring, crown, turn):
     return points[:, np.argmin(points[2])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_contact_is_the_lowest_point(shape, seed):

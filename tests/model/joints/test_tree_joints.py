@@ -366,6 +366,7 @@ def test_names_in_one_text(several):
     assert {q.unit for q in joint.coordinates} == {"m", "rad"}
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(
     st.lists(st.sampled_from(sorted(KINDS)), min_size=2, max_size=4), st.randoms(use_true_random=False), st.booleans()

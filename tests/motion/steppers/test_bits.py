@@ -59,6 +59,7 @@ def test_constraints_are_held_with_the_same_bits(name, tmp_path):
     assert agree(kernel, given, tmp_path / "k.c") == Back.LIMIT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["gauss16", "tsit5", "tsitpap8"])
 def test_a_look_at_events_gives_the_same_bits(name, tmp_path):
     """Two events along a spring's motion; the kernel comes back where there may be one."""

@@ -29,6 +29,7 @@ def error(eom, method, h, at):
     return max(np.abs(given["rows"][:, 0] - np.cos(at)).max(), np.abs(given["rows"][:, 1] + np.sin(at)).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tableau", EXPLICIT, ids=lambda t: t.name)
 def test_the_order_is_that_of_the_method(tableau, oscillator):
     """Halving the step divides the error at the end by 2^order or hardly more, and that between by one power less at least."""

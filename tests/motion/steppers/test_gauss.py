@@ -55,6 +55,7 @@ def willing():
     return CompiledKernel(gauss_kernel(accepted=1e20, rounds=600), Settings())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [spring, turned])
 def test_the_order_is_16_and_9_within(willing, make):
     """Steps of 6 and 4, about a turn, for the ends; of 2 and 1 within."""

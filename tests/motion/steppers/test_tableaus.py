@@ -75,6 +75,7 @@ def test_a_pair_has_the_numbers_of_its_source():
     assert TSITPAP8.errors == ((*map(float, errors), 0.0),)
 
 
+@pytest.mark.slow
 def test_dense_output_that_is_not_published_is_worked_out_anew():
     """In 50 digits: every number of it, to the last digit."""
     later, ends = bootstrapped.dense()

@@ -139,6 +139,7 @@ EVERY = ["system", "equations", "solution", "compiled", "handle", "pendulum", "c
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
 def test_formulas_are_whole_and_plain(name: str) -> None:
     page = shown()[name]
@@ -246,6 +247,7 @@ def test_a_large_system_is_described() -> None:
     assert str(kn.derive(chain(12)).operations) in text
 
 
+@pytest.mark.slow
 def test_a_very_large_system_is_short_and_quick() -> None:
     text = kn.derive(chain(30))._repr_html_()
     assert text is not None
@@ -315,6 +317,7 @@ def test_what_is_printed_is_as_before() -> None:
     assert repr(kn.Matrix([[1]])) == "Matrix([[1]])"
 
 
+@pytest.mark.slow
 def test_nothing_heavy_is_imported() -> None:
     code = (
         "import sys, kane as kn; from kane.gallery import rolling_disk\n"

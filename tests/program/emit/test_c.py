@@ -54,6 +54,7 @@ def build(tmp_path_factory):
 # ----------------------------------------------------------------------------------------- the same numbers as NumPy
 
 
+@pytest.mark.slow
 @examples(0.4)
 @given(st.data())
 def test_each_operation_gives_what_numpy_gives(build, data):
@@ -211,6 +212,7 @@ def test_names_that_c_cannot_have_or_needs_itself(build, options, longest):
 ROUTINES = "hoist state state labels f f_labels pi E sincos f_part 8_t rhs RHS *"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["m", "int", "FLT", "kane", "while", "2 links", "", "*", "part_1", "fp", "a\nb"])
 def test_any_name_of_a_system_and_of_its_routines(build, name):
     routines = ROUTINES.split()
@@ -313,6 +315,7 @@ def check_disk(disk: Program, printed: str) -> None:
     np.testing.assert_allclose([float(n) for n in numbers], [expected[i] for i in routine.results], rtol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("longest", [20, 2000])
 def test_the_disk_in_a_program_of_its_own_does_nothing_undefined(disk, tmp_path, longest):
     (tmp_path / "rolling_disk.c").write_text(emit_c(disk, longest=longest), encoding="utf-8")

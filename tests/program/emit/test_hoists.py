@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 import kane as kn
 from kane.program.build import Task, build_program
 from kane.program.emit.llvm import emit_llvm
@@ -14,6 +16,7 @@ from kane.program.program import Port
 PORTS = (Port("q", (q,)), Port("p", p, "parameter"))
 
 
+@pytest.mark.slow
 def test_long_hoists_of_several_programs_have_names_of_their_own() -> None:
     """The pieces of the first are not called as the whole of the second."""
     programs = [

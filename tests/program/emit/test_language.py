@@ -68,6 +68,7 @@ def run(text, vectors, scalars):
     return vectors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize("model", SYSTEMS)
 def test_a_language_of_ones_own(style, model, monkeypatch):

@@ -27,6 +27,7 @@ def eom(request):
     return kn.derive(SYSTEMS[request.param]())
 
 
+@pytest.mark.slow
 def test_machine_code_agrees_with_the_reference(eom, rng):
     """In pieces, with contraction and without; the reference knows no order, no pieces and no vectors."""
     n = len(eom.coordinates)
@@ -39,6 +40,7 @@ def test_machine_code_agrees_with_the_reference(eom, rng):
         np.testing.assert_allclose(rhs(0.0, x)[n:], expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lanes", [2, 4, 8])
 def test_gathered_is_an_order_of_the_same(eom, lanes):
     """Every instruction stands behind what it reads, and no more packs are needed than angles fill."""
@@ -50,6 +52,7 @@ def test_gathered_is_an_order_of_the_same(eom, lanes):
     assert all(place[a] < place[i] for i in block for a in program.arguments(i) if a in place)
 
 
+@pytest.mark.slow
 def test_sines_stand_side_by_side():
     """Eight angles q + constant of a chain are one statement, wherever the depth-first order has them."""
     program = kn.derive(random_tree(range(-1, 15), 3)).compile().rhs.program

@@ -204,6 +204,7 @@ def reference():
     return Reference(angles(np.random.default_rng(1), 150))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VARIANTS)
 def test_accuracy(variants, reference, name):
     assert reference.ulps(variants(name)(reference.x)) < BOUND

@@ -69,6 +69,7 @@ def test_long_routines_are_cut(rng):
     assert got == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["linear", "cubic", "periodic", "steps"])
 @pytest.mark.parametrize("width", [4, 8])
 def test_tables_of_the_state_in_lanes(kind, width, rng):

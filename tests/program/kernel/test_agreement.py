@@ -18,6 +18,7 @@ def number(w, x, y):
     return w.select(x <= x, x, y)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1, 4, 8])
 def test_random_arithmetic(width, rng, tmp_path):
     """Operations on lanes, each of values before it, with comparisons and choices."""

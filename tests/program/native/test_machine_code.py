@@ -254,6 +254,7 @@ class TestCache:
             eom.compile(**options)
         assert len(list(folder.iterdir())) == 3
 
+    @pytest.mark.slow
     def test_second_process_compiles_nothing(self, folder):
         """LLVM neither reads the text nor generates code there; the order of sets and dicts may differ."""
         compiled = kn.derive(chain(2)).compile()

@@ -339,6 +339,7 @@ class TestUnwritable:
         with pytest.warns(KaneWarning, match="Expected to remove the cache entry .*got Permission denied"):
             assert store.clear() == (0, 0)
 
+    @pytest.mark.slow
     @posix
     def test_as_another_user(self, folder):
         """Modes do not stop the superuser, so what they stop is tried by somebody else."""

@@ -110,6 +110,7 @@ def test_limbs_of_turns(count):
     assert np.abs(found - expected).max() <= 1e-14 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "joints"), [(2, 3), (3, 2), (4, 2), (6, 2)])
 @pytest.mark.parametrize("floating", [True, False])
 def test_walking_machines(count, joints, floating):
@@ -170,6 +171,7 @@ def gathered(parents, **more):
     return body.count("insertelement") / len(operations), sum(len(p.values) for p in routine.packs) / len(routine.body)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("general", [False, True])
 def test_what_limbs_read_is_side_by_side(general):
     """Parameters are put in the order of the lanes once; arguments that are alike keep their parts from limb to limb."""

@@ -76,6 +76,7 @@ class TestRandom:
             means = np.exp(np.where(known, np.log(growths), 0).sum(0) / np.maximum(known.sum(0), 1))
         assert np.all(means <= optimize.IN_THE_MEAN * (1 + 8 * EPS))
 
+    @pytest.mark.slow
     def test_many_trees(self, rng):
         """Sums in products in sums, most of them read once: what is taken out of one is part of another one."""
         for _ in range(120):
@@ -254,6 +255,7 @@ def _lines(make, n):
     return count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [_mixed, _long_sums, _nested])
 def test_the_work_grows_with_the_length(make):
     few, many = (_lines(make, n) for n in (200, 1000))
