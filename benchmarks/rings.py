@@ -18,7 +18,8 @@ import numpy as np
 
 import kane as kn
 from benchmarks.random_trees import random_tree
-from benchmarks.trees import SEED, figures
+from benchmarks.tree_cases import SEED
+from benchmarks.trees import figures
 from kane.gallery import four_bar
 
 COUNTS, FRESH = (50, 100, 200, 400), 3

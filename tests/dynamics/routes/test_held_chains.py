@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -29,11 +28,11 @@ LIMBS = (-1, 0, 1, 2, 3, 4, 2, 6, 7, 8, 2, 10, 11, 12, 13)
 """A trunk of three links, and on the last of them limbs of three, four and five."""
 
 
-def calls(work: Callable[[], object]) -> int:
+def calls(work):
     """How many Python functions are called: what no clock and no load of the machine changes."""
     count = 0
 
-    def counted(_frame: object, event: str, _arg: object) -> None:
+    def counted(_frame, event, _arg):
         nonlocal count
         count += event == "call"
 
@@ -45,10 +44,14 @@ def calls(work: Callable[[], object]) -> int:
     return count
 
 
-def check_growth(hold: str, few: int, many: int) -> None:
-    systems = {n: held_chain(n, hold) for n in (few, many)}
-    work = {n: calls(lambda system=system: kn.derive(system)) for n, system in systems.items()}
-    operations = {n: kn.derive(system).operations.total for n, system in systems.items()}
+def check_growth(hold, few, many):
+    """Near where the loops close: how many steps close them from elsewhere is a matter of chance."""
+    work, operations = {}, {}
+    for n in (few, many):
+        system = held_chain(n, hold)
+        near = closed_at(system, 1)
+        work[n] = calls(lambda system=system, near=near: kn.derive(system, near=near))
+        operations[n] = kn.derive(system, near=near).operations.total
     assert work[many] <= work[few] * (many / few) ** POWER
     assert operations[many] <= 1.1 * operations[few] * many / few
 
@@ -69,7 +72,7 @@ def test_a_distance_takes_little_more_than_the_open_chain(n):
     assert held <= 1.75 * open_
 
 
-def difference(system: kn.System, seed: int, routes: Sequence[str] = ("recursive",)) -> tuple[float, float]:
+def difference(system, seed, routes=("recursive",)):
     """Of u̇ and λ from those of the classical route, beside the largest, at random angles; the condition number of A there."""
     usual, *others = (kn.derive(system, route=route) for route in ("classical", *routes))
     rng = np.random.default_rng(seed)
@@ -95,14 +98,14 @@ def test_as_the_classical_route(hold):
 def test_random_chains_as_the_classical_route():
     @examples(0.05, 2)
     @given(st.sampled_from(sorted(HOLDS)), st.integers(13, 16), st.integers(0, 2**16))
-    def check(hold: str, n: int, seed: int) -> None:
+    def check(hold, n, seed):
         worst, condition = difference(held_chain(n, hold, seed), seed)
         assert worst <= tolerance(1e-9, condition**2)
 
     check()
 
 
-def redundant(system: kn.System, parents: Sequence[int], pairs, seed: int):
+def redundant(system, parents, pairs, seed):
     """q̈ and λ at the closed configuration by Newton's and Euler's equations of free bodies, and kane's, at random rates.
 
     `pairs` are (end, other, law): the origin of the pin of link `end` to a place at 0.3 and 0.4 along the link's axes, on `other`; or
