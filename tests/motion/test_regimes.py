@@ -121,6 +121,67 @@ def test_events_are_met_beside_switches():
     assert [a for e, a in sol.events if e.name == "half"] == pytest.approx([half, 4 - half, 4 + half], abs=1e-9)
 
 
+F = kn.input("F")
+DRIVEN = line(F)
+
+
+def test_an_input_that_switches_is_as_exact_as_a_load():
+    """x'' = −5 sign x from rest at 1: parabolas with a period of 4 √(2/5)."""
+    quarter = (2 / 5) ** 0.5
+    sol = moved(DRIVEN, 9 * quarter, 1, 0, inputs={F: -5 * kn.sign(x)}, rtol=1e-12, atol=1e-12)
+    assert sol.states[-1] == pytest.approx([0, -5 * quarter], abs=1e-11)
+    assert sol.steps == moved(line(-5 * kn.sign(x)), 9 * quarter, 1, 0, rtol=1e-12, atol=1e-12).steps
+
+
+def test_an_input_of_the_next_phase_that_switches():
+    on = kn.Event("on", x, threshold=0.5, direction=-1, then={F: -5 * kn.sign(x)})
+    sol = moved(line(F, events=[on]), 3, 1, 0, inputs={F: -1.0}, rtol=1e-12, atol=1e-12)
+    speed, t1 = 6**0.5, 1 + (6**0.5 - 1) / 5  # at 0, where its energy is 3; from there it swings on with 4 √6/5
+    left = (3 - t1) % (2 * speed / 5)
+    assert sol["v"][-1] == pytest.approx((-1) ** ((3 - t1) // (2 * speed / 5) + 1) * (speed - 5 * left), abs=1e-11)
+
+
+def test_an_input_that_turns_to_and_fro_is_named():
+    sol = moved(DRIVEN, 20, 0.5, 0.1, inputs={F: -50 * x - 3 * kn.sign(v)})
+    assert sol.status == "stopped"
+    assert "sign(v) in the inputs turns to and fro, as v comes to zero again and again" in sol.message
+    assert abs(sol["v"][-1]) < 1e-9
+
+
+SIZES = st.floats(0.5, 5)
+LAWS = st.sampled_from(
+    [
+        lambda a, b, c: -a * kn.sign(x - c),
+        lambda a, b, c: kn.where(kn.less(x, c), a, -b),
+        lambda a, b, c: -a * kn.sign(x) - b * kn.max(x, c),
+        lambda a, b, c: -a * kn.sign(x - c) * abs(x),
+        lambda a, b, c: -(a + b) * kn.sign(x) - b * kn.sign((x - c) * kn.sign(v)),
+    ]
+)
+
+
+@given(LAWS, LAWS, SIZES, SIZES, st.floats(-0.5, 0.5), st.floats(-2, 2), st.sampled_from(["auto", "tsit5"]))
+@examples(0.5)
+def test_random_laws_move_as_loads_and_as_inputs(one, other, a, b, c, v0, method):
+    """Two laws in a load, or one of them as an input beside the other: the same motion, step for step."""
+    first, second = one(a, b, c), other(b, a, -c)
+    plain = kn.simulate(line(first + second), (0, 4), q=[1], u=[v0], method=method, samples=9)
+    sol = kn.simulate(line(F + second), (0, 4), q=[1], u=[v0], method=method, samples=9, inputs={F: first})
+    assert (sol.method, sol.status) == (plain.method, plain.status)
+    np.testing.assert_allclose(sol.states, plain.states, rtol=1e-9, atol=1e-9)
+    assert sol.keeps_energy
+
+
+@given(st.floats(0.2, 2), st.floats(0.2, 2), st.floats(-0.4, 0.4), st.floats(-2, 2))
+@examples(0.5)
+def test_switches_of_what_jumps(a, b, c, v0):
+    """−(a + b) sign x − b sign((x − c) sign v) is −a sign x − b sign x − b sign(x − c) sign v."""
+    nested = -(a + b) * kn.sign(x) - b * kn.sign((x - c) * kn.sign(v))
+    plain = -(a + b) * kn.sign(x) - b * kn.sign(x - c) * kn.sign(v)
+    ends = [kn.simulate(line(f), (0, 5), q=[1], u=[v0], samples=3) for f in (nested, plain)]
+    np.testing.assert_allclose(ends[0].states, ends[1].states, atol=1e-8)
+
+
 @pytest.mark.slow
 def test_a_disk_slides_until_its_slip_is_gone():
     """Down to 1e-10 m/s; when, is known to 1e-9 from steps at 1e-13: worse than the motion, so that 1e-9 gives 5e-9 s."""

@@ -13,7 +13,6 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import neg
 from kane.expr.evaluate import evaluate
@@ -86,7 +85,7 @@ class Pace:
 
 def chattering(now: Routines, pace: Pace) -> str:
     """Which load turns to and fro at a switch by the last states, or stands at it, and what to do; "" where none does."""
-    found = switches(now.eom)
+    found = switches(now.eom, now.laws)
     if not found or not pace.states:
         return ""
 
@@ -103,9 +102,9 @@ def chattering(now: Routines, pace: Pace) -> str:
     return ""
 
 
-def standing(eom: Equations, quantities: Sequence[Expr]) -> str:
+def standing(now: Routines, quantities: Sequence[Expr]) -> str:
     """What is said of a load that stands at a switch of one of some quantities."""
-    found = [s for s in switches(eom) if s.jumps]
+    found = [s for s in switches(now.eom, now.laws) if s.jumps]
     return _told(next((s for s in found for c in quantities if c is s.quantity or c is neg(s.quantity)), found[0]))
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Whether rates may bend or jump where no switch is watched, or have no value behind a step."""
 
+from collections.abc import Iterable
+from typing import Any
 from weakref import WeakKeyDictionary
 
 from kane.expr.node import postorder
@@ -24,14 +26,14 @@ def operations(now: Routines) -> frozenset[Op]:
     return _known[now.rates]
 
 
-def of_inputs(now: Routines) -> set[Op]:
+def of_inputs(drives: Iterable[Any]) -> set[Op]:
     """Those of the inputs that are expressions of the state."""
-    return {node.op for f in now.drives if isinstance(f, Formula) and f.of_state for node in postorder([f.expr])}
+    return {node.op for f in drives if isinstance(f, Formula) and f.of_state for node in postorder([f.expr])}
 
 
 def cornered(now: Routines) -> bool:
     """Whether the rates, or inputs that follow from the state, hold what bends or jumps."""
-    return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now) | of_inputs(now))
+    return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now) | of_inputs(now.drives))
 
 
 def of_time(now: Routines) -> bool:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inputs that are given as expressions of time, parameters and state: data, which machine code evaluates and differentiates itself."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant, postorder
 from kane.expr.ops import OPS
 from kane.expr.piecewise import Piecewise
+from kane.expr.switches import switches
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import substitute
 from kane.motion.breakpoints import breakpoints
@@ -56,6 +57,12 @@ class Formula:
     def smooth(self) -> bool:
         """Whether it has no corners."""
         return not any(node.op in CORNERS or isinstance(node.op, Piecewise) for node in postorder([self.expr]))
+
+
+def turning_laws(drives: Iterable[Any]) -> tuple[Expr, ...]:
+    """The inputs that are expressions of the state with switches in them."""
+    laws = (f.expr for f in drives if isinstance(f, Formula) and f.of_state)
+    return tuple(e for e in laws if switches([e]))
 
 
 def formula(name: str, expr: Expr, parameters: Mapping[Expr, Any], state: tuple[Symbol, ...] = ()) -> Formula:

@@ -11,7 +11,7 @@ from typing import Any
 from kane.dynamics.events import SlipEnd
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, none_of
-from kane.expr.node import postorder
+from kane.expr.node import Expr, postorder
 from kane.expr.piecewise import Piecewise
 from kane.motion.corners import of_inputs, of_time, operations
 from kane.motion.drives import asked, following
@@ -20,7 +20,7 @@ from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
 from kane.motion.implicit import is_long
 from kane.motion.projection import is_constrained
-from kane.motion.regimes import jumps, quantities, rates_on, unfit
+from kane.motion.regimes import drives_on, jumps, quantities, rates_on, unfit
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import IMPLICIT as SLOW
 from kane.motion.stepping import STEPPED
@@ -43,11 +43,11 @@ STIFF = "radau9"
 """What leads on in machine code where equations are stiff."""
 _LANES = 4
 
-_NEEDS: tuple[tuple[Callable[[Equations], bool], Callable[[Integrator], bool], str], ...] = (
-    (is_constrained, lambda by: by.holds, "constraints or Euler parameters are kept"),
-    (jumps, lambda by: by.watches, "loads jump"),
-    (unfit, lambda by: False, "loads jump by tables of steps, or beside choices of pivots"),
-    (lambda eom: bool(eom.events), lambda by: by.watches, "events are watched"),
+_NEEDS: tuple[tuple[Callable[[Equations, Sequence[Expr]], bool], Callable[[Integrator], bool], str], ...] = (
+    (lambda eom, laws: is_constrained(eom), lambda by: by.holds, "constraints or Euler parameters are kept"),
+    (jumps, lambda by: by.watches, "loads or inputs jump"),
+    (unfit, lambda by: False, "loads or inputs jump by tables of steps, or beside choices of pivots"),
+    (lambda eom, laws: bool(eom.events), lambda by: by.watches, "events are watched"),
 )
 """What equations want looked after between two steps, whether an integrator does, and in words."""
 _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], str], ...] = (
@@ -64,14 +64,14 @@ _IN_PYTHON: tuple[tuple[Callable[[Stepper, Sequence[Any], Integrator], bool], st
 """What a motion wants besides, in words, and whether an integrator leaves it to Python."""
 
 
-def needs(eom: Equations, by: Integrator) -> list[str]:
-    """What equations want looked after between two steps that an integrator does not, in words."""
-    return [text for wanted, done, text in _NEEDS if wanted(eom) and not done(by)]
+def needs(eom: Equations, by: Integrator, laws: Sequence[Expr] = ()) -> list[str]:
+    """What equations, and the laws of inputs, want looked after between two steps that an integrator does not, in words."""
+    return [text for wanted, done, text in _NEEDS if wanted(eom, laws) and not done(by)]
 
 
 def _left(stepper: Stepper, drives: Sequence[Any], by: Integrator) -> list[str]:
     """What an integrator leaves to Python, in words."""
-    return needs(stepper.eom, by) + [text for holds, text in _IN_PYTHON if holds(stepper, drives, by)]
+    return needs(stepper.eom, by, stepper.now.laws) + [text for holds, text in _IN_PYTHON if holds(stepper, drives, by)]
 
 
 def _blind(stepper: Stepper, by: Integrator) -> bool:
@@ -112,12 +112,13 @@ def implicit(stepper: Stepper, drives: Sequence[Any]) -> str:
 
 def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
     settings = stepper.now.rates.settings
-    if jumps(stepper.eom):
-        roots = rates_on(stepper.eom, *[1] * len(quantities(stepper.eom))).task.roots
+    eom, laws = stepper.eom, stepper.now.laws
+    own = set(operations(stepper.now))
+    if jumps(eom, laws):
+        roots = rates_on(eom, *[1] * len(quantities(eom))).task.roots
         own = {node.op for node in postorder(roots)}
-    else:
-        own = set(operations(stepper.now))
-    own |= of_inputs(stepper.now)
+        drives = drives_on(eom, tuple(drives), *[1] * len(quantities(eom, laws)))
+    own |= of_inputs(drives)
     bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.smooth) for f in drives)
     if any(op in CORNERS or isinstance(op, Piecewise) for op in own) or asked(drives) or bent:
         return _BENT

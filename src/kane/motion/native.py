@@ -20,7 +20,7 @@ from kane.motion.interpolants import after, interpolant
 from kane.motion.interrupts import MESSAGE
 from kane.motion.met import Fresh, crossings, still_there, thresholds, up_to_a_break, vanishing
 from kane.motion.methods import implicit
-from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps, quantities
+from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps
 from kane.motion.resting import that_move
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
@@ -60,12 +60,12 @@ class NativeCourse:
         self.names, self.for_good = [method.name], False
         self.stiffness = Stiffness()
         self.handed = (0, 0)
-        self.switching = bool(switches(stepper.eom))
+        self.switching = bool(switches(stepper.eom, stepper.now.laws))
         self._take_up(span[0])
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
-        self.regimes = Regimes(self.stepper, t, self.y) if jumps(self.stepper.eom) else None
+        self.regimes = Regimes(self.stepper, t, self.y) if jumps(self.stepper.eom, self.stepper.now.laws) else None
         self._call_anew(t)
 
     def _call_anew(self, t: float) -> None:
@@ -184,8 +184,9 @@ class NativeCourse:
             self._hand_over(t)
             return
         if self.landing and self.regimes is not None and not changed and back is Back.END:
-            self.regimes.turn(self.landing)
-            self._call_anew(float(self.s[At.END]))
+            at = float(self.s[At.END])
+            self.regimes.turn(self.stepper, at, self.y, self.landing)
+            self._call_anew(at)
             return
         if changed or (back is Back.END and self.regimes is not None):
             self._take_up(t)
@@ -387,10 +388,10 @@ class NativeCourse:
             self._hand_over(start)
             self.for_good = True
         elif regimes.tried.issuperset(turn.which):
-            told = standing(self.stepper.eom, [quantities(self.stepper.eom)[k] for k in turn.which])
+            told = standing(self.stepper.now, [regimes.quantities[k] for k in turn.which])
             return self._stopped(f"the motion does not get on beyond t = {start:.6g}: {told}")
         else:
-            regimes.turn(turn.which, tried=True)
+            regimes.turn(self.stepper, start, self.y, turn.which, tried=True)
             self._call_anew(start)
         return None
 

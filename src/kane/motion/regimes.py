@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loads that switch, in machine code: the equations of the side on which a motion is, up to the place where a switch turns.
+"""Loads and inputs that switch, in machine code: the equations of the side on which a motion is, up to the place where a switch turns.
 
 With every switch replaced by what it is on its side, rates are smooth across the place, so that a step sees it as an event on its own
 polynomial. The step is taken again up to there, and another side begins. Where a motion comes back at once from both sides, as dry
@@ -8,7 +8,7 @@ friction at rest does, it does not get on.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import Enum
 from typing import Any, NamedTuple
@@ -25,6 +25,7 @@ from kane.expr.switches import on_sides
 from kane.expr.switches import switches as switches_of
 from kane.expr.symbols import Parameter
 from kane.motion.bounds import SHARES, passages
+from kane.motion.formulas import Formula, turning_laws
 from kane.motion.routines import Routines, rates, watched
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
@@ -35,50 +36,61 @@ SOON, _NEARER = 1e-3, 1e-6
 """Shares of a step after which it shows on which side a motion is that began on none."""
 _AT_END = 1e-9
 """Share of a step before its end at which a switch counts as turning there."""
+_LEAPT = 1e-9
+"""Share of a quantity by which it differs on two sides of other switches, if it jumps with them."""
 _STILL = 1e-13
 """Share of its usual size that a quantity has which does not leave zero."""
 
 
-def quantities(eom: Equations) -> tuple[Expr, ...]:
-    """The quantities of all switches that the rates hold, but for those of tables that only bend."""
-    return tuple(s.quantity for s in switches_of(rates(eom).task.roots) if not all(map(_bending, s.nodes)))
+def quantities(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Expr, ...]:
+    """The quantities of all switches that the rates hold, then of those of the laws of inputs, but for tables that only bend."""
+    found = [s for roots in (rates(eom).task.roots, laws) for s in switches_of(roots)]
+    return tuple(dict.fromkeys(s.quantity for s in found if not all(map(_bending, s.nodes))))
 
 
 def _bending(node: Expr) -> bool:
     return isinstance(node.op, Piecewise) and not leaps(node.op)
 
 
-def jumps(eom: Equations) -> bool:
-    """Whether loads jump."""
-    return any(s.jumps for s in switches(eom))
+def jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
+    """Whether loads, or the laws of inputs, jump."""
+    return any(s.jumps for s in switches(eom, laws))
 
 
-def unfit(eom: Equations) -> bool:
-    """Whether loads jump and the rates hold switches with more than two sides, tables of steps, or with none: what chooses pivots."""
-    if not jumps(eom):
+def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
+    """Whether they jump and there are switches with more than two sides, tables of steps, or with none: what chooses pivots."""
+    if not jumps(eom, laws):
         return False
     loads = eom.solved.regular.declared_loads
     scalars = [x for load in loads for _, v in (*load.forces, *load.torques) for x in v.scalars()]
-    own = switches_of(without_unknowns(eom.solved, scalars))
+    own = switches_of([*without_unknowns(eom.solved, scalars), *laws])
     tables = any(isinstance(node.op, Piecewise) and leaps(node.op) for s in own for node in s.nodes)
-    return tables or not set(quantities(eom)) <= {s.quantity for s in own}
+    return tables or not set(quantities(eom, laws)) <= {s.quantity for s in own}
 
 
 def rates_on(eom: Equations, *sides: int) -> Bundle[tuple[Array, ...]]:
     """(q̇, u̇, P) with the switches on these sides."""
-    return _on(eom, rates(eom), sides)
+    return _on(rates(eom), _fixed(quantities(eom), sides))
 
 
-def watched_on(eom: Equations, *sides: int) -> Bundle[tuple[Array, ...]]:
+def watched_on(eom: Equations, laws: tuple[Expr, ...], *sides: int) -> Bundle[tuple[Array, ...]]:
     """The events' quantities, then those of the switches."""
+    own = quantities(eom, laws)
     names = [*(e.name for e in eom.events), *map(str, range(len(sides)))]
-    roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *quantities(eom)]
+    roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *own]
     plain = watched(eom)
-    return _on(eom, Bundle("watched", plain.ports, plain.record, {"events": roots}, names), sides)
+    return _on(Bundle("watched", plain.ports, plain.record, {"events": roots}, names), _fixed(own, sides))
 
 
-def _on(eom: Equations, plain: Bundle[Any], sides: tuple[int, ...]) -> Bundle[Any]:
-    symbols = {c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(quantities(eom))}
+def drives_on(eom: Equations, drives: tuple[Any, ...], *sides: int) -> tuple[Any, ...]:
+    """Inputs with the switches of the equations, and of their laws, on these sides."""
+    fixed = _fixed(quantities(eom, turning_laws(drives)), sides)
+    return tuple(replace(f, expr=fixed(f.expr)) if isinstance(f, Formula) and f.of_state else f for f in drives)
+
+
+def _fixed(own: tuple[Expr, ...], sides: tuple[int, ...]) -> Callable[[Expr], Expr]:
+    """What replaces the switches of quantities by what they are on their sides."""
+    symbols = {c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(own)}
     numbers = {symbols[c]: constant(side) for c, side in zip(symbols, sides, strict=True)}
     memo: dict[Expr, Expr] = {}
 
@@ -86,6 +98,10 @@ def _on(eom: Equations, plain: Bundle[Any], sides: tuple[int, ...]) -> Bundle[An
         found: Expr = substitute(on_sides(root, symbols, memo), numbers)
         return found
 
+    return fixed
+
+
+def _on(plain: Bundle[Any], fixed: Callable[[Expr], Expr]) -> Bundle[Any]:
     groups = {name: Shaped(g.shape, tuple(map(fixed, g.roots))) for name, g in plain.groups.items()}
     return Bundle(plain.name, plain.ports, plain.record, groups, plain.labels)
 
@@ -115,22 +131,43 @@ class Regimes:
     def __init__(self, stepper: Stepper, t: float, y: Array) -> None:
         self.eom = stepper.eom
         self.events = len(self.eom.events)
-        count = len(quantities(self.eom))
-        self.sides = (1,) * count
-        values = self.routines(stepper).watch(t, y)[self.events :]
-        self.sides = tuple(-1 if v < 0 else 1 for v in values)
+        self.laws = stepper.now.laws
+        self.quantities = quantities(self.eom, self.laws)
+        self.sides = (1,) * len(self.quantities)
+        values = np.zeros(0)
+        for _ in self.sides:  # a quantity may hold other switches
+            values, before = self._values(stepper, t, y), self.sides
+            self.sides = tuple(-1 if v < 0 else 1 for v in values)
+            if self.sides == before:
+                break
         self.fresh = frozenset(np.flatnonzero(values == 0).tolist())
         self.tried: frozenset[int] = frozenset()
 
     def routines(self, stepper: Stepper) -> Routines:
         """The equations on these sides, and what is watched."""
-        numeric = stepper.eom.numeric(stepper.now.settings)
-        found = numeric.routine(rates_on, *self.sides), numeric.routine(watched_on, *self.sides)
-        return replace(stepper.now, rates=found[0].flat, events=found[1].flat)
+        now, own = self._watched(stepper), self.sides[: len(quantities(self.eom))]
+        return replace(now, rates=self.eom.numeric(now.settings).routine(rates_on, *own).flat) if own else now
 
-    def turn(self, which: tuple[int, ...], tried: bool = False) -> None:
-        """The other side of some switches, whose quantities are zero."""
-        self.sides = tuple(-s if k in which else s for k, s in enumerate(self.sides))
+    def _watched(self, stepper: Stepper) -> Routines:
+        now = stepper.now
+        events = self.eom.numeric(now.settings).routine(watched_on, self.laws, *self.sides).flat
+        return replace(now, events=events, drives=drives_on(self.eom, now.drives, *self.sides))
+
+    def _values(self, stepper: Stepper, t: float, y: Array) -> Array:
+        """The quantities on these sides."""
+        return self._watched(stepper).watch(t, y)[self.events :]
+
+    def turn(self, stepper: Stepper, t: float, y: Array, which: tuple[int, ...], tried: bool = False) -> None:
+        """The other side of some switches, whose quantities are zero, and of those whose quantities jump across zero with them."""
+        turned = set(which)
+        for _ in self.sides:
+            before = self._values(stepper, t, y)
+            self.sides = tuple(-s if k in turned else s for k, s in enumerate(self.sides))
+            after = self._values(stepper, t, y)
+            leapt = np.abs(after - before) > _LEAPT * np.maximum(np.abs(after), np.abs(before))
+            turned = {int(k) for k in np.flatnonzero(leapt & (after * self.sides < 0))}.difference(which)
+            if not turned:
+                break
         self.fresh = frozenset(which)
         self.tried = self.fresh if tried else frozenset()
 

@@ -14,6 +14,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.motion.breakpoints import Clock, clock
 from kane.motion.feedback import value
+from kane.motion.formulas import turning_laws
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_constraint
@@ -40,9 +41,9 @@ def watched(eom: Equations) -> Bundle[tuple[Array, ...]]:
     return Bundle("events", ports(eom.derived), _parts, {"events": roots}, [e.name for e in eom.events])
 
 
-def switched(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """The quantities of the loads' switches."""
-    found = [s for s in switches(eom) if s.jumps]
+def switched(eom: Equations, *laws: Expr) -> Bundle[tuple[Array, ...]]:
+    """The quantities of the switches of loads and of the laws of inputs."""
+    found = [s for s in switches(eom, laws) if s.jumps]
     roots = without_unknowns(eom.solved, [s.quantity for s in found])
     return Bundle("switches", ports(eom.derived), _parts, {"switches": roots}, [s.text for s in found])
 
@@ -78,6 +79,11 @@ class Routines:
     rates: CompiledRoutine
     events: CompiledRoutine | None
     switches: CompiledRoutine | None = None
+
+    @property
+    def laws(self) -> tuple[Expr, ...]:
+        """The inputs that are expressions of the state with switches in them."""
+        return turning_laws(self.drives)
 
     def inputs(self, t: float, y: Array) -> Array:
         """Values of the inputs."""
@@ -143,8 +149,9 @@ def routines(
     """The equations compiled, and the bundles of `others` with them in one module."""
     numeric, width = eom.numeric(settings), len(eom.state)
     events = [watched] if eom.events else []
-    turned = [switched] if any(s.jumps for s in switches(eom)) else []
-    numeric.compile(rates, *events, *turned, *others)
+    laws = turning_laws(drives)
+    turned = any(s.jumps for s in switches(eom, laws))
+    numeric.compile(rates, *events, *([switched] if turned and not laws else []), *others)
     quantities = numeric.routine(watched).flat if events else None
-    sides = numeric.routine(switched).flat if turned else None
+    sides = numeric.routine(switched, *laws).flat if turned else None
     return Routines(eom, p, tuple(drives), settings, width, numeric.routine(rates).flat, quantities, sides)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where loads switch: signs, comparisons and directions that they hold."""
+"""Where loads switch, and inputs that are expressions of the state: signs, comparisons and directions that they hold."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from kane.equations.equations import Equations
@@ -17,7 +18,7 @@ _JUMPS = {OPS["sign"], OPS["less"]}
 
 
 class Switch(NamedTuple):
-    """What bends or `jumps` in a load where `quantity` passes zero, or is a direction that it then has not; `smooth` cures it."""
+    """What bends or `jumps` in a load or inputs where `quantity` passes zero, or a direction it has not then; `smooth` is a cure."""
 
     text: str
     quantity: Expr
@@ -26,11 +27,15 @@ class Switch(NamedTuple):
     jumps: bool
 
 
-def switches(eom: Equations) -> tuple[Switch, ...]:
-    """Signs, comparisons and directions v/|v| that the loads hold, each once."""
+def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
+    """Signs, comparisons and directions v/|v| that the loads, and the `laws` of inputs, hold, each once."""
     found: dict[Expr, Switch] = {}
-    for load in eom.solved.regular.declared_loads:
-        for node in postorder(x for _, v in (*load.forces, *load.torques) for x in v.scalars()):
+    loads = {
+        load.name: [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
+        for load in eom.solved.regular.declared_loads
+    }
+    for name, scalars in (*loads.items(), ("inputs", laws)):
+        for node in postorder(scalars):
             if node.op in _JUMPS:
                 quantity = sub(*node.args) if len(node.args) == 2 else node.args[0]
             elif isinstance(node.op, Piecewise) and node.op.sides is not None:
@@ -48,7 +53,7 @@ def switches(eom: Equations) -> tuple[Switch, ...]:
             else:
                 smooth = f"write tanh(({cut(quantity)})/eps) with a small eps"
             jumping = leaps(node.op) if isinstance(node.op, Piecewise) else node.op is not DIV
-            known = found.setdefault(quantity, Switch(str(node), quantity, load.name, smooth, jumping))
+            known = found.setdefault(quantity, Switch(str(node), quantity, name, smooth, jumping))
             if jumping and not known.jumps:
                 found[quantity] = known._replace(text=str(node), smooth=smooth, jumps=True)
     return tuple(found.values())

@@ -15,6 +15,7 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.motion.breakpoints import next_end, on_from
 from kane.motion.feedback import controllers
+from kane.motion.formulas import turning_laws
 from kane.motion.implicit import exact
 from kane.motion.regimes import jumps
 from kane.motion.routines import Routines, routines
@@ -51,7 +52,7 @@ def _check(motion: Solution) -> None:
     met = {
         "events change the state or motions are joined": len(motion.phases) > 1,
         "the constraints lose rank": bool(motion.lost.any()),
-        "loads jump at states": jumps(motion.equations),
+        "loads or inputs jump at states": jumps(motion.equations, turning_laws(inputs)),
         "a sampled controller is asked": bool(controllers(inputs)),
     }
     told = [text for text, holds in met.items() if holds]
