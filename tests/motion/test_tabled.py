@@ -67,5 +67,5 @@ def test_tables_that_bend_run_beside_what_jumps(kind, rng):
 def test_steps_of_the_state_are_left_to_scipy_and_told():
     eom = line(kn.table([0, 1, 2], [0, -1, -2], "steps")(x))
     assert kn.simulate(eom, (0, 1), q=[0.5], u=[0], samples=2).method == "DOP853"
-    with pytest.raises(kn.SimulationError, match="loads jump by tables of steps"):
+    with pytest.raises(kn.SimulationError, match="loads or inputs jump by tables of steps"):
         kn.simulate(eom, (0, 1), q=[0.5], u=[0], method="dop853")

@@ -117,7 +117,7 @@ def test_what_is_refused(tmp_path):
     ):
         bounced.accuracy(method="variational")
     rubbed = kn.simulate(line(-x - 0.1 * kn.sign(v)), (0, 3), q=[1], u=[0])
-    with pytest.raises(kn.SimulationError, match="loads jump at states"):
+    with pytest.raises(kn.SimulationError, match="loads or inputs jump at states"):
         rubbed.accuracy(method="variational")
     held = kn.simulate(line(F), (0, 1), q=[1], u=[0], inputs={F: kn.sampled(lambda t, s: -s[0], 0.1)})
     with pytest.raises(kn.SimulationError, match="a sampled controller is asked"):

@@ -73,9 +73,8 @@ def rates_on(eom: Equations, *sides: int) -> Bundle[tuple[Array, ...]]:
     return _on(rates(eom), _fixed(quantities(eom), sides))
 
 
-def watched_on(eom: Equations, laws: tuple[Expr, ...], *sides: int) -> Bundle[tuple[Array, ...]]:
-    """The events' quantities, then those of the switches."""
-    own = quantities(eom, laws)
+def watched_on(eom: Equations, own: tuple[Expr, ...], *sides: int) -> Bundle[tuple[Array, ...]]:
+    """The events' quantities, then those of the switches, `own`."""
     names = [*(e.name for e in eom.events), *map(str, range(len(sides)))]
     roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *own]
     plain = watched(eom)
@@ -131,8 +130,7 @@ class Regimes:
     def __init__(self, stepper: Stepper, t: float, y: Array) -> None:
         self.eom = stepper.eom
         self.events = len(self.eom.events)
-        self.laws = stepper.now.laws
-        self.quantities = quantities(self.eom, self.laws)
+        self.quantities = quantities(self.eom, stepper.now.laws)
         self.sides = (1,) * len(self.quantities)
         values = np.zeros(0)
         for _ in self.sides:  # a quantity may hold other switches
@@ -150,7 +148,7 @@ class Regimes:
 
     def _watched(self, stepper: Stepper) -> Routines:
         now = stepper.now
-        events = self.eom.numeric(now.settings).routine(watched_on, self.laws, *self.sides).flat
+        events = self.eom.numeric(now.settings).routine(watched_on, self.quantities, *self.sides).flat
         return replace(now, events=events, drives=drives_on(self.eom, now.drives, *self.sides))
 
     def _values(self, stepper: Stepper, t: float, y: Array) -> Array:
