@@ -2,6 +2,7 @@
 """What messages show of long things ends in "…"."""
 
 import inspect
+import math
 import pickle
 import re
 from pathlib import Path
@@ -12,7 +13,10 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.errors import cut
-from tests.systems.things import N, things
+from kane.gallery import load
+from tests.systems.things import N, O, things
+
+EOM = {name: kn.derive(load(name).system()) for name in ("pendulum", "pure_rolling_disk", "four_bar")}
 
 
 @given(st.text(alphabet="ab +-*/(^", max_size=120), st.integers(3, 80))
@@ -80,3 +84,104 @@ def test_every_object_pickles_or_says_why_not():
         assert repr(again) == repr(thing)
     assert list(kept) == [kn.Compiled]
     assert "compiled.rhs" in kept[kn.Compiled]
+
+
+def test_names_in_the_place_of_units():
+    """A second name given by itself is no unit, and where it is meant is said; what is a unit stays one."""
+    for make, stem in ((kn.coordinates, "q"), (kn.speeds, "u")):
+        with pytest.raises(
+            kn.UnitError, match=rf"another name: one text holds all, {make.__name__}\('{stem}1 {stem}2'\)"
+        ):
+            make(f"{stem}1", f"{stem}2")
+        assert [s.unit for s in make("a b", "m/s")] == ["m/s", "m/s"]
+    for names in (("x", "y"), ("alpha", "beta"), ("q1", "q2", "q3"), ("x1:4", "x4")):
+        with pytest.raises(kn.UnitError):
+            kn.coordinates(*names)
+    with pytest.raises(kn.ExpressionError, match="got 'l'"):
+        kn.parameters("m", "l")
+
+
+@given(st.sampled_from([30, 45, 60, 90, 120, 180, 270, 360]), st.sampled_from([1, -1, 0.5]))
+def test_angles_in_degrees_are_doubted(degrees, share):
+    angle = degrees * share
+    for turn in (
+        lambda: N.rotate("A", angle, N.z),
+        lambda: N.rotate_body("A", (0.1, angle, 0.2), "xyz"),
+        lambda: kn.Rotation.from_axis_angle([0, 0, 1], angle),
+        lambda: kn.Rotation.from_angles("zxz", (0.1, angle, 0.2)),
+    ):
+        with pytest.warns(
+            kn.KaneWarning, match=rf"angles are in radians. If degrees are meant, write math.radians\({angle:g}\)"
+        ):
+            turn()
+
+
+@given(st.floats(-40, 40).filter(lambda x: x != round(x * 1024) / 1024), st.integers(-20, 20), st.floats(-6.28, 6.28))
+def test_angles_in_radians_are_not(many, turns, few):
+    """Sums of turns, whole or not, and whatever is within one: warnings are errors here."""
+    for angle in (
+        many,
+        few,
+        turns * math.pi / 2,
+        math.radians(turns * 90),
+        turns * kn.pi / 3,
+        kn.parameter("a", 90.0, "deg"),
+    ):
+        N.rotate("A", angle, N.z)
+
+
+@pytest.mark.parametrize("mixed", [
+    lambda s, e: s * e, lambda s, e: e * s, lambda s, e: s + e, lambda s, e: e - s, lambda s, e: s / e, lambda s, e: e / s,
+    lambda s, e: e**s, lambda s, e: s * N.x, lambda s, e: kn.sin(s), lambda s, e: kn.Matrix([[s]]),
+    lambda s, e: kn.Particle("p", O, s),
+    lambda s, e: N.rotate("A", s, N.z),
+])  # fmt: skip
+def test_what_is_sympy_s_is_translated_first(mixed):
+    sympy = pytest.importorskip("sympy")
+    for s in (sympy.Symbol("s"), sympy.sin(sympy.Symbol("s")) + 1):
+        with pytest.raises(kn.ExpressionError, match=r"kn\.from_sympy\("):
+            mixed(s, kn.coordinate("q"))
+
+
+def test_names_that_resemble_others_are_proposed():
+    """Wherever one of some names is asked for."""
+    made = {type(thing): thing for thing in things()}
+    sol, eom, system = made[kn.Solution], made[kn.Equations], made[kn.System]
+    asked = {
+        "plate": lambda: system["plat"],
+        "gauss16": lambda: kn.simulate(eom, (0, 1), q=[0, 0], u=[0, 0], inputs={"F": 0}, method="gauss61"),
+        "lagrange": lambda: eom.by("lagrang"),
+        "repeated": lambda: sol.accuracy(method="repeat"),
+        "numpy": lambda: eom.compile().emit("numpi"),
+        "classical": lambda: kn.derive(system, route="classic"),
+        "rates": lambda: made[kn.SpeedComparison]["rate"],
+        "kane": lambda: made[kn.MethodComparison]["kan"],
+        "rhs": lambda: eom.compile().operations["rh"],
+        "pendulum": lambda: load("pendulun"),
+        "F": lambda: sol["FF"],
+    }
+    for name, ask in asked.items():
+        with pytest.raises(kn.KaneError, match=rf"Did you mean .*\b{name}\b"):
+            ask()
+
+
+@pytest.mark.parametrize("name", ["pendulum", "pure_rolling_disk", "four_bar"])
+@pytest.mark.parametrize("ask", [
+    kn.linearize, kn.trim, kn.assemble, lambda eom, **at: kn.simulate(eom, (0, 0.1), **at), lambda eom, **at: kn.linearizer(eom)(**at),
+], ids=["linearize", "trim", "assemble", "simulate", "linearizer"])  # fmt: skip
+def test_states_of_wrong_length_or_kind_are_named(name, ask):
+    eom = EOM[name]
+    for key in ("q", "u"):
+        count = len(eom.coordinates if key == "q" else eom.speeds)
+        for wrong in (
+            [0.1] * (count + 1),
+            [0.1] * (count - 1),
+            0.1,
+            "x",
+            {"zz": 1},
+            [[0.1] * (count + 1)],
+            ["x"] * count,
+            [1j] * count,
+        ):
+            with pytest.raises(kn.KaneError, match=r"^Expected .*, got "):
+                ask(eom, **{key: wrong})

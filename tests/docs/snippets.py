@@ -7,6 +7,7 @@ below the comment `<!-- fragment -->` is not run.
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -18,6 +19,9 @@ PAGES = (
     "README.md",
     *sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").rglob("*.md") if "_build" not in p.parts),
 )
+
+MOST = 60.0
+"""What the blocks of a page may take of a processor (s), however busy the machine is; the longest page takes a quarter of it."""
 
 _BLOCK = re.compile(
     r"^(?P<fragment><!-- fragment -->\n)?```python\n(?P<code>.*?)^```\n(?:\n?```(?:text|latex)\n(?P<shown>.*?)^```$)?",
@@ -42,15 +46,18 @@ def printed(found: list[Block], folder: Path) -> list[str]:
     """What each block prints."""
     script = folder / "page.py"
     script.write_text(f"print({_END!r}, end='')\n".join(block.code for block in found), encoding="utf-8")
+    before = os.times()
     done = subprocess.run(
         [sys.executable, "-W", "error", str(script)],
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=120,
         check=False,
     )
     assert done.returncode == 0, done.stderr[-2000:]
+    spent = os.times()
+    spent_s = spent.children_user + spent.children_system - before.children_user - before.children_system
+    assert spent_s < MOST, f"the page takes {spent_s:.0f} s of a processor"
     return done.stdout.split(_END)
 
 

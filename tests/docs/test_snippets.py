@@ -3,6 +3,7 @@
 
 import pytest
 
+from tests.docs import snippets
 from tests.docs.snippets import PAGES, ROOT, Block, agrees, blocks, printed
 
 WITH_CODE = [page for page in PAGES if blocks((ROOT / page).read_text(encoding="utf-8"))]
@@ -34,3 +35,11 @@ def test_a_page_that_is_wrong_is_noticed(tmp_path):
     assert not agrees("2\n", "1\n")
     with pytest.raises(AssertionError, match="ZeroDivisionError"):
         printed([Block("1 / 0\n", None)], tmp_path)
+
+
+def test_a_page_that_takes_long_is_noticed_by_the_work_it_does(tmp_path, monkeypatch):
+    """Not by the clock: a page that waits, as all do on a machine that is busy, does no work."""
+    monkeypatch.setattr(snippets, "MOST", 0.5)
+    assert printed([Block("import time; time.sleep(1)\n", None)], tmp_path) == [""]
+    with pytest.raises(AssertionError, match="of a processor"):
+        printed([Block("import time\nwhile time.process_time() < 0.6: pass\n", None)], tmp_path)

@@ -383,7 +383,7 @@ FORMS = {
 def test_laws_that_differ_in_numbers_share_what_is_compiled(form, method, rng):
     """Of either sign: as many routines after the last law as after the first; and the motion of each is that of its own numbers."""
     eom = kn.derive(pendulum_on_cart.system(force=True))
-    count = 300 if "KANE_FULL" in os.environ else 4
+    count = (200 if form == "linear" else 30) if "KANE_FULL" in os.environ else 4
     start = {"q": [0.3, 0.2], "u": [0.0, 0.0], "samples": 3, "method": method}
     after = []
     for k in range(count):
@@ -401,8 +401,9 @@ def test_laws_that_differ_in_numbers_share_what_is_compiled(form, method, rng):
                 **start | {"method": "DOP853"},
             )
             assert np.allclose(sol.states, other.states, rtol=1e-6, atol=1e-8)
-        after.append(compiled_routines())
-    assert after[-1] - after[1] <= (
+        if k in (1, count - 1):
+            after.append(compiled_routines())
+    assert after[1] - after[0] <= (
         1 if method == "radau9" else 0
     )  # another of the stiff method's own, once it is needed
 
@@ -417,9 +418,10 @@ def test_laws_of_different_forms_are_kept_to_a_bound():
     eom = kn.derive(pendulum_on_cart.system(force=True))
     x, theta, *_ = eom.state
     law, counts = kn.Rational(0) + x, []
-    for _ in range(90):
+    for k in range(90):
         law = law.sin() + theta
         kn.simulate(eom, (0, 0.001), q=[0.3, 0.2], u=[0, 0], inputs={"F": law}, samples=2, method="tsit5")
-        counts.append(compiled_routines())
-    assert counts[9] == counts[0] + 9
-    assert counts[-1] == max(counts) == counts[63]
+        if k in (0, 9, 63, 75, 89):
+            counts.append(compiled_routines())
+    assert counts[1] == counts[0] + 9
+    assert counts[2:] == [counts[0] + 63] * 3

@@ -21,8 +21,7 @@ from kane.motion.breakpoints import MANY
 from kane.motion.feedback import Held, HeldInput, Law, LawInput, Sampled
 from kane.motion.formulas import Formula, formula, with_gains
 from kane.motion.interrupts import heed
-from kane.motion.laws import Law as Formulas
-from kane.motion.laws import law
+from kane.motion.laws import SharedLaw, law
 from kane.motion.smooth import check_smooth
 from kane.numeric.named import finite_number, named_values
 
@@ -275,7 +274,7 @@ def constant(f: Function) -> float | None:
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
 
 
-def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> Formulas | None:
+def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> SharedLaw | None:
     """The inputs without their numbers, where all are numbers or expressions; those held between two steps stand for themselves.
 
     With `functions` those of Python do so too.

@@ -20,7 +20,7 @@ from kane.expr.node import ONE, Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given
 from kane.motion.drives import following, follows, law_of
-from kane.motion.laws import Law, law_ports
+from kane.motion.laws import SharedLaw, law_ports
 from kane.motion.routines import Routines
 from kane.numeric.arrays import Array, Mask
 from kane.program.bundle import Bundle, Shaped
@@ -122,7 +122,7 @@ def _held(eom: Equations) -> Mask:
     return whole
 
 
-def derivatives(now: Routines, t: float, y: Array, law: Law | None) -> Given:
+def derivatives(now: Routines, t: float, y: Array, law: SharedLaw | None) -> Given:
     """What a kernel is told of J."""
     numeric, long, p = now.eom.numeric(now.settings), is_long(now), now.p
     if law is not None and follows(now.drives):

@@ -33,7 +33,7 @@ class Number(Parameter):
     place: int
 
 
-class Law(NamedTuple):
+class SharedLaw(NamedTuple):
     """Inputs as expressions with a `Number` in the place of each number, and the values of these."""
 
     values: tuple[Expr, ...]
@@ -44,7 +44,7 @@ class Law(NamedTuple):
         return np.append(p, self.numbers)
 
 
-def law(values: Sequence[Expr]) -> Law:
+def law(values: Sequence[Expr]) -> SharedLaw:
     """Expressions without their numbers: the same ones whatever these are, and their signs.
 
     Signs go into numbers, and numbers are counted in an order of the terms that does not depend on them, as the order of the arguments
@@ -80,7 +80,7 @@ def law(values: Sequence[Expr]) -> Law:
             elif stack.pop() not in made and node.op is not CONST:
                 made[node, sign] = combined(node, sign)
     found = tuple(argument(value, 1, False) for value in values)
-    return Law(found, tuple(numbers))
+    return SharedLaw(found, tuple(numbers))
 
 
 def _shape(node: Expr, shapes: dict[Expr, tuple[int, bool]]) -> tuple[int, bool]:
