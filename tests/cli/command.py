@@ -28,7 +28,7 @@ SPRING = HEAD + (
 
 def kane(*words: Any, code: int = 0) -> Any:
     """Run the command, which must leave with `code` and without a traceback of its own."""
-    result = CliRunner(env={"COLUMNS": "110"}).invoke(app, [str(w) for w in words])  # as where there is no terminal
+    result = CliRunner().invoke(app, [str(w) for w in words])
     assert result.exit_code == code, (result.output, result.exception)
     assert result.exception is None or isinstance(result.exception, SystemExit)
     return result
