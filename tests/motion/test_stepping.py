@@ -21,6 +21,7 @@ def met(kept, dense, direction=0):
         np.array([0.0, 1.0]),
         values,
         np.zeros(1),
+        {},
     )
     return [t for _, t in found]
 
