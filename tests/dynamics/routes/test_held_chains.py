@@ -72,6 +72,13 @@ def test_a_distance_takes_little_more_than_the_open_chain(n):
     assert held <= 1.75 * open_
 
 
+@pytest.mark.slow
+def test_no_row_of_a_long_chain_is_taken_for_rounding():
+    """Bounds on rounding of terms taken for independent ones double with each link; five rows must be left of a pin's."""
+    for n in (50, 100):
+        assert len(kn.derive(held_chain(n, "pin")).dependent_speeds) == 5
+
+
 def difference(system, seed, routes=("recursive",)):
     """Of u̇ and λ from those of the classical route, beside the largest, at random angles; the condition number of A there."""
     usual, *others = (kn.derive(system, route=route) for route in ("classical", *routes))
