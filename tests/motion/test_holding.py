@@ -9,10 +9,11 @@ import pytest
 import kane as kn
 from kane.motion.native import NativeCourse
 from kane.motion.projection import manifold
+from tests.lanes import SMOOTH
 from tests.systems import four_bar
 from tests.systems.parallelogram import Parallelogram
 
-NATIVE = ("gauss16", "dop853")
+NATIVE = (*SMOOTH, "dop853")
 EACH = [*NATIVE, pytest.param("radau9", marks=pytest.mark.slow)]
 MODELS = {
     "car_with_trailer": 1,
