@@ -47,7 +47,7 @@ def watching(now: Routines, t: float, y: Array, switches: int = 0, wide: bool = 
     return {
         "watch": code,
         "events": len(events) + switches,
-        "hw": hoisted(now.events, t, y[: now.width], now.p, now.inputs(t, y)),
+        "hw": hoisted(now.events, t, y[: now.width], now.parameters(now.events), now.inputs(t, y)),
         "seen": seen,
         "largest": np.nan_to_num(np.abs(seen)),
         "least": np.array([*np.where(shared, 0.0, [e.threshold for e in events]), *none]),

@@ -274,6 +274,11 @@ def constant(f: Function) -> float | None:
     return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
 
 
+def law_and(drives: Sequence[Any], inputs: Sequence[Expr], more: Sequence[Expr]) -> SharedLaw:
+    """The inputs, those of Python standing for themselves, and `more` behind them, without their numbers."""
+    return law([*_written(drives, inputs), *more])
+
+
 def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> SharedLaw | None:
     """The inputs without their numbers, where all are numbers or expressions; those held between two steps stand for themselves.
 
@@ -281,8 +286,12 @@ def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = Fals
     """
     if asked(drives) and not functions:
         return None
+    return law(_written(drives, inputs))
+
+
+def _written(drives: Sequence[Any], inputs: Sequence[Expr]) -> list[Expr]:
     own = {s: f.expr if isinstance(f, Formula) else constant(f) for f, s in zip(drives, inputs, strict=True)}
-    return law([s if value is None else as_expr(value) for s, value in own.items()])
+    return [s if value is None else as_expr(value) for s, value in own.items()]
 
 
 def asked(drives: Sequence[Any]) -> bool:

@@ -39,7 +39,7 @@ class Arguments:
             "y": y,
             "lag": np.zeros_like(y),
             "work": work,
-            "p": self.law.parameters(now.p) if self.law else now.p.copy(),
+            "p": np.append(now.p, now.numbers),
             "h": h,
         }
         self.given |= self._driving(t)
@@ -64,7 +64,7 @@ class Arguments:
         given = self._formulas()
         if given is None:
             return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self._hook(r)}
-        h = hoisted(given, t, self.y[: now.width], self.given["p"], r[: len(now.drives)])
+        h = hoisted(given, t, self.y[: now.width], now.parameters(given), r[: len(now.drives)])
         driven = 2 if follows(now.drives) else 1
         return {"r": r, "driven": driven, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
 

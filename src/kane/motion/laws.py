@@ -33,6 +33,10 @@ class Number(Parameter):
     place: int
 
 
+def _number(place: int) -> Number:
+    return Number.declare(f"number{place}", place=place)
+
+
 class SharedLaw(NamedTuple):
     """Inputs as expressions with a `Number` in the place of each number, and the values of these."""
 
@@ -45,7 +49,7 @@ class SharedLaw(NamedTuple):
 
 
 def law(values: Sequence[Expr]) -> SharedLaw:
-    """Expressions without their numbers: the same ones whatever these are, and their signs.
+    """Expressions without their numbers: the same ones whatever these are, and their signs; those of the first ones come first.
 
     Signs go into numbers, and numbers are counted in an order of the terms that does not depend on them, as the order of the arguments
     of sums and products does.
@@ -58,7 +62,7 @@ def law(values: Sequence[Expr]) -> SharedLaw:
         if node.op is not CONST or kept:
             return made.get((node, sign), node)
         numbers.append(sign * float(node))
-        return Number.declare(f"number{len(numbers)}", place=len(numbers))
+        return _number(len(numbers))
 
     def combined(node: Expr, sign: int) -> Expr:
         signs, left = _signs(node, sign, shapes)
@@ -68,6 +72,7 @@ def law(values: Sequence[Expr]) -> SharedLaw:
         whole = add(*args) if node.op in (_ADD, _SUB) else NODE_BUILDERS[node.op.name](*args) if args else node
         return neg(whole) if left < 0 else whole
 
+    found: list[Expr] = []
     for value in values:
         fold(value, shapes, lambda node: _shape(node, shapes))
         stack = [(value, 1)]
@@ -79,8 +84,8 @@ def law(values: Sequence[Expr]) -> SharedLaw:
                 stack += sorted(waiting, key=lambda x: shapes[x[0]][0], reverse=True)
             elif stack.pop() not in made and node.op is not CONST:
                 made[node, sign] = combined(node, sign)
-    found = tuple(argument(value, 1, False) for value in values)
-    return SharedLaw(found, tuple(numbers))
+        found.append(argument(value, 1, False))
+    return SharedLaw(tuple(found), tuple(numbers))
 
 
 def _shape(node: Expr, shapes: dict[Expr, tuple[int, bool]]) -> tuple[int, bool]:
@@ -125,7 +130,8 @@ def driving(eom: Equations, *values: Expr) -> Bundle[tuple[Array, ...]]:
 def law_ports(eom: Equations, values: Sequence[Expr]) -> tuple[Port, ...]:
     """t, x, p and r of routines that hold a law, with its numbers behind the parameters."""
     t, x, p, r = ports(eom.derived)
-    numbers = sorted((s for s in free_symbols(values) if isinstance(s, Number)), key=lambda s: s.place)
+    last = max((s.place for s in free_symbols(values) if isinstance(s, Number)), default=0)
+    numbers = [_number(place) for place in range(1, last + 1)]
     return t, x, replace(p, symbols=(*p.symbols, *numbers)), r
 
 

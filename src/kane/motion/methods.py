@@ -20,7 +20,7 @@ from kane.motion.formulas import CORNERS, Formula
 from kane.motion.holding import unheld
 from kane.motion.implicit import is_long
 from kane.motion.projection import is_constrained
-from kane.motion.regimes import drives_on, jumps, quantities, rates_on, unfit
+from kane.motion.regimes import drives_on, jumps, on, quantities, rates_on, unfit
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import IMPLICIT as SLOW
 from kane.motion.stepping import STEPPED
@@ -117,7 +117,8 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
     if jumps(eom, laws):
         roots = rates_on(eom, *[1] * len(quantities(eom))).task.roots
         own = {node.op for node in postorder(roots)}
-        drives = drives_on(eom, tuple(drives), *[1] * len(quantities(eom, laws)))
+        every = quantities(eom, laws)
+        drives = drives_on(tuple(drives), on(every, (1,) * len(every)))
     own |= of_inputs(drives)
     bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.smooth) for f in drives)
     if any(op in CORNERS or isinstance(op, Piecewise) for op in own) or asked(drives) or bent:

@@ -25,7 +25,9 @@ from kane.expr.switches import on_sides
 from kane.expr.switches import switches as switches_of
 from kane.expr.symbols import Parameter
 from kane.motion.bounds import SHARES, passages
-from kane.motion.formulas import Formula, turning_laws
+from kane.motion.drives import law_and
+from kane.motion.formulas import Formula
+from kane.motion.laws import law_ports
 from kane.motion.routines import Routines, rates, watched
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
@@ -70,24 +72,26 @@ def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
 
 def rates_on(eom: Equations, *sides: int) -> Bundle[tuple[Array, ...]]:
     """(q̇, u̇, P) with the switches on these sides."""
-    return _on(rates(eom), _fixed(quantities(eom), sides))
+    plain, fixed = rates(eom), on(quantities(eom), sides)
+    groups = {name: Shaped(g.shape, tuple(map(fixed, g.roots))) for name, g in plain.groups.items()}
+    return Bundle(plain.name, plain.ports, plain.record, groups, plain.labels)
 
 
-def watched_on(eom: Equations, own: tuple[Expr, ...], *sides: int) -> Bundle[tuple[Array, ...]]:
-    """The events' quantities, then those of the switches, `own`."""
-    names = [*(e.name for e in eom.events), *map(str, range(len(sides)))]
+def watched_on(eom: Equations, more: tuple[Expr, ...], *sides: int) -> Bundle[tuple[Array, ...]]:
+    """The events' quantities, then those of the switches of rates, and `more` of the laws of inputs, on their sides."""
+    own = quantities(eom)
+    names = [*(e.name for e in eom.events), *map(str, range(len(own) + len(more)))]
     roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *own]
-    plain = watched(eom)
-    return _on(Bundle("watched", plain.ports, plain.record, {"events": roots}, names), _fixed(own, sides))
+    fixed = [*map(on(own, sides), roots), *more]
+    return Bundle("watched", law_ports(eom, more), watched(eom).record, {"events": fixed}, names)
 
 
-def drives_on(eom: Equations, drives: tuple[Any, ...], *sides: int) -> tuple[Any, ...]:
-    """Inputs with the switches of the equations, and of their laws, on these sides."""
-    fixed = _fixed(quantities(eom, turning_laws(drives)), sides)
+def drives_on(drives: tuple[Any, ...], fixed: Callable[[Expr], Expr]) -> tuple[Any, ...]:
+    """Inputs with the switches of their laws on sides."""
     return tuple(replace(f, expr=fixed(f.expr)) if isinstance(f, Formula) and f.of_state else f for f in drives)
 
 
-def _fixed(own: tuple[Expr, ...], sides: tuple[int, ...]) -> Callable[[Expr], Expr]:
+def on(own: tuple[Expr, ...], sides: tuple[int, ...]) -> Callable[[Expr], Expr]:
     """What replaces the switches of quantities by what they are on their sides."""
     symbols = {c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(own)}
     numbers = {symbols[c]: constant(side) for c, side in zip(symbols, sides, strict=True)}
@@ -98,11 +102,6 @@ def _fixed(own: tuple[Expr, ...], sides: tuple[int, ...]) -> Callable[[Expr], Ex
         return found
 
     return fixed
-
-
-def _on(plain: Bundle[Any], fixed: Callable[[Expr], Expr]) -> Bundle[Any]:
-    groups = {name: Shaped(g.shape, tuple(map(fixed, g.roots))) for name, g in plain.groups.items()}
-    return Bundle(plain.name, plain.ports, plain.record, groups, plain.labels)
 
 
 class Turns(Enum):
@@ -147,9 +146,12 @@ class Regimes:
         return replace(now, rates=self.eom.numeric(now.settings).routine(rates_on, *own).flat) if own else now
 
     def _watched(self, stepper: Stepper) -> Routines:
-        now = stepper.now
-        events = self.eom.numeric(now.settings).routine(watched_on, self.quantities, *self.sides).flat
-        return replace(now, events=events, drives=drives_on(self.eom, now.drives, *self.sides))
+        now, eom, fixed = stepper.now, self.eom, on(self.quantities, self.sides)
+        drives, own = drives_on(now.drives, fixed), len(quantities(eom))
+        law = law_and(drives, eom.inputs, list(map(fixed, self.quantities[own:])))
+        more = law.values[len(eom.inputs) :]
+        events = eom.numeric(now.settings).routine(watched_on, more, *self.sides[:own]).flat
+        return replace(now, events=events, drives=drives, switches=None, numbers=law.numbers)
 
     def _values(self, stepper: Stepper, t: float, y: Array) -> Array:
         """The quantities on these sides."""

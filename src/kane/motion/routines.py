@@ -13,8 +13,10 @@ from kane.equations.routines import ports, rate_names
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.motion.breakpoints import Clock, clock
+from kane.motion.drives import law_and
 from kane.motion.feedback import value
 from kane.motion.formulas import turning_laws
+from kane.motion.laws import law_ports
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_constraint
@@ -41,11 +43,16 @@ def watched(eom: Equations) -> Bundle[tuple[Array, ...]]:
     return Bundle("events", ports(eom.derived), _parts, {"events": roots}, [e.name for e in eom.events])
 
 
-def switched(eom: Equations, *laws: Expr) -> Bundle[tuple[Array, ...]]:
-    """The quantities of the switches of loads and of the laws of inputs."""
-    found = [s for s in switches(eom, laws) if s.jumps]
-    roots = without_unknowns(eom.solved, [s.quantity for s in found])
-    return Bundle("switches", ports(eom.derived), _parts, {"switches": roots}, [s.text for s in found])
+def switched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
+    """The quantities of the loads' switches, and `more` of the laws of inputs."""
+    roots = [*without_unknowns(eom.solved, jumping(eom)), *more]
+    return Bundle("switches", law_ports(eom, more), _parts, {"switches": roots}, list(map(str, range(len(roots)))))
+
+
+def jumping(eom: Equations, laws: Sequence[Expr] = ()) -> list[Expr]:
+    """The quantities at which loads jump, then those at which laws of inputs do."""
+    found = [*switches(eom), *switches(eom, laws)] if laws else switches(eom)
+    return list(dict.fromkeys(s.quantity for s in found if s.jumps))
 
 
 def _parts(*parts: Array) -> tuple[Array, ...]:
@@ -69,7 +76,10 @@ def unembedded(eom: Equations) -> Bundle[Unembedded]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Routines:
-    """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u, a)."""
+    """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u, a).
+
+    `numbers` are those of the inputs that are expressions, and of the quantities at which they switch.
+    """
 
     eom: Equations
     p: Array
@@ -79,6 +89,7 @@ class Routines:
     rates: CompiledRoutine
     events: CompiledRoutine | None
     switches: CompiledRoutine | None = None
+    numbers: tuple[float, ...] = ()
 
     @property
     def laws(self) -> tuple[Expr, ...]:
@@ -123,10 +134,15 @@ class Routines:
         return self._at_all(self.switches, t, y)
 
     def _at(self, routine: CompiledRoutine, t: float, y: Array) -> Array:
-        return routine(t, y[: self.width], self.p, self.inputs(t, y) if self.drives else None)
+        return routine(t, y[: self.width], self.parameters(routine), self.inputs(t, y) if self.drives else None)
+
+    def parameters(self, routine: CompiledRoutine) -> Array:
+        """What a routine takes as p: the parameters of the equations, and as many of the numbers of the inputs as it asks for."""
+        wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
+        return self.p if wanted == len(self.p) else np.append(self.p, self.numbers)[:wanted]
 
     def _at_all(self, routine: CompiledRoutine, t: Array, y: Array) -> Array:
-        return routine(t, y[:, : self.width], self.p, self.inputs_all(t, y))
+        return routine(t, y[:, : self.width], self.parameters(routine), self.inputs_all(t, y))
 
     def values(self, t: float, y: Array) -> dict[Expr, Any]:
         """A number for every symbol of the equations."""
@@ -149,9 +165,10 @@ def routines(
     """The equations compiled, and the bundles of `others` with them in one module."""
     numeric, width = eom.numeric(settings), len(eom.state)
     events = [watched] if eom.events else []
-    laws = turning_laws(drives)
-    turned = any(s.jumps for s in switches(eom, laws))
-    numeric.compile(rates, *events, *([switched] if turned and not laws else []), *others)
+    own, jumps = jumping(eom), jumping(eom, turning_laws(drives))
+    numeric.compile(rates, *events, *([switched] if own and len(jumps) == len(own) else []), *others)
+    law = law_and(drives, eom.inputs, jumps[len(own) :])
     quantities = numeric.routine(watched).flat if events else None
-    sides = numeric.routine(switched, *laws).flat if turned else None
-    return Routines(eom, p, tuple(drives), settings, width, numeric.routine(rates).flat, quantities, sides)
+    sides = numeric.routine(switched, *law.values[len(eom.inputs) :]).flat if jumps else None
+    own_rates = numeric.routine(rates).flat
+    return Routines(eom, p, tuple(drives), settings, width, own_rates, quantities, sides, law.numbers)
