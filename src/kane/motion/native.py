@@ -357,7 +357,7 @@ class NativeCourse:
         met = crossings(events, now.watch, one, times, values, least, self.fresh)
         met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
         s[At.LOOKED] = 1.0
-        moving = that_move(met, now, times, values, states[-1], self.span[1] - self.span[0])
+        moving = that_move(met, now, times, values, states, self.span[1] - self.span[0])
         noted, at_once = up_to_a_break(moving, h)
         end = ended_by(at_once, noted)
         t = start if end is None else next(t for event, t in noted if event.breaks)

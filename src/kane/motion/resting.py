@@ -30,20 +30,29 @@ from kane.program.program import Port
 
 _ROUNDING = 16 * np.finfo(float).eps
 """Share of a quantity's terms that rounding may leave of it."""
+_STEPS = 64
+"""So many steps at most add up their rounding: more are as likely to take it away."""
 _LONG = 1e-9
 """Share of the span from which on a step is long enough to tell."""
 _ORDERS = 4
 """So many derivatives are asked to which side a quantity leaves its threshold."""
 
 
-def that_move(met: Sequence[Met], now: Routines, times: Array, values: Array, state: Array, span: float) -> list[Met]:
-    """The events met but for those whose quantity (places × events) rests at its threshold all along the step, which are warned of."""
+def that_move(met: Sequence[Met], now: Routines, times: Array, values: Array, states: Array, span: float) -> list[Met]:
+    """The events met but for those whose quantity (places × events) rests at its threshold all along the step, which are warned of.
+
+    Rounding is that of its largest terms along the step, by the `states` at all places but the first, and of the steps before, each of
+    which rounds the state: an error stays where the terms pass zero together.
+    """
     if not met or times[-1] - times[0] < _LONG * span:
         return list(met)
     events, still = now.eom.events, []
+    steps = min(1 + span / float(times[-1] - times[0]), _STEPS)
     for event in dict.fromkeys(e for e, _ in met):
         over = np.abs(values[:, events.index(event)] - event.threshold).max()
-        if over <= _rounding(event, now, float(times[-1]), state):
+        if over <= steps * max(
+            _rounding(event, now, float(t), state) for t, state in zip(times[1:], states, strict=True)
+        ):
             still.append(event)
             warnings.warn(
                 f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there but for "

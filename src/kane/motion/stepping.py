@@ -286,7 +286,7 @@ class Course:
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
         met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest), self.fresh)
         met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
-        moving = that_move(met, now, times, values, dense(times[-1]), self.span[1] - self.span[0])
+        moving = that_move(met, now, times, values, dense(times[1:]).T, self.span[1] - self.span[0])
         noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
         return noted, ended_by(at_once, noted)
 
