@@ -45,13 +45,18 @@ def calls(work):
 
 
 def check_growth(hold, few, many):
-    """Near where the loops close: how many steps close them from elsewhere is a matter of chance."""
+    """Near where the loops close: how many steps close them from elsewhere is a matter of chance.
+
+    The second derivation is counted, while the first one holds its nodes: which nodes the table keeps of what was derived before, and when
+    it is swept, depends on the tests that ran.
+    """
     work, operations = {}, {}
     for n in (few, many):
         system = held_chain(n, hold)
         near = closed_at(system, 1)
+        eom = kn.derive(system, near=near)
         work[n] = calls(lambda system=system, near=near: kn.derive(system, near=near))
-        operations[n] = kn.derive(system, near=near).operations.total
+        operations[n] = eom.operations.total
     assert work[many] <= work[few] * (many / few) ** POWER
     assert operations[many] <= 1.1 * operations[few] * many / few
 
@@ -63,7 +68,7 @@ def test_growth_of_a_chain_whose_tip_is_held_at_a_distance():
 @pytest.mark.slow
 @pytest.mark.parametrize("hold", HOLDS)
 def test_growth(hold):
-    check_growth(hold, 24, 48)
+    check_growth(hold, 16, 32)
 
 
 @pytest.mark.parametrize("n", [12, 30])
