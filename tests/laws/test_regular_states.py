@@ -31,6 +31,10 @@ REGULAR = 1e8
 """Condition of A_D up to which a state is one: on some branches of parallelograms a choice of dependent speeds follows nowhere."""
 SLOW = 0.1
 """Share of the random speeds at which motions start."""
+POORLY = ("u1", "u2", "u3", "u6", "u8")
+"""Lean, pitch and yaw rates of a bicycle among its dependent speeds."""
+STRAIGHT = (0.2, 0, 0, 0, -10, -3 / 0.35, 3, 0)
+"""A bicycle's speeds at 3 m/s straight on, upright, as it begins to lean."""
 C99 = ("-std=c99", "-O1", "-ffp-contract=off")
 
 
@@ -212,7 +216,29 @@ def test_accelerations_at_200_states(name, rng, tmp_path):
 @pytest.mark.slow
 def test_dependent_speeds_that_follow_poorly_cost_digits(rng):
     """Lean, pitch and yaw rates of a bicycle by the others: upright they do not follow at all."""
-    check(bicycle("YY", "speeds", ("u1", "u2", "u3", "u6", "u8")), 200, None, rng, poor=True)
+    check(bicycle("YY", "speeds", POORLY), 200, None, rng, poor=True)
+
+
+@pytest.mark.slow
+def test_where_dependent_speeds_do_not_follow_others_are_named_that_do():
+    at = {"q": [0, 0, 0.3, 0, 0, 0, 0.2, 0.1], "inputs": [0, 0]}
+    with pytest.raises(kn.SingularError, match="of u2, u3, u5, u6, u8;"):
+        upright(POORLY, **at)
+    named = upright(("u2", "u3", "u5", "u6", "u8"), **at)
+    np.testing.assert_allclose(named, upright((), **at), rtol=1e-10, atol=1e-10)
+
+
+def upright(dependent: Sequence[str], **at: Any) -> Array:
+    """The accelerations of a bicycle that runs straight on."""
+    eom = kn.derive(bicycle("YY", "speeds", dependent).system)
+    return np.array(eom.evaluate(list(eom.accelerations), u=dict(zip(eom.speeds, STRAIGHT, strict=True)), **at))
+
+
+@pytest.mark.parametrize("axes", ["NN", "YY", "YH"])
+def test_a_wheel_that_lies_flat_is_no_pole_of_the_speeds_alone(axes):
+    """Where the rear frame lies flat on the road cos(phi), by which W divides, is zero; there the front wheel has no lowest point."""
+    eom = kn.derive(bicycle(axes, "speeds", POORLY).system)
+    assert eom.solved.twin is None
 
 
 def moved(case: Redundant, rng: np.random.Generator) -> None:

@@ -24,7 +24,8 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
 from kane.expr.visit import substitute
 from kane.model.completed import constraint_rate
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.bounds import bounded
 from kane.numeric.newton import close
 from kane.numeric.rank import DERIVE_RANK, POLE_RANK, balance, balanced, level, singular
 from kane.numeric.sample import sample, values_of
@@ -107,6 +108,19 @@ class RateRows:
             wide = [np.broadcast_to(x, (count, n + 1)) for x in evaluate(self.exprs, {**values, **self.unit})]
         numbers = np.array(wide, dtype=float).swapaxes(0, 1)
         return np.asarray(numbers[..., :n] - numbers[..., n:])
+
+    def told(self, values: Mapping[Expr, Any], every: Array) -> Mask:
+        """At which places (count) rounding leaves of what `at` gives, `every`, enough to tell whether speeds are determined.
+
+        A wheel that lies flat on the road has no lowest point: its constraint holds there, and 0/0 says nothing of the rates.
+        """
+        n = self.count
+        scales = balance(every)
+        with np.errstate(all="ignore"):
+            errors = [np.broadcast_to(e, (len(every), n + 1)) for _, e in bounded(self.exprs, {**values, **self.unit})]
+            wide = np.array(errors, dtype=float).swapaxes(0, 1)
+            shares = (wide[..., :n] + wide[..., n:]) / (scales.rows * scales.columns)
+        return np.asarray((shares <= _REGULAR).all(axis=(1, 2)))
 
     def admitted(self, both: Array) -> Array | None:
         """B (rank × n) with B (Y N) = 0, its rows orthonormal, where [Y; A_q] is `both`; None where that does not give the rates."""
@@ -194,7 +208,10 @@ class _Places:
         if not closed:
             return
         places = np.array(closed).reshape(-1, len(q), 1)
-        every = self.rows.at(values | {x: places[:, k] for k, x in enumerate(q)}, len(places))
+        there = values | {x: places[:, k] for k, x in enumerate(q)}
+        every = self.rows.at(there, len(places))
+        if pivot is not None:
+            every = every[self.rows.told(there, every)]
         yield from (b for b in map(self.rows.admitted, every) if b is not None)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
