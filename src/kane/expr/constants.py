@@ -18,8 +18,13 @@ from kane.expr.surd import times
 EPS = 2.0**-52
 GIVEN = 4 * EPS
 """Error of a float that was given, over its size: components of a vector that was divided by its length have about one EPS."""
-_KEPT = 32 * EPS
-"""Error over size from which on a constant carries it; below, it counts as given: products of a few factors are ordinary floats."""
+_KEPT = 9 * EPS
+"""Error over size from which on a constant carries it; below, it counts as given: products and quotients of floats that were given,
+whose errors are 2 GIVEN, are ordinary floats.
+
+Each step of a sum may forget as much, so that it is no larger: of 32 EPS a sum of three terms and their difference from what they
+were forgot more than rounding had left there.
+"""
 
 
 def number_of(a: Expr) -> Number:
