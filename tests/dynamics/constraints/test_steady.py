@@ -8,10 +8,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane.dynamics.constraints.steady import steadiest
 from tests.examples import examples
 from tests.systems.wheels import disk, free_disk, named, segway, vehicle
 
@@ -47,6 +48,8 @@ def determinants(eom, rng):
 
 
 @given(seed=st.integers(0, 10**6))
+@example(56424)  # every exchange of one speed makes the determinant vary more
+@example(230667)  # a shorter set is nearly singular everywhere
 @examples(0.2, 4)
 def test_vehicles_have_a_constant_determinant_where_any_has(seed):
     rng = np.random.default_rng(seed)
@@ -56,6 +59,30 @@ def test_vehicles_have_a_constant_determinant_where_any_has(seed):
     found = list(determinants(eom, rng))
     steady = [s for s, x in found if np.ptp(x) < 1e4 * EPS * x.max() and x.min() > 1e-3]
     assert not steady or names(eom) in steady
+
+
+@given(seed=st.integers(0, 10**6), shape=st.sampled_from([(2, 4), (3, 6), (3, 7), (4, 8), (5, 9), (6, 12)]))
+def test_the_one_set_that_follows_everywhere_is_found_from_any(seed, shape):
+    """All columns are random but those of one set, which are those of rotations: exchanges seldom lead there one by one."""
+    rng = np.random.default_rng(seed)
+    rank, count = shape
+    a = rng.normal(size=(13, rank, count))
+    steady, start = (tuple(sorted(rng.permutation(count)[:rank].tolist())) for _ in range(2))
+    a[:, :, steady] = np.linalg.qr(a[:, :, steady])[0]
+    kept = [u for u in steady if u in start][:1]
+    # units of rows and of speeds
+    a *= np.exp(rng.normal(size=(rank, 1))) * np.exp(rng.normal(size=count))
+    assert steadiest(a, start, kept, lambda _: 0.0) == steady
+    assert steadiest(np.concatenate([a, a[:, :1]], axis=1), start, kept, lambda _: 0.0) == steady
+    gone = [u for u in start if u not in steady][:1]
+    assert not gone or steadiest(a, start, gone, lambda _: 0.0) is None
+
+
+def test_a_shorter_set_that_is_nearly_singular_everywhere_is_not_taken():
+    c, s = np.cos(np.linspace(0, 3, 13)), np.sin(np.linspace(0, 3, 13))
+    a = np.array([[c, -s, c - 1e-3 * s], [s, c, s + 1e-3 * c]]).transpose(2, 0, 1)
+    assert steadiest(a, (0, 2), (), lambda d: float(sum(d) != 2)) in {(0, 1), (1, 2)}
+    assert steadiest(a, (0, 2), (0, 2), lambda _: 0.0) == (0, 2)
 
 
 def test_what_is_named_stays():

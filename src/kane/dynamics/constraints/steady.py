@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import combinations
+from math import comb
 
 import numpy as np
 import numpy.typing as npt
@@ -28,12 +30,16 @@ _SAME = 1e-9
 """Share by which numbers may differ that are the same but for rounding: others, at random configurations, differ by far more."""
 _FOLLOWS = 1e-5
 """Share of the product of the lengths of its columns that a volume must have: what is below has lost the digits that tell."""
+_WELL = 0.25
+"""What that share must be of the best set's, at least: a set that is nearly singular everywhere is no choice because it is shorter."""
 _FEWEST = 3
 """Configurations that tell what is the same everywhere, at least."""
 _ENTRIES, _EXCHANGES = 10_000, 200
 """Numbers in the matrices, and exchanges of one speed for another, up to which sets are looked for."""
 _ROUNDS, _SETS = 12, 24
 """How many exchanges lead to a set that follows everywhere, and how many of these sets are compared, at most."""
+_MINORS, _NEARLY = 2000, 1e-6
+"""How many sets are looked at where no exchange leads on, and the share by which volumes may differ of what is measured then."""
 _CHANGING = 3
 """Operations that an entry counts for that changes with the configuration; a constant one counts for one."""
 
@@ -85,6 +91,24 @@ def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price
     now = tuple(sorted(dependent))
     if not now or len(a) < _FEWEST or a.size > _ENTRIES or len(now) * (a.shape[2] - len(now)) > _EXCHANGES:
         return None
+    now, least = _least_varying(a, now, kept)
+    found = [now] if least <= _SAME else _by_minors(a, now, kept)
+    for each in found:
+        others = [s for s in _exchanged(each, a.shape[2], kept) if s not in found]
+        if len(found) >= _SETS or not others:
+            break
+        found += [s for s, x in zip(others, _spreads(a, others), strict=True) if x <= _SAME]
+    return _shortest(a, found, price) if len(found) > 1 else next(iter(found), None)
+
+
+def _shortest(a: Array, sets: Sequence[Set], price: Callable[[Set], float]) -> Set:
+    """The first set of least `price` of those that follow well beside the best."""
+    share = _volumes(a, sets)[1].min(axis=1)
+    return min((s for s, x in zip(sets, share, strict=True) if x >= _WELL * share.max()), key=price)
+
+
+def _least_varying(a: Array, now: Set, kept: Collection[int]) -> tuple[Set, float]:
+    """The set to which exchanges of one speed lead that each make the volume vary less, and by how much it does."""
     least = float(_spreads(a, [now])[0])
     for _ in range(_ROUNDS):
         others = [] if least <= _SAME else _exchanged(now, a.shape[2], kept)
@@ -96,15 +120,37 @@ def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price
             break
         now = others[place]
         least = float(_spreads(a, [now])[0])
-    if least > _SAME:
-        return None
-    found = [now]
-    for each in found:
-        others = [s for s in _exchanged(each, a.shape[2], kept) if s not in found]
-        if len(found) >= _SETS or not others:
+    return now, least
+
+
+def _by_minors(a: Array, now: Set, kept: Collection[int]) -> list[Set]:
+    """Sets that follow everywhere, none of those `kept` exchanged: of all sets, or of `_MINORS` with few exchanges from `now`.
+
+    With R = A_D⁻¹ A the volume of a set is that of `now` times the minor of R of the speeds that go and those that come. Minors at two
+    configurations rule nearly all out: those where the volume of `now` differs most.
+    """
+    (volume,), (share,) = _volumes(a, [now])
+    apart = [k for k in np.argsort(volume).tolist() if share[k] > _FOLLOWS]
+    ends = apart[:: max(len(apart) - 1, 1)]
+    if len(ends) < 2:
+        return []
+    ratios = np.linalg.pinv(a[ends][:, :, list(now)]) @ a[ends]
+    there = np.abs(ratios).max(axis=0) > _SAME
+    going = [i for i, u in enumerate(now) if u not in kept and there[i].sum() > 1]  # 1 is itself
+    coming = [j for j in np.flatnonzero(there.any(axis=0)).tolist() if j not in now]
+    found: list[Set] = []
+    left = _MINORS
+    for order in range(1, min(len(going), len(coming)) + 1):
+        left -= comb(len(going), order) * comb(len(coming), order)
+        if left < 0:
             break
-        found += [s for s, x in zip(others, _spreads(a, others), strict=True) if x <= _SAME]
-    return min(found, key=price) if len(found) > 1 else now
+        i, j = (np.array(list(combinations(places, order))) for places in (going, coming))
+        minors = np.abs(np.linalg.det(ratios[:, i[:, None, :, None], j[None, :, None, :]]))
+        first, last = minors * volume[ends, None, None]
+        alike = np.argwhere(np.abs(first - last) < _NEARLY * np.maximum(first, last)).tolist()
+        sets = [tuple(sorted({*now} - {now[x] for x in i[r].tolist()} | {*j[c].tolist()})) for r, c in alike]
+        found += [s for s, x in zip(sets, _spreads(a, sets), strict=True) if x <= _SAME] if sets else []
+    return found[:_SETS]
 
 
 def price(a: Array, mass: Array, dependent: Set) -> float:
@@ -147,13 +193,20 @@ def _scaled(a: Array) -> Array:
 
 def _spreads(a: Array, sets: Sequence[Set]) -> npt.NDArray[np.float64]:
     """By how much the logarithm of each set's volume differs from configuration to configuration; infinite where it follows poorly."""
+    volume, share = _volumes(a, sets)
+    spread = np.log(np.maximum(volume, 1e-300)).std(axis=1)
+    follows = (share > _FOLLOWS).sum(axis=1)
+    return np.where(follows == len(a), spread, np.where(follows > 1, spread + 1.0, np.inf))
+
+
+def _volumes(a: Array, sets: Sequence[Set]) -> tuple[Array, Array]:
+    """The volume of each set at each configuration (sets × k), and its share of the product of the lengths of its columns."""
     block = np.moveaxis(a[:, :, np.array(sets)], 2, 0)  # sets × k × m × d
     square = block.shape[2] == block.shape[3]
     volume = np.abs(np.linalg.det(block)) if square else np.linalg.svd(block, compute_uv=False).prod(axis=-1)
     lengths = np.sqrt((block**2).sum(axis=2)).prod(axis=-1)
     share = np.where(lengths > 0, volume / np.where(lengths > 0, lengths, 1.0), 0.0)
-    spread = np.log(np.maximum(volume, 1e-300)).std(axis=1)
-    return np.asarray(np.where(share.min(axis=1) > _FOLLOWS, spread, spread + 1.0))
+    return volume, share
 
 
 def _exchanged(now: Set, count: int, kept: Collection[int]) -> list[Set]:
