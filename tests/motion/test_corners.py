@@ -44,6 +44,14 @@ def test_a_jump_anywhere_in_a_step_is_seen(method, times, rng):
         assert sol.states[-1] == pytest.approx(after(a, jump, 1.2), abs=times * 1e-9)
 
 
+def test_a_jump_at_the_end_that_is_aimed_at_is_met_there():
+    """The step that leads there begins at 0.39 and ends, rounded, one bit before it: it was taken again and again."""
+    a, jump = 0.46771069657057773, 0.00037151323886756117
+    given = {"q": [0], "u": [1], "samples": 2, "rtol": 1e-9, "atol": 1e-9, "method": "tsitpap8"}
+    sol = kn.simulate(SPRING, (0, 1.2), inputs={f: jump * kn.where(kn.less(x, a), 1, 0)}, **given)
+    assert sol.states[-1] == pytest.approx(after(a, jump, 1.2), abs=3e-6)
+
+
 def test_smooth_rates_are_not_looked_at_twice(rng):
     """Smooth rates have a kernel that compares nothing; along rates that bend somewhere else the comparison rejects no step."""
     smooth = kn.simulate(SPRING, (0, 40), q=[0.3], u=[1], inputs={f: 0}, method="gauss16")

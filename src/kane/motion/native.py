@@ -348,7 +348,7 @@ class NativeCourse:
 
         if self.regimes is not None:
             turn = self.regimes.look(now, one, start, h, values[:, len(events) :])
-            if turn.what not in (Turns.NOT, Turns.AT_END) or (turn.what is Turns.AT_END and start + h < s[At.END]):
+            if turn.what not in (Turns.NOT, Turns.AT_END) or (turn.what is Turns.AT_END and h < self._left()):
                 return self._turned(turn, start, h)
             # what was aimed at is met there, though rounding leaves it on this side
             self.landing = self.landing or turn.which
@@ -399,4 +399,9 @@ class NativeCourse:
         """The length of the step that was looked at."""
         s = self.s
         shortest = s[At.SHORTEST] + 10 * np.finfo(float).eps * abs(s[At.TIME])
-        return float(min(max(s[At.STEP], shortest), s[At.LONGEST], s[At.END] - s[At.TIME] - s[At.TIME_LAG]))
+        return min(max(float(s[At.STEP]), shortest), float(s[At.LONGEST]), self._left())
+
+    def _left(self) -> float:
+        """How long it is to the end that is aimed at: `start + h` of a step that leads there may round to a time before it."""
+        s = self.s
+        return float(s[At.END] - s[At.TIME] - s[At.TIME_LAG])
