@@ -21,6 +21,8 @@ from tests.systems.rolling import Contact, drawn
 Array = Any
 STATES, BLOCK, BLOCKS = 2, 50, 20
 """States of each system; systems of each of the full tests, and how many of these."""
+ROUNDINGS = 8
+"""Changes of a state in its last digit that tell how sensitive a force is to it."""
 
 
 def check(seed: int) -> str:
@@ -39,19 +41,31 @@ def check(seed: int) -> str:
 
 
 def compare(states: States, contact: Contact, solutions: Sequence[Solution], limit: Array) -> None:
-    """The force of a contact along the inertial axes, where the oracle's is determined."""
+    """The force of a contact along the inertial axes, where the oracle's is determined.
+
+    It may be off by what the condition of A_D allows, or by four times what changes of the state in its last digit do: a force that
+    holds nearly parallel rolling directions grows with the square of that condition.
+    """
     eom, N = states.eom, states.case.system.inertial
     held = zip(contact.constraints, contact.directions, strict=True)
     force = sum((n * eom.multipliers[c] for c, n in held), start=kn.Vector())
     asked = list(force.components(N))
-    told = eom.evaluate(asked, q=list(states.q.T), u=list(states.u.T), inputs=states.inputs)
-    found = np.stack([wide(x, len(states.q)) for x in told], axis=-1)
-    for here, one, share in zip(found, solutions, limit, strict=True):
+
+    def at(q: Array, u: Array) -> Array:
+        told = eom.evaluate(asked, q=list(q.T), u=list(u.T), inputs=states.inputs)
+        return np.stack([wide(x, len(q)) for x in told], axis=-1)[:, :2]
+
+    found, rng = at(states.q, states.u), np.random.default_rng(0)
+    rounded = [
+        at(*(x * (1 + EPS * rng.choice([-1, 1], x.shape)) for x in (states.q, states.u))) for _ in range(ROUNDINGS)
+    ]
+    sensitive = 4 * np.abs(np.array(rounded) - found).max(axis=(0, 2))
+    for here, one, share, last in zip(found, solutions, limit, sensitive, strict=True):
         reaction = one.reactions[contact.joint]
         level = reaction.determinate[:2]
         assert level.all()
         size = max(1.0, np.abs(one.multipliers).max())
-        assert np.abs(here[:2] - reaction.force[:2]).max() <= share * size
+        assert np.abs(here - reaction.force[:2]).max() <= max(share * size, last)
 
 
 @pytest.mark.slow

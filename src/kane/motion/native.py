@@ -399,7 +399,7 @@ class NativeCourse:
         """The length of the step that was looked at."""
         s = self.s
         shortest = s[At.SHORTEST] + 10 * np.finfo(float).eps * abs(s[At.TIME])
-        return min(max(float(s[At.STEP]), shortest), float(s[At.LONGEST]), self._left())
+        return float(min(max(s[At.STEP], shortest), s[At.LONGEST], self._left()))
 
     def _left(self) -> float:
         """How long it is to the end that is aimed at: `start + h` of a step that leads there may round to a time before it."""

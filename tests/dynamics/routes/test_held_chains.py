@@ -47,8 +47,8 @@ def calls(work):
 def check_growth(hold, few, many):
     """Near where the loops close: how many steps close them from elsewhere is a matter of chance.
 
-    The second derivation is counted, while the first one holds its nodes: which nodes the table keeps of what was derived before, and when
-    it is swept, depends on the tests that ran.
+    The second derivation is counted, while the first one holds its nodes: which nodes the table keeps of what was derived before, and
+    when it is swept, depends on the tests that ran.
     """
     work, operations = {}, {}
     for n in (few, many):
