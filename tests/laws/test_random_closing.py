@@ -31,7 +31,7 @@ def dependent(system: kn.System, q: dict[kn.Coordinate, float]) -> set[kn.Coordi
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 @pytest.mark.parametrize("joined", [False, True])
 def test_a_loop_that_closes_is_closed(planar: bool, loops: int, joined: bool) -> None:
-    @examples(0.02, 2)
+    @examples(0.01, 2)
     @given(mechanisms(planar, loops))
     def check(m: Mechanism) -> None:
         model = to_kane(m, Asked(joined=joined))

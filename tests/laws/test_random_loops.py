@@ -159,7 +159,7 @@ def check_laws(state: State, limit: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_three_routes_and_laws(planar: bool, loops: int) -> None:
-    @examples(0.1, 2)
+    @examples(0.04, 2)
     @given(st.data(), mechanisms(planar, loops), SEEDS)
     def check(data: st.DataObject, m: Mechanism, seed: int) -> None:
         state = State(m, data.draw(questions(len(m.parts))), seed)

@@ -94,7 +94,7 @@ def check(seed, method):
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @given(seed=st.integers(0, 2**32 - 1))
-@examples(0.07, least=4)
+@examples(0.03, least=4)
 def test_every_crossing_of_random_witnesses_is_found(method, seed):
     sol = check(seed, method)
     assert sol.steps < 200  # many crossings in a step

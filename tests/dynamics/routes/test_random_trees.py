@@ -54,7 +54,7 @@ def test_reactions(seed, bodies):
 
 
 @pytest.mark.slow
-@examples(0.8, 12)
+@examples(0.3, 12)
 @given(seeds, sizes)
 def test_trees_of_pins_and_sliders_against_a_robotics_engine(seed, bodies):
     require("pinocchio")
