@@ -29,7 +29,7 @@ test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at t
 test-machines: $(VENV)/.dev-stamp  ## the quick tests as on older processors; what is emitted is the same there
 	bash requirements/machines.sh
 
-test-pythons: $(VENV)/.dev-stamp  ## the quick tests on other Pythons, where there are any
+test-pythons: $(VENV)/.dev-stamp  ## the quick tests on the newest other Python, fewer on those between
 	bash requirements/pythons.sh
 
 check: $(VENV)/.dev-stamp  ## style, format, types, layers, length of functions

@@ -337,7 +337,9 @@ def _step(solver: Any) -> str | None:
     except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
         return str(error)
     except RuntimeError as error:
-        if type(error).__name__ != "IntegratorConcurrencyError":  # how SciPy before 1.17 says it; the class is not public
+        if (
+            type(error).__name__ != "IntegratorConcurrencyError"
+        ):  # how SciPy before 1.17 says it; the class is not public
             raise
         return _NESTED
 
