@@ -212,7 +212,7 @@ if TYPE_CHECKING:
     from kane.present.figure import plot
     from kane.present.report import report
     from kane.present.root_locus import root_locus
-    from kane.present.versions import show_versions
+    from kane.present.version_list import show_versions
     from kane.program.native.machine import Settings
     from kane.space.attitude import Rotation, small_rotation
     from kane.space.frame import Frame
@@ -319,7 +319,7 @@ _NAMES = {
     "present.figure": "plot",
     "present.report": "report",
     "present.root_locus": "root_locus",
-    "present.versions": "show_versions",
+    "present.version_list": "show_versions",
     "program.native.machine": "Settings",
     "space.attitude": "Rotation small_rotation",
     "space.frame": "Frame",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from kane.dynamics.poles import without_poles
 from kane.gallery import GALLERY, load
 

@@ -10,7 +10,7 @@ import pytest
 import kane as kn
 from kane.gallery import load
 from kane.motion.projection import constraint_numbers
-from kane.motion.routines import rates, unembedded
+from kane.motion.compiled_equations import rates, unembedded
 from kane.program.native import machine_code
 from kane.program.native.machine_code import host
 

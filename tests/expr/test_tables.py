@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 import kane as kn
 from kane.expr.piecewise import lowered
-from kane.expr.switches import on_sides, switches
+from kane.expr.switching import on_sides, switches
 from tests.examples import examples
 
 X = kn.coordinate("x")

@@ -12,7 +12,7 @@ from kane.expr.node import ZERO
 from kane.gallery import rolling_disk, whipple_bicycle
 from kane.kinematics.matching import Matching
 from kane.kinematics.motion import Following
-from kane.numeric.sample import draw
+from kane.numeric.sampling import draw
 
 
 @pytest.mark.parametrize("system", [rolling_disk.system, whipple_bicycle.system])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from kane.kinematics.constraints import _placed
 from kane.kinematics.pulls import rows_along_tree
 from tests.dynamics.routes.test_recursive import state

@@ -9,7 +9,7 @@ import pytest
 import kane as kn
 from benchmarks.random_trees import random_tree
 from benchmarks.systems import COUNTED
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from kane.dynamics.routes.recursive import carrying
 from kane.gallery import GALLERY, load
 from kane.kinematics.freedoms import Unsuited

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 import kane as kn
 from kane.motion.corners import cornered
-from kane.motion.routines import routines
+from kane.motion.compiled_equations import routines
 from kane.motion.steppers.along import defects, events
 from kane.motion.steppers.collocation import gauss, lagrange
 

@@ -15,7 +15,7 @@ from kane.motion import implicit
 from kane.motion.formulas import Formula
 from kane.motion.implicit import exact
 from kane.motion.methods import SOLVERS
-from kane.motion.routines import routines
+from kane.motion.compiled_equations import routines
 from tests.oracles.duals import values_and_slopes
 
 

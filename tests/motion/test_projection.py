@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.motion.holding import Holding
+from kane.motion.constraint_kernels import Holding
 from kane.motion.projection import Manifold, manifold
 from kane.motion.steppers.outline import At
 from tests.dynamics.constraints.test_branches import EIGHT, closed

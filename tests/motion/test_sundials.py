@@ -10,7 +10,7 @@ import kane as kn
 from kane.gallery import load
 from kane.motion import sundials
 from kane.motion.implicit import exact, pattern
-from kane.motion.routines import routines
+from kane.motion.compiled_equations import routines
 from tests.motion.test_stiff import chain, derived
 from tests.peer import require
 

@@ -13,7 +13,7 @@ import kane as kn
 from kane.dynamics.readings.steps import shown_speeds
 from kane.gallery import four_bar, pure_rolling_disk
 from kane.gallery.pendulums import system as chain
-from kane.present.chapters import chapters
+from kane.present.report_chapters import chapters
 from kane.present.checks import Check, motion_checks
 from kane.present.tables import Tex, declared_tables
 from kane.write.latex import latex_name

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kane.expr.evaluate import evaluate, free_symbols
-from kane.present.formulas import formulas
+from kane.present.formula_list import formulas
 from kane.present.text import WIDTH, step_text, wrapped
 from kane.space.vector import Vector
 from tests.present.disk import derived

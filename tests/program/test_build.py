@@ -20,7 +20,7 @@ from kane.program.passes.split import split
 from kane.program.passes.tiers import live_ranges
 from kane.program.passes.verify import verified
 from kane.program.program import Port, Program
-from kane.program.receipt import receipt
+from kane.program.operation_count import receipt
 from kane.program.reference import explain, values
 from tests.program.programs import ports
 

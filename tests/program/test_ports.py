@@ -15,7 +15,7 @@ from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.machine import Settings
 from kane.program.passes.tiers import assembled
 from kane.program.program import Code, Port, Routine
-from kane.program.receipt import receipt
+from kane.program.operation_count import receipt
 from kane.program.reference import values
 from tests.program.emitted import from_c, from_numpy
 from tests.program.programs import by_port

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from kane.expr.node import Expr, as_expr
 from kane.write.latex import LATEX, latex_name
-from kane.write.layout import layout
+from kane.write.arrange import layout
 from kane.write.notation import Notation
 from kane.write.text import TEXT
 

@@ -22,7 +22,7 @@ from kane.equations.numeric import Numeric
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import close
-from kane.numeric.sample import draw
+from kane.numeric.sampling import draw
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""

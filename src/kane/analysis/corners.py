@@ -19,7 +19,7 @@ from kane.analysis.turning import all_switches, turning
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.expr.ops import GONE
-from kane.expr.switches import Switch
+from kane.expr.switching import Switch
 from kane.numeric.arrays import Mask
 from kane.numeric.rank import balance
 

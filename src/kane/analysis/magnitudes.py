@@ -13,7 +13,7 @@ import numpy as np
 
 from kane.analysis.local import Slopes, Values
 from kane.numeric.arrays import Array
-from kane.numeric.pace import pace
+from kane.numeric.time_scale import pace
 from kane.numeric.projection import mobility, sizes
 
 _REMOTE = 1e-4

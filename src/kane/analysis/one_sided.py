@@ -14,7 +14,7 @@ from kane.analysis.turning import Turning, turning
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.expr.node import Expr
-from kane.expr.switches import on_sides
+from kane.expr.switching import on_sides
 from kane.expr.symbols import Parameter, Symbol
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle, Shaped

@@ -25,12 +25,12 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import solve_lu
-from kane.expr.switches import on_sides, switches
+from kane.expr.switching import on_sides, switches
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substitute
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
-from kane.numeric.sample import values_of
+from kane.numeric.sampling import values_of
 
 _SEED = 20050
 

@@ -9,7 +9,7 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.expr.node import Expr
 from kane.expr.size import Sizes, size
-from kane.expr.switches import Switch, switches
+from kane.expr.switching import Switch, switches
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 

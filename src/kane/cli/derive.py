@@ -11,7 +11,7 @@ from kane.cli.faults import columns, own_code
 from kane.cli.models import Model, model_of
 from kane.cli.options import AsJson, Name
 from kane.dynamics.readings.steps import Step
-from kane.present.formulas import result_formulas
+from kane.present.formula_list import result_formulas
 from kane.present.text import step_text
 from kane.progress import working
 from kane.write.latex import latex_name

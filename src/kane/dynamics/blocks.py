@@ -15,7 +15,7 @@ from kane.dynamics.bodies import Moving
 from kane.dynamics.terms import sum_of
 from kane.expr.affine import affine_forms
 from kane.expr.build import add
-from kane.expr.content import Contents, content, divider, over_number
+from kane.expr.common_factor import Contents, content, divider, over_number
 from kane.expr.evaluate import free_symbols
 from kane.expr.irreducible import blocks as connected
 from kane.expr.matrix import Matrix

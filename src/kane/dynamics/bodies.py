@@ -19,7 +19,7 @@ from kane.expr.symbols import Parameter
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.motion import Kinematics, Motion
 from kane.model.bodies import Body, Part
-from kane.numeric.sample import draw
+from kane.numeric.sampling import draw
 from kane.space.frame import Frame
 from kane.space.rotation import Basis, Cosines, Triple
 from kane.space.vector import Dyadic, Vector

@@ -21,7 +21,7 @@ from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.bounds import vanish
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
-from kane.numeric.sample import sample
+from kane.numeric.sampling import sample
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 

@@ -17,7 +17,7 @@ from typing import Any
 from kane import show
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
-from kane.dynamics.derived import Derived, Exprs, derived
+from kane.dynamics.derivation import Derived, Exprs, derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.values import without_rates
 from kane.errors import SpaceError, SpeedsError, cut

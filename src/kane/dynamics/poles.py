@@ -15,7 +15,7 @@ import numpy as np
 from kane.dynamics.constraints.closure import Closure, residual_function, usual_sizes
 from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
 from kane.dynamics.constraints.steady import follow_everywhere
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.expr.build import div
 from kane.expr.diff import jacobian
 from kane.expr.evaluate import evaluate, free_symbols
@@ -28,7 +28,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
 from kane.numeric.newton import close
 from kane.numeric.rank import DERIVE_RANK, POLE_RANK, balance, balanced, level, singular
-from kane.numeric.sample import sample, values_of
+from kane.numeric.sampling import sample, values_of
 
 _SEED = 20411
 _DRAWN, _SPREAD, _STARTS = 256, 2.0, 3

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.errors import KaneWarning
 from kane.expr.diff import time_derivative
 from kane.expr.evaluate import free_symbols
@@ -20,7 +20,7 @@ from kane.kinematics.sample import Sample
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.bounds import ROUNDING, bounded
-from kane.numeric.sample import draw
+from kane.numeric.sampling import draw
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

@@ -11,7 +11,7 @@ from kane.dynamics.blocks import mass_rows
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.left_out import Watch, watch
 from kane.dynamics.constraints.touches import contacts, touches
-from kane.dynamics.derived import Derived, Exprs
+from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import add, neg, sub

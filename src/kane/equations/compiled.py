@@ -17,7 +17,7 @@ from kane.program.native import arguments
 from kane.program.native.compiled_routine import CompiledRoutine, NotFinite
 from kane.program.native.machine import Settings
 from kane.program.program import Program
-from kane.program.receipt import Receipt, receipt
+from kane.program.operation_count import Receipt, receipt
 
 
 class HasSolved(Protocol):

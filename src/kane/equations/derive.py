@@ -10,7 +10,7 @@ from kane.collector import collecting_seldom
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived, derived
+from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.events import watched_events
 from kane.dynamics.poles import without_poles
 from kane.dynamics.potentials import check_potentials
@@ -18,7 +18,7 @@ from kane.dynamics.routes.table import ASKED, solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
 from kane.errors import ModelError, cut, none_of
-from kane.expr.remembered import remembering
+from kane.expr.memo import remembering
 from kane.model.system import System
 from kane.progress import working
 

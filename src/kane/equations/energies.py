@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kane.dynamics.derived import Exprs
+from kane.dynamics.derivation import Exprs
 from kane.dynamics.lazy import read
 from kane.dynamics.readings import energy, kinetic, momenta
 from kane.dynamics.readings.integrals import Integral, integrals

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from kane import show
 from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import formulation

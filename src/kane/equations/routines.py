@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.left_out import guarded, notes
 from kane.dynamics.readings.pivots import divided_by, pivot_of

@@ -13,7 +13,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, constant
 from kane.expr.ops import GONE
 from kane.expr.size import Sizes, size
-from kane.expr.switches import Switch, on_sides, switches
+from kane.expr.switching import Switch, on_sides, switches
 from kane.expr.symbols import Parameter
 from kane.expr.visit import substitute
 from kane.numeric.arrays import Array

@@ -12,7 +12,7 @@ import numpy as np
 
 from kane.errors import ExpressionError, cut
 from kane.expr.constants import number_of, opposite, product, quotient, total, turned
-from kane.expr.correctly_rounded import value_of_numbers
+from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.node import (
     ONE,
     TWO,

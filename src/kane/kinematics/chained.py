@@ -23,7 +23,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.speeds import is_rate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
-from kane.numeric.sample import draw, unit
+from kane.numeric.sampling import draw, unit
 
 Row = Mapping[Expr, Expr]
 _SEEDS = range(20611, 20616)

@@ -15,11 +15,11 @@ from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substitute
 from kane.kinematics.chained import chained
 from kane.kinematics.speeds import Speeds, is_rate
-from kane.kinematics.turned import blocks, rates_along, turned
+from kane.kinematics.quaternion_rates import blocks, rates_along, turned
 from kane.model.system import System
 from kane.model.variables import basic_rates, rates_by_quasi
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
-from kane.numeric.sample import draw, unit, values_of
+from kane.numeric.sampling import draw, unit, values_of
 
 _SEED = 20041
 

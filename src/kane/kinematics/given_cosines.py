@@ -19,7 +19,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.numeric import rotations
 from kane.numeric.arrays import Array, product
-from kane.numeric.sample import value_of
+from kane.numeric.sampling import value_of
 from kane.space.rotation import NOTHING, Basis, Cosines, Orientation, Triple
 
 Angle = float | Expr

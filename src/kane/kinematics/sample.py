@@ -17,7 +17,7 @@ from kane.expr.ops import CONST, PI, SYMBOL
 from kane.expr.visit import fold
 from kane.kinematics.speeds import Speeds
 from kane.numeric.arrays import Array
-from kane.numeric.sample import draw
+from kane.numeric.sampling import draw
 from kane.space.rotation import Basis
 from kane.space.vector import Parts, Vector, axes
 

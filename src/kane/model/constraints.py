@@ -25,7 +25,7 @@ from kane.model.directions import check_unit, home_of, is_pair
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-from kane.units.parse import parse
+from kane.units.parser import parse
 from kane.units.rules import unit_of
 
 Kind = Literal["configuration", "motion"]

@@ -11,7 +11,7 @@ from kane.expr.symbols import Coordinate
 from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.loads import Gravity
-from kane.numeric.sample import sample, value_of
+from kane.numeric.sampling import sample, value_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis

@@ -22,7 +22,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.size import Sizes, size
 from kane.model.loads import Gravity, Load
 from kane.model.mass import parts_listed
-from kane.numeric.sample import draw
+from kane.numeric.sampling import draw
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

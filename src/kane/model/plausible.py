@@ -18,7 +18,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
 from kane.expr.ops import CONST
 from kane.expr.symbols import Parameter
-from kane.numeric.sample import draw, sample
+from kane.numeric.sampling import draw, sample
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, angular_velocity
 

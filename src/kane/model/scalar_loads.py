@@ -23,7 +23,7 @@ from kane.model.survey import places
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector, axes
-from kane.units.parse import parse
+from kane.units.parser import parse
 
 Pulls = list[tuple[Coordinate, Expr]]
 _LENGTH = parse("m").exponents

@@ -17,7 +17,7 @@ from kane.errors import cut
 from kane.expr.build import neg
 from kane.expr.evaluate import evaluate
 from kane.expr.node import Expr
-from kane.motion.routines import Routines
+from kane.motion.compiled_equations import Routines
 from kane.motion.switches import Switch, switches
 from kane.numeric.arrays import Array
 

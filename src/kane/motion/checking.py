@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.integrals import Integral
 from kane.errors import ArgumentError, KaneWarning, cut

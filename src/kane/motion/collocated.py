@@ -12,7 +12,7 @@ from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.motion.bounds import DEGREE as PARTS
-from kane.motion.routines import Routines
+from kane.motion.compiled_equations import Routines
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.gauss import STAGES
 from kane.numeric.arrays import Array

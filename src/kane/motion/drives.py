@@ -17,7 +17,7 @@ from kane.errors import Attributes, SimulationError, ValueMissingError, cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Input, input_of, time
 from kane.expr.tables import Table
-from kane.motion.breakpoints import MANY
+from kane.motion.time_breaks import MANY
 from kane.motion.feedback import Held, HeldInput, Law, LawInput, Sampled
 from kane.motion.formulas import Formula, formula, with_gains
 from kane.motion.interrupts import heed

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import SimulationError, cut
-from kane.motion.breakpoints import on_from, up_to
+from kane.motion.time_breaks import on_from, up_to
 from kane.motion.interrupts import heed
 from kane.numeric.arrays import Array
 

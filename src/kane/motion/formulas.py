@@ -12,10 +12,10 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant, postorder
 from kane.expr.ops import OPS
 from kane.expr.piecewise import Piecewise
-from kane.expr.switches import switches
+from kane.expr.switching import switches
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import substitute
-from kane.motion.breakpoints import breakpoints
+from kane.motion.time_breaks import breakpoints
 
 CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", "where"))
 """Operations that have corners or jumps."""

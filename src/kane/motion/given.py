@@ -12,7 +12,7 @@ from kane.motion.drives import asked, constant, following, follows, law_of
 from kane.motion.feedback import HeldInput
 from kane.motion.implicit import derivatives, exact
 from kane.motion.laws import driving
-from kane.motion.routines import Routines
+from kane.motion.compiled_equations import Routines
 from kane.motion.steppers.outline import At
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array

@@ -21,7 +21,7 @@ from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given
 from kane.motion.drives import following, follows, law_of
 from kane.motion.laws import SharedLaw, law_ports
-from kane.motion.routines import Routines
+from kane.motion.compiled_equations import Routines
 from kane.numeric.arrays import Array, Mask
 from kane.program.bundle import Bundle, Shaped
 from kane.program.native.entry import entry, hoisted

@@ -21,7 +21,7 @@ from kane.errors import SimulationError, cut
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE
 from kane.expr.size import Sizes, size
-from kane.expr.switches import Switch, switches
+from kane.expr.switching import Switch, switches
 from kane.expr.symbols import time
 from kane.motion.met import PARTS
 from kane.motion.projection import Numbers, constraint_numbers

@@ -17,7 +17,7 @@ from kane.motion.corners import of_inputs, of_time, operations
 from kane.motion.drives import asked, following
 from kane.motion.feedback import HeldInput
 from kane.motion.formulas import CORNERS, Formula
-from kane.motion.holding import unheld
+from kane.motion.constraint_kernels import unheld
 from kane.motion.implicit import is_long
 from kane.motion.projection import is_constrained
 from kane.motion.regimes import drives_on, jumps, on, quantities, rates_on, unfit

@@ -9,13 +9,13 @@ import numpy as np
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
-from kane.motion.breakpoints import next_end, on_from
+from kane.motion.time_breaks import next_end, on_from
 from kane.motion.chatter import HELD, RECENT, Pace, chattering, standing
 from kane.motion.corners import cornered
 from kane.motion.feedback import controllers
 from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
-from kane.motion.holding import Holding, Verdict, regular, unheld
+from kane.motion.constraint_kernels import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import after, interpolant
 from kane.motion.interrupts import MESSAGE
 from kane.motion.met import Fresh, crossings, still_there, thresholds, up_to_a_break, vanishing

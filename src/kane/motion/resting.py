@@ -22,7 +22,7 @@ from kane.motion.drives import constant
 from kane.motion.feedback import HeldInput
 from kane.motion.formulas import Formula
 from kane.motion.met import Fresh, Leaves, Met
-from kane.motion.routines import Routines
+from kane.motion.compiled_equations import Routines
 from kane.numeric.arrays import Array
 from kane.program.build import Task, build_program
 from kane.program.passes.rounding import rounding

@@ -16,9 +16,9 @@ from kane.equations.routines import ports, program
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
 from kane.motion import bumps
-from kane.motion.breakpoints import ULPS, Clock, Turning
+from kane.motion.time_breaks import ULPS, Clock, Turning
 from kane.motion.methods import needs
-from kane.motion.routines import timed
+from kane.motion.compiled_equations import timed
 from kane.motion.smooth import pieces_prescribed
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS

@@ -19,7 +19,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate
 from kane.numeric.arrays import Array
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, balance, singular
-from kane.numeric.sample import sample
+from kane.numeric.sampling import sample
 
 _GONE = 1e-9
 _NEAR = 1e-4

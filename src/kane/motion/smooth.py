@@ -22,7 +22,7 @@ from kane.expr.ops import Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.model.survey import geometry
-from kane.motion.breakpoints import on_from, up_to
+from kane.motion.time_breaks import on_from, up_to
 from kane.motion.formulas import Formula
 from kane.numeric.arrays import Array
 from kane.program.build import Task, build_program

@@ -19,7 +19,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
-from kane.motion.breakpoints import next_end, on_from, told_apart
+from kane.motion.time_breaks import next_end, on_from, told_apart
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
 from kane.motion.interrupts import MESSAGE

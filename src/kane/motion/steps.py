@@ -21,10 +21,10 @@ from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.implicit import exact, pattern
 from kane.motion.kinks import Dense, Kink, kinks
-from kane.motion.passages import Along, crosses, looked_at
+from kane.motion.rank_loss import Along, crosses, looked_at
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.residuals import Tolerances, missed
-from kane.motion.routines import routines
+from kane.motion.compiled_equations import routines
 from kane.motion.singular_rates import regular_otherwise
 from kane.motion.solution import Segment
 from kane.motion.weak import mixes

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from kane.motion.breakpoints import told_apart
+from kane.motion.time_breaks import told_apart
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import At, Back
 from kane.motion.steppers.table import INTEGRATORS

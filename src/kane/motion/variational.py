@@ -13,12 +13,12 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.motion.breakpoints import next_end, on_from
+from kane.motion.time_breaks import next_end, on_from
 from kane.motion.feedback import controllers
 from kane.motion.formulas import turning_laws
 from kane.motion.implicit import exact
 from kane.motion.regimes import jumps
-from kane.motion.routines import Routines, routines
+from kane.motion.compiled_equations import Routines, routines
 from kane.motion.solution import Solution
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings

@@ -18,7 +18,7 @@ import numpy as np
 from kane.expr.constants import error_of, number_of
 from kane.expr.node import Expr, nodes, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, PI, REGULAR, SIN, SQRT, SUB, SYMBOL, WHERE, Op
-from kane.numeric.sample import draw, unit
+from kane.numeric.sampling import draw, unit
 
 _SEEDS = (20042, 20043, 20044)
 ROUNDING = 2.0**-51

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from kane.expr.correctly_rounded import value_of_numbers
+from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.ops import COS, OPS, SIN
 from kane.numeric.arrays import Array, product
 

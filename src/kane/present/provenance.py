@@ -11,7 +11,7 @@ from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
 from kane.model.loads import Load
-from kane.present.formulas import Formula, formulas, quantity_latex
+from kane.present.formula_list import Formula, formulas, quantity_latex
 from kane.present.tables import Cell, PageTable, Tex
 from kane.space.point import Point
 from kane.write.latex import latex_name, place_latex

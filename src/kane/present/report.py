@@ -16,7 +16,7 @@ from kane.analysis.state import check_equations
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, cut
 from kane.motion.solution import Solution
-from kane.present.chapters import LONG, chapters
+from kane.present.report_chapters import LONG, chapters
 from kane.present.checks import Check, motion_checks
 from kane.present.costs import costs
 from kane.present.tables import PageTable, Tex, declared_tables
@@ -130,7 +130,7 @@ def _summary(eom: Equations) -> list[tuple[int, str]]:
 
 def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
     """Start and end, plots, and the checks of a motion after those `told`."""
-    from kane.present.plots import plots
+    from kane.present.motion_plots import plots
 
     eom = solution.equations
     symbols = eom.state

@@ -11,7 +11,7 @@ from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.loads import Load
 from kane.present.declared import DECLARED, Row, reactions
-from kane.present.formulas import formulas
+from kane.present.formula_list import formulas
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Orientation

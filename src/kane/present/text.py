@@ -6,7 +6,7 @@ from itertools import accumulate
 
 from kane.dynamics.readings.steps import Step
 from kane.equations.equations import Equations
-from kane.present.formulas import Formula, formulas
+from kane.present.formula_list import Formula, formulas
 
 WIDTH = 110
 """Columns of a line of text."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from kane.collector import collecting_seldom
 from kane.errors import ValueMissingError
-from kane.expr.correctly_rounded import value_of_numbers
+from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.piecewise import lowered

@@ -16,7 +16,7 @@ from kane.expr.immutable import landmarks
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
-from kane.numeric.sample import sample
+from kane.numeric.sampling import sample
 from kane.space import attitude_formulas as formulas
 from kane.space.rotation import (
     UNITS,

@@ -16,7 +16,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.remembered import remembered
+from kane.expr.memo import remembered
 from kane.expr.symbols import Coordinate, Symbol, rate
 from kane.space.operands import check_connected, divided_by, not_a_dyadic, not_a_vector, raised, scalar_beside
 from kane.space.rotation import (
@@ -34,7 +34,7 @@ from kane.space.rotation import (
     single,
 )
 from kane.space.rotation import Basis as Frame  # public signatures say Frame: a vector needs no more of one
-from kane.write.layout import layout
+from kane.write.arrange import layout
 from kane.write.text import TEXT
 
 Parts = tuple[tuple[Frame, Triple], ...]

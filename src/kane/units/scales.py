@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kane.units.table import BASES
-from kane.units.unit import Unit
+from kane.units.algebra import Unit
 
 _SLACK = 1e-9
 

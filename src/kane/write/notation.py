@@ -8,7 +8,7 @@ from typing import ClassVar, TypeAlias
 
 from kane.expr.node import Expr, Number, as_expr
 from kane.expr.surd import Surd
-from kane.write.layout import layout
+from kane.write.arrange import layout
 from kane.write.trees import Call, Minus, Name, NumberTree, Power, Product, Sum, Tree
 
 COMPARISON, SUM, PRODUCT, PREFIX, POWER, ATOM = range(6)

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 
 import kane as kn
 from kane.dynamics.constraints.choice import compared
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from tests.oracles.mechanism_draw import mechanisms
 from tests.oracles.mechanism_kane import to_kane
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.recursive import by_recursion, carrying
 from kane.gallery import rolling_disk

@@ -11,7 +11,7 @@ import pytest
 import kane as kn
 from benchmarks.random_trees import BRANCHES, random_tree
 from benchmarks.systems import COUNTED, wrist_arm
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from kane.dynamics.routes import composite
 from kane.dynamics.routes.carried import regrouped
 from kane.dynamics.routes.recursive import by_recursion, carrying

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import kane as kn
 from benchmarks.random_trees import LIMBS, random_tree
 from benchmarks.systems import COUNTED, wrist_arm
-from kane.dynamics.derived import Derived, derived
+from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying
 from kane.expr.count import price

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from kane.dynamics.readings import programs
 from kane.dynamics.trees import inverse_dynamics as trees
 from kane.expr.count import price

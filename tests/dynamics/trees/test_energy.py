@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derived import derived
+from kane.dynamics.derivation import derived
 from kane.dynamics.readings.energy import kinetic_energy as by_bodies
 from kane.dynamics.readings.programs import mass_matrix
 from kane.dynamics.trees.energy import kinetic_energy

@@ -12,7 +12,7 @@ import pytest
 import kane as kn
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import as_expr
-from kane.numeric.sample import values_of
+from kane.numeric.sampling import values_of
 
 CLOSE, SEED, STATES = 1e-12, 20113, 20
 

@@ -6,7 +6,7 @@ import numpy as np
 import kane as kn
 from kane.motion.collocated import by_kind
 from kane.motion.implicit import entries
-from kane.motion.routines import rates
+from kane.motion.compiled_equations import rates
 from kane.motion.steppers.outline import SIZE, At
 from kane.motion.steppers.table import INTEGRATORS
 from kane.program.native.entry import aligned, entry, hoisted, wide_entry

@@ -7,7 +7,7 @@ import pytest
 import kane as kn
 from kane.gallery import pendulums
 from kane.motion.collocated import watching
-from kane.motion.holding import Holding, holding
+from kane.motion.constraint_kernels import Holding, holding
 from kane.motion.steppers.outline import Back
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper

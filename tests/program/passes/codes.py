@@ -11,7 +11,7 @@ from kane.expr.ops import OPS
 from kane.program.build import Task, build_program
 from kane.program.passes.tiers import assembled
 from kane.program.program import Code
-from kane.program.receipt import receipt
+from kane.program.operation_count import receipt
 from tests.program.programs import ports
 
 STATES, PARAMETERS = kn.coordinates("a b c d"), kn.parameters("k l m", 1.5)

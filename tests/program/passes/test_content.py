@@ -12,7 +12,7 @@ from kane.program.passes.content import without_content
 from kane.program.passes.optimize import rewritten
 from kane.program.passes.rounding import rounding
 from kane.program.passes.tiers import assembled
-from kane.program.receipt import receipt
+from kane.program.operation_count import receipt
 from tests.examples import examples
 from tests.program.passes.codes import (
     ARITHMETIC,

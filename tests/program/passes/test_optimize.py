@@ -18,7 +18,7 @@ from kane.program.passes import optimize
 from kane.program.passes.optimize import optimized, rewritten
 from kane.program.passes.rounding import rounding
 from kane.program.program import Code, Port, Routine
-from kane.program.receipt import receipt
+from kane.program.operation_count import receipt
 from tests.examples import examples
 from tests.program.child import child
 from tests.program.emitted import from_c, from_numpy

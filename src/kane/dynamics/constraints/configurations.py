@@ -22,7 +22,7 @@ from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.many import ClosedMany, Indices, Residuals, close_many, close_most, sizes
 from kane.numeric.named import finite_number, named_values
-from kane.numeric.sample import HIGH, LOW, values_of
+from kane.numeric.sampling import HIGH, LOW, values_of
 
 _SEED = 20322
 _TRIES = (12, 60, 300, 1500)

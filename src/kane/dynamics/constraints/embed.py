@@ -24,7 +24,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant_value
 from kane.expr.regular import Guards, guarding, guards, guards_by_parts
 from kane.expr.size import Sizes, largest, size
-from kane.expr.square import Divisor, Square, square
+from kane.expr.square_system import Divisor, Square, square
 from kane.expr.symbols import Speed
 from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Following

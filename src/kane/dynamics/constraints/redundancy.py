@@ -24,7 +24,7 @@ from kane.model.reactions import constraint_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.rank import TAKES_PART, balance, dependencies, indeterminate, within
-from kane.numeric.sample import values_of
+from kane.numeric.sampling import values_of
 
 _SEED = 20067
 _AGREE = 1e-7

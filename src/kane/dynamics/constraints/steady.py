@@ -23,7 +23,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Coordinate, Parameter
 from kane.numeric.arrays import Array
-from kane.numeric.sample import HIGH, LOW, values_of
+from kane.numeric.sampling import HIGH, LOW, values_of
 
 _SEED = 20611
 _SAME = 1e-9

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.dynamics.constraints.partition import Partition, choose
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import read
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.errors import ModelError
@@ -28,7 +28,7 @@ from kane.expr.visit import substitute
 from kane.kinematics.speeds import twice_g
 from kane.model.bodies import Part, parts_of
 from kane.model.completed import constraint_rate
-from kane.numeric.sample import values_of
+from kane.numeric.sampling import values_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

@@ -15,7 +15,7 @@ from kane.expr.build import add, mul, neg, sub
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import finish, forward, ldl
-from kane.expr.square import square
+from kane.expr.square_system import square
 
 Exprs = tuple[Expr, ...]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.errors import ExpressionError, cut
 from kane.expr.evaluate import stacked
 from kane.expr.matrix import Matrix

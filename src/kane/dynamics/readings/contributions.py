@@ -12,7 +12,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.terms import Term, met, sum_of
 from kane.errors import SpeedsError, none_of
 from kane.expr.build import add, mul

@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Sequence
 
 from kane.dynamics.bodies import Moving, Turning
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.values import time_derivative
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane import show
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings import energy
 from kane.dynamics.readings.kinetic import energy_in_rates
 from kane.dynamics.readings.momenta import central_angular_momentum, conjugate_momenta

@@ -19,7 +19,7 @@ import numpy as np
 
 from kane.dynamics.bodies import Moving
 from kane.dynamics.checks import check_placed
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, ReactionError, cut, none_of
@@ -31,7 +31,7 @@ from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
 from kane.model.system import System
 from kane.numeric.rank import balance, dependencies
-from kane.numeric.sample import values_of
+from kane.numeric.sampling import values_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis

@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from kane.dynamics.bodies import Moving
-from kane.dynamics.derived import Derived, Exprs
+from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.rate_forces import quasi_rates
 from kane.dynamics.readings.values import without_rates

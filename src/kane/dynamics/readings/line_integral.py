@@ -8,7 +8,7 @@ by differentiation: where ∂p_i/∂x_k = ∂p_k/∂x_i every way gives the same
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from kane.expr.antiderivative import antiderivative
+from kane.expr.integration import antiderivative
 from kane.expr.build import add, mul, sub
 from kane.expr.collect import factored
 from kane.expr.count import price

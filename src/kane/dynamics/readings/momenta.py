@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from kane.dynamics.bodies import Moving
-from kane.dynamics.derived import Derived, Exprs
+from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.readings.energy import linear_momentum
 from kane.dynamics.readings.kinetic import energy_in_rates
 from kane.dynamics.readings.rate_forces import by_rates, differs, places, rows_in_rates

@@ -8,7 +8,7 @@ torque of each body, R* = −m a and T* = −(I·α + ω × I·ω) (sec. 4.11).
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.contributions import vanish
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import Term, sum_of

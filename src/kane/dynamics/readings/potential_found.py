@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from kane import show
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.line_integral import NODES, line_integral
 from kane.dynamics.readings.potential_held import check_allowed, held
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates

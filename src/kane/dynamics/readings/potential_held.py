@@ -10,7 +10,7 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from kane.dynamics.derived import Derived, Exprs
+from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.readings.rate_forces import Place, measured, places
 from kane.dynamics.terms import sum_of
 from kane.errors import KaneError, PotentialError

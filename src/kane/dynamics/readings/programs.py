@@ -7,7 +7,7 @@ Of trees that recursions solve, by recursion.
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.energy import linear_momentum, mass_center
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.order import sparse_order

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul
 from kane.expr.diff import time_derivative
@@ -18,7 +18,7 @@ from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Sym
 from kane.expr.visit import substitute
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.sample import draw
+from kane.numeric.sampling import draw
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Triple

@@ -7,7 +7,7 @@ at rest  F̃_r = 0 at u = z (q̇ = 0),        in steady motion  F̃_r + F̃*_r =
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kane.dynamics.derived import Exprs
+from kane.dynamics.derivation import Exprs
 from kane.dynamics.solved import Solved
 from kane.errors import ExpressionError, ModelError, ValueMissingError, alike, cut
 from kane.expr.build import add

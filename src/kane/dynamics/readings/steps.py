@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
 from kane.expr.node import ZERO, Expr

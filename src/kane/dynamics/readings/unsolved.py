@@ -13,7 +13,7 @@ K z = k with z = (u̇, λ, R). Nothing is divided by, so that its derivatives ar
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.expr.build import add, neg, sub
 from kane.expr.diff import tangent
 from kane.expr.matrix import Matrix, dot

@@ -4,7 +4,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.held import check_held, reading
 from kane.dynamics.readings.left_out import check_left_out, concerned

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import embedding
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived, by_other_speeds
+from kane.dynamics.derivation import Derived, by_other_speeds
 from kane.dynamics.solved import Solved
 from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub

@@ -14,10 +14,10 @@ from collections.abc import Collection, Sequence
 from itertools import chain
 
 from kane.dynamics.bodies import ConstantInertia
-from kane.dynamics.derived import Derived, free_fall
+from kane.dynamics.derivation import Derived, free_fall
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.collect import collected, quotient
-from kane.expr.content import Contents, content, divider, over_number
+from kane.expr.common_factor import Contents, content, divider, over_number
 from kane.expr.evaluate import is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, constant_value

@@ -14,7 +14,7 @@ from kane.dynamics.blocks import Blocks
 from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.solved import Solved
 from kane.expr.matrix import Matrix

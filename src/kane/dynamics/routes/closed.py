@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import Passed, inward
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.composed import Composed

@@ -22,7 +22,7 @@ from kane.expr.solve import LDL, finish, forward, ldl
 from kane.kinematics.freedoms import Freedom
 from kane.kinematics.segments import Segment
 from kane.kinematics.travel import Travel, travel
-from kane.space.moments import Moments, moments
+from kane.space.mass_moments import Moments, moments
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.spatial import Inertia, Rigid, times, to_rigid
 

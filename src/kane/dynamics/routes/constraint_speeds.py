@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from kane.dynamics.constraints.embed import Embedding, Solution
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived, by_other_speeds
+from kane.dynamics.derivation import Derived, by_other_speeds
 from kane.dynamics.routes.classical import all_accelerations, classical
 from kane.dynamics.routes.rates import ConstraintRates, constraint_rates
 from kane.dynamics.solved import Solved

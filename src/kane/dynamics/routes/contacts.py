@@ -15,7 +15,7 @@ from itertools import combinations
 
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.touches import Touch, contacts
-from kane.dynamics.derived import Derived, by_other_speeds
+from kane.dynamics.derivation import Derived, by_other_speeds
 from kane.dynamics.routes.rates import ConstraintRates, constraint_rates
 from kane.errors import KaneError
 from kane.expr.build import add, mul

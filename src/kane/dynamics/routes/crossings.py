@@ -9,7 +9,7 @@ others do not follow, are found by partial velocities as on the classical route.
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.expr.build import sub
 from kane.expr.matrix import dot
 from kane.expr.node import Expr

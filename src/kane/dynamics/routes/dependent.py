@@ -11,11 +11,11 @@ along the tree, from the accelerations of what is held, or of the rates A_q q̇ 
 from collections.abc import Iterator, Sequence
 
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.expr.build import neg
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.square import square
+from kane.expr.square_system import square
 from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import substitute
 from kane.kinematics.constraints import drift_of

@@ -4,7 +4,7 @@
 from collections.abc import Callable, Sequence
 
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.evaluate import is_constant_in_time

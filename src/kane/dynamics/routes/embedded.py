@@ -17,7 +17,7 @@ from kane.dynamics.blocks import blocks, mass_rows
 from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived, free_fall
+from kane.dynamics.derivation import Derived, free_fall
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.solved import Solved

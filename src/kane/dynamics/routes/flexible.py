@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.diff import time_derivative
 from kane.expr.matrix import dot

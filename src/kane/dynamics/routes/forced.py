@@ -4,7 +4,7 @@
 from collections.abc import Callable
 
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.closed import closed
 from kane.dynamics.routes.half_speeds import with_half_speeds
 from kane.dynamics.routes.recursive import by_recursion, carrying

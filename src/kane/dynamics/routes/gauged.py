@@ -7,7 +7,7 @@ no segment of the tree.
 
 from collections.abc import Sequence
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.expr.affine import affine_forms
 from kane.expr.build import add
 from kane.expr.diff import time_derivative

@@ -25,7 +25,7 @@ from kane.expr.build import add, mul, neg, sub
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
 from kane.kinematics.segments import Segment
-from kane.space.moments import HALF, Moments, sum_of
+from kane.space.mass_moments import HALF, Moments, sum_of
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.space.spatial import Inertia, centripetal, negative, summed, times, triple
 

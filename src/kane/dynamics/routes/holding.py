@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.freed import Freed
 from kane.dynamics.routes.pressed import Pressed
 from kane.expr.build import add, neg, sub

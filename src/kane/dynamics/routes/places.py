@@ -12,7 +12,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import ONE, Expr
 from kane.kinematics.freedoms import Freedom
 from kane.kinematics.travel import Travel
-from kane.space.moments import Moments
+from kane.space.mass_moments import Moments
 from kane.space.rotation import Triple, cross3
 from kane.space.spatial import Rigid, summed
 

@@ -16,7 +16,7 @@ from kane.dynamics import terms
 from kane.dynamics.blocks import blocks
 from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.routes.embedded import evident

@@ -4,7 +4,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.evaluate import holds_any
 from kane.expr.node import ONE, ZERO, Expr

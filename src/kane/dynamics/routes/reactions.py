@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.embedded import Motions
 from kane.dynamics.routes.pivoted import about_points_at_rest
@@ -22,7 +22,7 @@ from kane.expr.collect import collected
 from kane.expr.count import Prices, price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.remembered import remembered
+from kane.expr.memo import remembered
 from kane.kinematics.motion import Following, Kinematics, Motion
 from kane.space.frame import Frame
 from kane.space.rotation import Basis

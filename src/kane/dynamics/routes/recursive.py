@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes import articulated, composite
 from kane.dynamics.routes.articulated import Passed, Wrenches
 from kane.dynamics.routes.block_solution import solved_reactions
@@ -35,7 +35,7 @@ from kane.kinematics.tree import Tree, repeated
 from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
 from kane.numeric.bounds import bounded
-from kane.numeric.sample import draws, unit, value_of
+from kane.numeric.sampling import draws, unit, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
 from kane.expr.collect import collected

@@ -11,7 +11,7 @@ from functools import cached_property
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.touches import touches
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.absolute import absolute
 from kane.dynamics.routes.classical import unguarded_classical
 from kane.dynamics.routes.divisors import Poles, divisors, of_embedding

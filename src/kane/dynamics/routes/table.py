@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from kane.dynamics.checks import check_reactions_independent
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.constraint_speeds import constraint_speeds
 from kane.dynamics.routes.forced import forced

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.closed import closings
 from kane.dynamics.routes.divisors import divisors
 from kane.dynamics.routes.half_speeds import with_half_speeds

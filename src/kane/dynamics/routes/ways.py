@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.touches import Touch, contacts, touches
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.centre import by_mass_centre
 from kane.dynamics.routes.classical import all_accelerations, unguarded_classical
 from kane.dynamics.routes.contacts import by_definitions, twins

@@ -11,7 +11,7 @@ beside what segments press with that move by them, s_k·(n, f), on the way to th
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import Wrenches
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.composite import bending_along, freedom_mass, with_more

@@ -4,7 +4,7 @@
 A body with ω, the velocity v of its origin, the mass m, h = m r* and the inertia J about that has ½ (m v·v + 2 v·(ω × h) + ω·J·ω).
 """
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.recursive import carrying
 from kane.expr.build import add, mul
 from kane.expr.matrix import dot

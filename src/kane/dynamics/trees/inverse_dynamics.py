@@ -8,7 +8,7 @@ equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w
 from collections.abc import Sequence
 from dataclasses import replace
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import parts
 from kane.dynamics.routes.composite import freedom_mass
 from kane.dynamics.routes.places import Place, composites, working

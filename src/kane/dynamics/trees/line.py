@@ -4,7 +4,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from kane.dynamics.derived import Derived
+from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import Wrenches, parts
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.embedded import holds_reactions

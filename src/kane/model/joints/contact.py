@@ -19,7 +19,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.model.constraints import Constraint, rolling, touching
 from kane.model.directions import check_unit, home_of
 from kane.model.joints.joint import check_place, fixed
-from kane.numeric.sample import sample
+from kane.numeric.sampling import sample
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import single

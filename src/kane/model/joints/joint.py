@@ -17,11 +17,11 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.expr.symbols import names as _names
 from kane.model.directions import check_unit
-from kane.numeric.sample import sample
+from kane.numeric.sampling import sample
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-from kane.units.parse import parse
+from kane.units.parser import parse
 from kane.units.rules import unit_of
 
 Names = str | Coordinate | Sequence[str | Coordinate] | None

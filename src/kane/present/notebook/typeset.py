@@ -12,7 +12,7 @@ from kane.present.notebook.pieces import math, plain
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector
 from kane.write.latex import LATEX, latex_name, unit_vector_latex
-from kane.write.layout import layout
+from kane.write.arrange import layout
 from kane.write.trees import Tree
 
 NAMED = 60

@@ -12,7 +12,7 @@ stays as it was where the bound of a result would be more than twice as large in
 import math
 
 from kane.expr.ops import DIV
-from kane.numeric.sample import draw, value_of
+from kane.numeric.sampling import draw, value_of
 from kane.program.passes.content import without_content
 from kane.program.passes.factor import factored
 from kane.program.passes.nary import flattened

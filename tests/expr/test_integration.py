@@ -7,7 +7,7 @@ import pytest
 
 import kane as kn
 from kane.dynamics.readings.line_integral import line_integral
-from kane.expr.antiderivative import antiderivative
+from kane.expr.integration import antiderivative
 
 x, y = kn.coordinates("x y")
 a, b = kn.parameter("a", 1.3), kn.parameter("b", 0.7)

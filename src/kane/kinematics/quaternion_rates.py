@@ -21,7 +21,7 @@ from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
-from kane.numeric.sample import draw, unit
+from kane.numeric.sampling import draw, unit
 
 _SEEDS = range(20601, 20606)
 _SAME = 1e-12

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derived import Derived, derived
+from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.routes import table
 from kane.dynamics.routes.classical import classical

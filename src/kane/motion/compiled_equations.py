@@ -12,7 +12,7 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports, rate_names
 from kane.expr.node import Expr
 from kane.expr.symbols import time
-from kane.motion.breakpoints import Clock, clock
+from kane.motion.time_breaks import Clock, clock
 from kane.motion.drives import law_and
 from kane.motion.feedback import value
 from kane.motion.formulas import turning_laws

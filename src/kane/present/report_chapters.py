@@ -9,7 +9,7 @@ from kane.dynamics.readings.steps import STATES, Kind, Quantity, Result, Step, m
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol, rate
 from kane.present.declared import DECLARED
-from kane.present.formulas import Formula, formulas, quantity_latex, result_formulas
+from kane.present.formula_list import Formula, formulas, quantity_latex, result_formulas
 from kane.present.provenance import (
     Provenance,
     active_provenance,

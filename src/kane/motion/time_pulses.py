@@ -13,7 +13,7 @@ import numpy as np
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import ADD, SUB, WHERE
-from kane.expr.switches import turning_on
+from kane.expr.switching import turning_on
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.numeric.arrays import Array
 

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 from kane.errors import UnitError, cut
 from kane.units.table import BASES, FOREIGN, PLAIN, PREFIXED, PREFIXES, SHIFTED
-from kane.units.unit import ONE, Unit, power, product, quotient, unit
+from kane.units.algebra import ONE, Unit, power, product, quotient, unit
 
 _NAME = r"°[A-Za-z]*|%|[^\W\d_]\w*"
 _WORD = re.compile(_NAME)

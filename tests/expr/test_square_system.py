@@ -13,7 +13,7 @@ from kane.errors import SingularError
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO
 from kane.expr.regular import guarding, guards, unguarded
-from kane.expr.square import Adjugate, InOrder, Triangular, square
+from kane.expr.square_system import Adjugate, InOrder, Triangular, square
 
 EPS = np.finfo(float).eps
 

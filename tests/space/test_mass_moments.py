@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.expr.node import as_expr
-from kane.space.moments import NO_MOMENTS, Moments, moments
+from kane.space.mass_moments import NO_MOMENTS, Moments, moments
 from kane.space.spatial import Rigid, Turn
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 
 from kane.errors import SingularError
 from kane.expr.build import NODE_BUILDERS, div, mul, sub, where
-from kane.expr.content import Contents, content, divider, product_of
+from kane.expr.common_factor import Contents, content, divider, product_of
 from kane.expr.irreducible import Rows, in_order
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.motion.drives import Asked
-from kane.motion.jumps import jumps
+from kane.motion.time_jumps import jumps
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

@@ -16,10 +16,10 @@ from kane.expr.diff import tangent
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.piecewise import Data, Piecewise
-from kane.expr.switches import switches
+from kane.expr.switching import switches
 from kane.expr.symbols import Parameter, Time, time
 from kane.motion.bounds import SHARES, left, passages
-from kane.motion.bumps import bumps, pulses
+from kane.motion.time_pulses import bumps, pulses
 from kane.numeric.arrays import Array
 
 _PARTS = 64

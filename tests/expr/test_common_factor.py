@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.content import content, divider, over_number
+from kane.expr.common_factor import content, divider, over_number
 from kane.expr.count import count_operations
 from kane.expr.node import ZERO, constant
 from tests.examples import examples

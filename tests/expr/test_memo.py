@@ -9,7 +9,7 @@ import pytest
 
 import kane as kn
 from kane.expr.node import sweep
-from kane.expr.remembered import remembered, remembering
+from kane.expr.memo import remembered, remembering
 from kane.gallery import four_bar
 
 CALLS: list[tuple[object, ...]] = []
