@@ -10,7 +10,7 @@ from kane.expr.build import NODE_BUILDERS
 from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter
-from kane.expr.visit import fold, imaged, rebuilt, substitute
+from kane.expr.visit import fold, imaged, rebuilt, substituted
 from tests.expr.expressions import DEEP, Program, programs
 
 
@@ -47,7 +47,7 @@ def test_a_fold_combines_each_node_once_after_its_arguments(program: Program) ->
 @given(programs())
 def test_what_does_not_change_stays_the_same_object(program: Program) -> None:
     for root in program.nodes():
-        assert substitute(root, {}) is root
+        assert substituted(root, {}) is root
         assert rebuilt(root, root.args) is root
         assert imaged(root, {a: a for a in root.args}) is root
         symbols = free_symbols([root])

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import kane as kn
 from kane.expr.piecewise_sides import leaps
-from kane.motion.regimes import jumps, quantities, unfit
+from kane.motion.regimes import has_jumps, quantities, unfit
 
 N = kn.Frame("N")
 x, v = kn.coordinate("x"), kn.speed("v")
@@ -24,7 +24,7 @@ def test_what_leaps_is_a_table_of_steps_alone(kind):
     table = kn.table([-1, 0, 1, 2], [1, 0.5, -2, 1], kind)
     assert leaps(table.op) is (kind == "steps")
     assert leaps(table.derivative().op) is (kind in ("linear", "cubic"))
-    assert jumps(line(table(x))) is (kind == "steps")
+    assert has_jumps(line(table(x))) is (kind == "steps")
 
 
 def test_a_table_of_two_lines_is_a_half_turn_of_each_spring():

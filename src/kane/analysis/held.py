@@ -21,7 +21,7 @@ from kane.expr.evaluate import evaluate
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.expr.symbols import rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_squares
@@ -74,7 +74,7 @@ def _in_basic_rates(eom: Equations, at: Mapping[Expr, Any]) -> tuple[Array, Arra
     """Y, z, A_q, b_q in the basic rates, those of coordinates and the quasi-rates of Euler parameters."""
     speeds, system = eom.derived.kinematical, eom.system
     rows = [dot(list(row.values()), list(row)) + z for row, z in zip(speeds.rows, speeds.z, strict=True)]
-    held = [substitute(constraint_rate(c), speeds.euler_rates) for c in system.constraints]
+    held = [substituted(constraint_rate(c), speeds.euler_rates) for c in system.constraints]
     count = len(speeds.rates)
     unit = dict(zip(speeds.rates, np.eye(count, count + 1), strict=True))
     with np.errstate(all="ignore"):

@@ -23,7 +23,7 @@ from kane.errors import ExpressionError
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Parameter, Reaction, Speed, State
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.rank import STATE_RANK, singular
@@ -100,7 +100,7 @@ def _stiffness(
     total, size, moved = (np.zeros(len(u)) for _ in range(3))
     for term in terms:
         try:
-            held = [substitute(x, still) for x in term.vector.components(eom.system.inertial)]
+            held = [substituted(x, still) for x in term.vector.components(eom.system.inertial)]
         except ExpressionError:  # it is not defined at rest
             return None
         rates = [time_derivative(eom.derived, x) for x in held]

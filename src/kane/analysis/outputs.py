@@ -14,7 +14,7 @@ from kane.errors import ArgumentError, ValueMissingError, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import time
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 
@@ -44,7 +44,7 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
         if wanted.shape not in ((), (3,)) or wanted.parts is not None:
             raise ArgumentError(f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}.")
         names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
-        roots += [substitute(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
+        roots += [substituted(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
     allowed = {time, *eom.state, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
     unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
     if unknown:

@@ -27,7 +27,7 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import solve_lu
 from kane.expr.switching import on_sides, switches
 from kane.expr.symbols import Parameter, Symbol
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
 from kane.numeric.sampling import values_of
@@ -113,7 +113,7 @@ def _of_either_side(
     """The roots and their derivatives as `_at_point` has them, which must be the same on all sides of what switches at the point."""
     symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs)
     at = {s: as_expr(e) for s, e in named_values("the point", symbols, point).items()}
-    standing = [s for s in switches(roots) if substitute(s.quantity, at) is ZERO]
+    standing = [s for s in switches(roots) if substituted(s.quantity, at) is ZERO]
     sides = {s.quantity: Parameter.declare(f"side{k}", description="of a switch") for k, s in enumerate(standing)}
     memo: dict[Expr, Expr] = {}
     either = [on_sides(root, sides, memo) for root in roots]
@@ -142,7 +142,7 @@ def _at_point(
     for seed in seeds:
         own: dict[Expr, Expr] = {}
         columns.append([tangent(e, seed, own) for e in roots])
-    table = np.array([[substitute(e, at, memo) for e in column] for column in columns], dtype=object)
+    table = np.array([[substituted(e, at, memo) for e in column] for column in columns], dtype=object)
     return table[0], table[1:].T
 
 

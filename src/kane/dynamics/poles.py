@@ -22,7 +22,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
@@ -96,7 +96,7 @@ class RateRows:
         rows = [dot(list(row.values()), list(row)) for row in derived.kinematical.rows]
         euler = derived.kinematical.euler_rates
         held = [constraint_rate(c) for c in derived.system.constraints]
-        held = [substitute(x, euler) for x in held] if euler else held
+        held = [substituted(x, euler) for x in held] if euler else held
         self.exprs = (*rows, *held)
         self.count = len(rates)
         self.unit: dict[Any, Any] = dict(zip(rates, np.eye(len(rates), len(rates) + 1), strict=True))

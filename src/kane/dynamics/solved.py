@@ -25,7 +25,7 @@ from kane.expr.regular import Guards, extended, factors, guarding, unguarded
 from kane.expr.shorten import shortened
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.symbols import Speed, Symbols, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.motion import Motion
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
@@ -290,7 +290,7 @@ class Solved(Immutable):
     def written(self, roots: Iterable[Expr]) -> Exprs:
         """What was read of `regular`, without the speeds that vanish."""
         memo: dict[Expr, Expr] = {}
-        return tuple(substitute(e, self.vanishing, memo) for e in roots) if self.vanishing else tuple(roots)
+        return tuple(substituted(e, self.vanishing, memo) for e in roots) if self.vanishing else tuple(roots)
 
     def _nonholonomic(self, own: Exprs, every: Exprs) -> Exprs:
         """Those of the independent speeds, and of the auxiliary ones by what belongs to all."""
@@ -308,5 +308,5 @@ class Solved(Immutable):
         plain, values = unguarded(exprs), unguarded(self.speeds_by_independent)
         by: dict[Expr, Expr] = {u: x for u, x in zip(self.derived.speeds, values, strict=True) if u is not x}
         memo: dict[Expr, Expr] = {}
-        found = shortened(plain, [substitute(x, by, memo) for x in plain])
+        found = shortened(plain, [substituted(x, by, memo) for x in plain])
         return tuple(map(guarding(extended(e.guards, found)), found))

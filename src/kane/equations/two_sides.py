@@ -15,7 +15,7 @@ from kane.expr.ops import GONE
 from kane.expr.size import Sizes, size
 from kane.expr.switching import Switch, on_sides, switches
 from kane.expr.symbols import Parameter
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.numeric.arrays import Array
 from kane.numeric.places import first_place
 
@@ -64,4 +64,4 @@ def _on_side(matrix: Matrix, standing: Sequence[Switch], signs: Sequence[int]) -
     values: dict[Expr, Expr] = {x: constant(sign) for x, sign in zip(sides.values(), signs, strict=True)}
     turned: dict[Expr, Expr] = {}
     memo: dict[Expr, Expr] = {}
-    return matrix.map(lambda e: substitute(on_sides(e, sides, turned), values, memo))
+    return matrix.map(lambda e: substituted(on_sides(e, sides, turned), values, memo))

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from kane.expr.build import div, mul, neg
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.ops import DIV, MUL, NEG
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 
 def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
@@ -31,7 +31,7 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Ex
                     replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
     memo: dict[Expr, Expr] = {}
     whole = replaced | same
-    return tuple(substitute(r, whole, memo) for r in roots) if replaced else tuple(roots)
+    return tuple(substituted(r, whole, memo) for r in roots) if replaced else tuple(roots)
 
 
 def _factors(e: Expr) -> list[Expr]:

@@ -15,7 +15,7 @@ from kane.expr.constants import number_of
 from kane.expr.count import price
 from kane.expr.node import ZERO, Expr, Number, constant, postorder
 from kane.expr.ops import ADD, CONST, MUL, NEG, SUB
-from kane.expr.visit import fold, imaged, substitute
+from kane.expr.visit import fold, imaged, substituted
 
 _MOST = 8
 """Sums of the same terms up to which they are compared."""
@@ -50,7 +50,7 @@ def combined(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, 
         return tuple(roots)
     memo: dict[Expr, Expr] = {}
     whole = replaced | {e: e for e in kept}
-    found = tuple(substitute(r, whole, memo) for r in roots)
+    found = tuple(substituted(r, whole, memo) for r in roots)
     return found if price(found) < price(roots) else tuple(roots)
 
 

@@ -14,7 +14,7 @@ from kane.expr.constants import number_of
 from kane.expr.count import price
 from kane.expr.node import ONE, Expr, Number, constant, postorder
 from kane.expr.ops import CONST, DIV, MUL
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 _MOST = 60
 """Products up to which what each two have in common is looked at."""
@@ -40,7 +40,7 @@ def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
         found = False
         for replaced in _together(products):
             memo: dict[Expr, Expr] = {}
-            trial = tuple(substitute(r, replaced | same, memo) for r in best)
+            trial = tuple(substituted(r, replaced | same, memo) for r in best)
             cost = price(trial)
             if cost < least:
                 best, least, found = trial, cost, True

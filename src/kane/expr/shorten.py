@@ -8,7 +8,7 @@ from kane.expr.count import price
 from kane.expr.expand import expanded
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, NEG
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 _LONG = 300
 """Nodes above which expressions that are read are left as they were built."""
@@ -48,7 +48,7 @@ def with_short_quotients(exprs: Sequence[Expr], beside: Sequence[Expr]) -> tuple
     inner = {e: form for e, form in short.items() if not any(x is not e and x in short for x in postorder([e]))}
     for replaced in (inner, *({e: form} for e, form in short.items())):  # what they share decides: together, then each
         memo: dict[Expr, Expr] = {}
-        trial = tuple(substitute(e, replaced, memo) for e in best)
+        trial = tuple(substituted(e, replaced, memo) for e in best)
         if (length := _length(trial, beside)) < least:
             best, least = trial, length
     return best

@@ -8,7 +8,7 @@ from kane.errors import ExpressionError, ValueMissingError, alike, cut
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
-from kane.expr.visit import substitute as replaced
+from kane.expr.visit import substituted as replaced
 
 
 def substitute(what: Any, replacements: Mapping[Any, Any]) -> Any:

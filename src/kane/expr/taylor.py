@@ -17,7 +17,7 @@ from kane.expr.diff import leaves, tangent
 from kane.expr.expand import expanded
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.expr.symbols import Parameter
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 _MOST = 12
 
@@ -64,6 +64,6 @@ def taylor(e: Any, about: Mapping[Any, Any], order: int = 2) -> Expr:
     for k in range(order + 1):
         if k:
             term = tangent(term, steps)
-        total = add(total, mul(constant(Fraction(1, factorial(k))), substitute(term, moved)))
+        total = add(total, mul(constant(Fraction(1, factorial(k))), substituted(term, moved)))
     terms = expanded(total)
     return total if terms is None else min((total, factored(terms)), key=lambda form: price([form]))

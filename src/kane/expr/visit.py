@@ -37,7 +37,7 @@ def fold(root: Expr, values: dict[Expr, R], combine: Callable[[Expr], R]) -> R:
     return values[root]
 
 
-def substitute(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, Expr] | None = None) -> Expr:
+def substituted(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, Expr] | None = None) -> Expr:
     """`root` with every key of `replacements` replaced; what does not change stays the same object."""
     images: dict[Expr, Expr] = {} if memo is None else memo
     images.update(replacements)

@@ -12,7 +12,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert
 from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.chained import chained
 from kane.kinematics.speeds import Speeds, is_rate
 from kane.kinematics.quaternion_rates import blocks, rates_along, turned
@@ -109,7 +109,7 @@ def _definitions(
     basic = set(rates)
     told: list[Expr] = []
     for u, definition in system.speeds.items():
-        e = substitute(definition, euler_rates) if euler_rates else definition
+        e = substituted(definition, euler_rates) if euler_rates else definition
         for s in free_symbols([e]):
             if isinstance(s, Rate | QuasiRate) and s not in basic and input_of(s) is None:
                 raise SpeedsError(

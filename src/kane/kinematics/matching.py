@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TypeVar
 
 from kane.expr.node import ZERO, Expr
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.space.point import Point
@@ -41,7 +41,7 @@ class Matching:
         """q̇ by coordinate, in speeds."""
         gone, memo = dict.fromkeys(self.vanishing, ZERO), dict[Expr, Expr]()
         rates = self.speeds.coordinate_rates()
-        held = (substitute(x, gone, memo) for x in rates) if gone else rates
+        held = (substituted(x, gone, memo) for x in rates) if gone else rates
         return dict(zip(self.speeds.system.coordinates, held, strict=True))
 
     def forms(self, rates: Triple) -> Forms:

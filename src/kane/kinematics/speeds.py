@@ -19,7 +19,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import DIV, MUL, NEG
 from kane.expr.symbols import Coordinate, Speed, Symbols, rate
-from kane.expr.visit import fold, substitute
+from kane.expr.visit import fold, substituted
 from kane.model.system import System
 
 Row = Mapping[Expr, Expr]
@@ -149,7 +149,7 @@ class Speeds:
         return affine_forms([self._basic(e) for e in exprs], self.rates, self._known)
 
     def _basic(self, e: Expr) -> Expr:
-        return substitute(e, self.euler_rates) if self.euler_rates else e
+        return substituted(e, self.euler_rates) if self.euler_rates else e
 
     def in_speeds(self, root: Expr, memo: dict[Expr, Affine]) -> Expr:
         """`root` with every rate expressed in speeds; subexpressions affine in rates are matched as a whole.
@@ -181,7 +181,7 @@ class Speeds:
         """q̇ = W u + X, written out, in the order of the coordinates."""
         totals = {b: ScalarForm(self.inverse[b], self.x[b]).total() for b in self.rates}
         return tuple(
-            self.along[r] if r in self.along else substitute(self._basic(r), totals)
+            self.along[r] if r in self.along else substituted(self._basic(r), totals)
             for r in map(rate, self.system.coordinates)
         )
 

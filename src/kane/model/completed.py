@@ -14,7 +14,7 @@ from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Speed, word
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.constraints import Constraint
 from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
 from kane.numeric.arrays import Array
@@ -38,8 +38,8 @@ def completed(
     missing = len(rates) - len(definitions)
     if not definitions or not 0 < missing <= len(constraints):
         return {}
-    offered = [substitute(constraint_rate(c), by_quasi) for c in constraints]
-    told = [substitute(e, by_quasi) for e in definitions.values()]
+    offered = [substituted(constraint_rate(c), by_quasi) for c in constraints]
+    told = [substituted(e, by_quasi) for e in definitions.values()]
     forms = [row for row, _ in affine_forms([*told, *offered], rates)]
     entries = [row.get(b, ZERO) for row in forms for b in rates]
     chosen: set[tuple[int, ...]] = set()

@@ -16,7 +16,7 @@ from kane.expr.diff import diff
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Symbol
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.model.survey import places
@@ -46,7 +46,7 @@ def _pulls(load: Load, speeds: Any) -> Pulls:
     known: dict[Expr, Expr] = {
         u: as_expr(e) for u, e in by_speed.items() if isinstance(u, Speed) and not isinstance(e, Vector)
     }
-    function = substitute(load.scalar, known)
+    function = substituted(load.scalar, known)
     left = [s for s in free_symbols([function]) if isinstance(s, Speed)]
     if left:
         names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"

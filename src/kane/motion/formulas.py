@@ -14,7 +14,7 @@ from kane.expr.ops import OPS
 from kane.expr.piecewise import Piecewise
 from kane.expr.switching import switches
 from kane.expr.symbols import Parameter, Symbol, Time, time
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.motion.time_breaks import breakpoints
 
 CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", "where"))
@@ -92,7 +92,7 @@ def with_gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> Ex
     own = set(eom.parameters)
     foreign = [s for s in free_symbols([expr]) if isinstance(s, Parameter) and s not in own]
     numbers = {s: parameters.get(s, s.default) for s in foreign}
-    return substitute(expr, {s: constant(float(v)) for s, v in numbers.items() if v is not None})
+    return substituted(expr, {s: constant(float(v)) for s, v in numbers.items() if v is not None})
 
 
 def own_parameters(given: Any) -> dict[Expr, Any]:

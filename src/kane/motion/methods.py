@@ -20,7 +20,7 @@ from kane.motion.formulas import CORNERS, Formula
 from kane.motion.constraint_kernels import unheld
 from kane.motion.implicit import is_long
 from kane.motion.projection import is_constrained
-from kane.motion.regimes import drives_on, jumps, on, quantities, rates_on, unfit
+from kane.motion.regimes import drives_on, has_jumps, on, quantities, rates_on, unfit
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import IMPLICIT as SLOW
 from kane.motion.stepping import STEPPED
@@ -45,7 +45,7 @@ _LANES = 4
 
 _NEEDS: tuple[tuple[Callable[[Equations, Sequence[Expr]], bool], Callable[[Integrator], bool], str], ...] = (
     (lambda eom, laws: is_constrained(eom), lambda by: by.holds, "constraints or Euler parameters are kept"),
-    (jumps, lambda by: by.watches, "loads or inputs jump"),
+    (has_jumps, lambda by: by.watches, "loads or inputs jump"),
     (unfit, lambda by: False, "loads or inputs jump by tables of steps, or beside choices of pivots"),
     (lambda eom, laws: bool(eom.events), lambda by: by.watches, "events are watched"),
 )
@@ -114,7 +114,7 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
     settings = stepper.now.rates.settings
     eom, laws = stepper.eom, stepper.now.laws
     own = set(operations(stepper.now))
-    if jumps(eom, laws):
+    if has_jumps(eom, laws):
         roots = rates_on(eom, *[1] * len(quantities(eom))).task.roots
         own = {node.op for node in postorder(roots)}
         every = quantities(eom, laws)

@@ -20,7 +20,7 @@ from kane.motion.interpolants import after, interpolant
 from kane.motion.interrupts import MESSAGE
 from kane.motion.met import Fresh, crossings, still_there, thresholds, up_to_a_break, vanishing
 from kane.motion.methods import implicit
-from kane.motion.regimes import SOON, Regimes, Turn, Turns, jumps
+from kane.motion.regimes import SOON, Regimes, Turn, Turns, has_jumps
 from kane.motion.resting import that_move
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
@@ -65,7 +65,7 @@ class NativeCourse:
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
-        self.regimes = Regimes(self.stepper, t, self.y) if jumps(self.stepper.eom, self.stepper.now.laws) else None
+        self.regimes = Regimes(self.stepper, t, self.y) if has_jumps(self.stepper.eom, self.stepper.now.laws) else None
         self._call_anew(t)
 
     def _call_anew(self, t: float) -> None:

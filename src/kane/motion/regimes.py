@@ -54,14 +54,14 @@ def _bending(node: Expr) -> bool:
     return isinstance(node.op, Piecewise) and not leaps(node.op)
 
 
-def jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
+def has_jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
     """Whether loads, or the laws of inputs, jump."""
     return any(s.jumps for s in switches(eom, laws))
 
 
 def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
     """Whether they jump and there are switches with more than two sides, tables of steps, or with none: what chooses pivots."""
-    if not jumps(eom, laws):
+    if not has_jumps(eom, laws):
         return False
     loads = eom.solved.regular.declared_loads
     scalars = [x for load in loads for _, v in (*load.forces, *load.torques) for x in v.scalars()]

@@ -16,7 +16,7 @@ from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.size import size
 from kane.expr.symbols import Rate, Reaction
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.declarations import Event
 from kane.motion.drives import constant
 from kane.motion.feedback import HeldInput
@@ -111,7 +111,7 @@ def departure(event: Event, now: Routines, t: float, state: Array) -> tuple[floa
             laws[s] = as_expr(values[s])
     try:
         for order in range(1, _ORDERS + 1):
-            plain = substitute(without_unknowns(solved, [e])[0], laws)
+            plain = substituted(without_unknowns(solved, [e])[0], laws)
             (e,) = without_unknowns(solved, [time_derivative(solved.derived, plain)])
             symbols = list(free_symbols([e]))
             code = build_program("quantity", [Port("x", tuple(symbols))], [Task("rate", [e], (1,), ["rate"])])

@@ -15,7 +15,7 @@ from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.ops import DIV, OPS, POW, SQRT
 from kane.expr.size import size
 from kane.expr.symbols import Rate, Reaction
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.beams.beam import Beam
 from kane.model.bodies import parts_of
 from kane.model.plausible import largest_moment, least_moment
@@ -67,7 +67,7 @@ def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
         gone: dict[Expr, Expr] = {s: ZERO for s in symbols if constants.get(s) == 0}
         if not gone or any(isinstance(s, Rate | Reaction) for s in symbols):
             continue
-        left = substitute(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
+        left = substituted(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
         if all(s in constants for s in free_symbols([left])) and evaluate(left, constants) == event.threshold:
             raise SimulationError(
                 f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got {cut(event.quantity)}, which "

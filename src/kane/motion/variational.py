@@ -17,7 +17,7 @@ from kane.motion.time_breaks import next_end, on_from
 from kane.motion.feedback import controllers
 from kane.motion.formulas import turning_laws
 from kane.motion.implicit import exact
-from kane.motion.regimes import jumps
+from kane.motion.regimes import has_jumps
 from kane.motion.compiled_equations import Routines, routines
 from kane.motion.solution import Solution
 from kane.numeric.arrays import Array
@@ -52,7 +52,7 @@ def _check(motion: Solution) -> None:
     met = {
         "events change the state or motions are joined": len(motion.phases) > 1,
         "the constraints lose rank": bool(motion.lost.any()),
-        "loads or inputs jump at states": jumps(motion.equations, turning_laws(inputs)),
+        "loads or inputs jump at states": has_jumps(motion.equations, turning_laws(inputs)),
         "a sampled controller is asked": bool(controllers(inputs)),
     }
     told = [text for text, holds in met.items() if holds]

@@ -10,7 +10,7 @@ import kane as kn
 from kane.dynamics.derivation import derived
 from kane.dynamics.readings.energy import kinetic_energy as by_bodies
 from kane.dynamics.readings.programs import mass_matrix
-from kane.dynamics.trees.energy import kinetic_energy
+from kane.dynamics.trees.energy import kinetic_energy_along_tree
 from tests.dynamics.routes.test_recursive import state
 from tests.systems import jointed, rings
 

@@ -9,7 +9,7 @@ from kane.expr.ops import OPS
 from kane.gallery import pendulums, rolling_disk
 from kane.program.emit import targets
 from kane.program.emit.names import local_names
-from kane.program.emit.walk import VECTORS, Compute, Read, SinCos, Style, hoisting, kernel, pieces, statements
+from kane.program.emit.walk import VECTORS, Assign, Read, SinCos, Style, hoisting, kernel, pieces, statements
 
 SPELLING = {op: f"{{}} := {name} {' '.join(['{}'] * op.arity)}" for name, op in OPS.items() if op.arity}
 STYLES = [
@@ -41,7 +41,7 @@ def emitter(style):
 def line(s, values):
     if isinstance(s, Read):
         return f"{values[s.value]} := load {s.base} {s.place}"
-    if isinstance(s, Compute):
+    if isinstance(s, Assign):
         return SPELLING[s.op].format(values[s.value], *(values[a] for a in s.arguments))
     if isinstance(s, SinCos):
         angles = zip(s.angles, s.values, strict=True)

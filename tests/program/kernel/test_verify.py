@@ -7,7 +7,7 @@ import pytest
 
 from kane.errors import ProgramError
 from kane.program.kernel.language import FLOAT, INT, ArrayOf, Compute, Constant, If, Put, Store, Value
-from kane.program.kernel.verify import verified
+from kane.program.kernel.verify import verified_kernel
 from kane.program.kernel.write import Writer
 
 
@@ -48,7 +48,7 @@ def kernel():
 def test_what_is_wrong_is_named(change, told):
     """A value of an inner block is not known behind it, nor one of a number that nothing defines."""
     with pytest.raises(ProgramError, match=told):
-        verified(change(kernel()))
+        verified_kernel(change(kernel()))
 
 
 def test_operands_must_fit():
@@ -61,7 +61,7 @@ def test_a_routine_takes_what_it_says():
     w, x, back = writer()
     call = w.callee("f", "float", "array")
     call(1.0, x.at(0))
-    verified(w.finished(back))
+    verified_kernel(w.finished(back))
     call(x.at(0), x.at(0))
     with pytest.raises(ProgramError, match=r"a routine of its own, f\(float, array\) .* got array, array"):
         w.finished(back)

@@ -20,7 +20,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import finish, forward, ldl
 from kane.expr.symbols import Symbol, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 
 
@@ -32,8 +32,8 @@ def closed_slopes(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Ex
     rows, a = e.partition.rows, d.constraints.a.take(e.partition.rows)
     held: dict[Expr, Expr] = dict(zip(map(rate, d.speeds), solved.accelerations, strict=True))
     memo: dict[Expr, Expr] = {}
-    by_x = residual_slopes(d, symbols).map(lambda x: substitute(x, held, memo))
-    left = [substitute(x, held, memo) for x in residual(d)]
+    by_x = residual_slopes(d, symbols).map(lambda x: substituted(x, held, memo))
+    left = [substituted(x, held, memo) for x in residual(d)]
     every = e.multipliers([left[i] for i in e.partition.dependent])
     drift = [d.constraints.drift[r] for r in rows]
     pull = Stage(lambda *x: a.T @ x, [every[r] for r in rows])

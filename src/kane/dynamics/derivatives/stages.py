@@ -9,7 +9,7 @@ from kane.expr.diff import tangent
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Parameter
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 
 class Stage:
@@ -33,7 +33,7 @@ class Stage:
     def _derivative(self, seeds: dict[Expr, Expr]) -> Any:
         memo: dict[Expr, Expr] = {}
         images: dict[Expr, Expr] = {}
-        found = [substitute(tangent(e, seeds, memo, at_rest=True), self.values, images) for e in _flat(self.made)]
+        found = [substituted(tangent(e, seeds, memo, at_rest=True), self.values, images) for e in _flat(self.made)]
         return None if all(x is ZERO for x in found) else _like(self.made, iter(found))
 
 

@@ -18,7 +18,7 @@ from kane.expr.diff import gradient, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.expr.symbols import rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 
 def boltzmann_hamel(s: InRates) -> Formulation:
@@ -67,7 +67,7 @@ def _left(s: InRates) -> Exprs:
     memo: dict[Expr, Expr] = {}
 
     def by_speeds(e: Expr) -> Expr:
-        return substitute(e, s.by_speeds, memo)
+        return substituted(e, s.by_speeds, memo)
 
     brackets: list[list[Expr]] = []
     for definition in d.system.speeds.values():

@@ -20,7 +20,7 @@ from kane.expr.diff import gradient, time_derivative
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Speed, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 
 def canonical(s: InRates) -> Formulation:
@@ -80,7 +80,7 @@ class _Canonical:
     def hamiltonian(self) -> Expr:
         """½ (p − g)·q̇ − T₀."""
         _, g = self.mass
-        still = substitute(self.s.kinetic_energy, dict.fromkeys(self.s.rates, ZERO))
+        still = substituted(self.s.kinetic_energy, dict.fromkeys(self.s.rates, ZERO))
         return sub(mul(constant(0.5), dot([sub(p, x) for p, x in zip(self.p, g, strict=True)], self.velocities)), still)
 
     @read
@@ -92,7 +92,7 @@ class _Canonical:
     def active(self) -> Exprs:
         """−∂H/∂q + Q."""
         slopes = gradient(self.hamiltonian, self.s.coordinates)
-        own = [substitute(q, self.by_momenta) for q in self.s.forces]
+        own = [substituted(q, self.by_momenta) for q in self.s.forces]
         return tuple(add(neg(h), q) for h, q in zip(slopes, own, strict=True))
 
     @read
@@ -100,13 +100,13 @@ class _Canonical:
         """q̈ and λ of M q̈ = −∂H/∂q + Q + Aᵀλ + M (what is left of d/dt M⁻¹(p − g) at ṗ = 0)."""
         m, _ = self.mass
         still: dict[Expr, Expr] = dict.fromkeys(map(rate, self.p), ZERO)
-        changes = [substitute(substitute(time_derivative(v), still), self.by_momenta) for v in self.velocities]
+        changes = [substituted(substituted(time_derivative(v), still), self.by_momenta) for v in self.velocities]
         right = [add(f, x) for f, x in zip(self.active, m @ changes, strict=True)]
         held = self.s.held
         if held is not None:
             held = held._replace(
-                a=held.a.map(lambda e: substitute(e, self.by_momenta)),
-                drift=tuple(substitute(e, self.by_momenta) for e in held.drift),
+                a=held.a.map(lambda e: substituted(e, self.by_momenta)),
+                drift=tuple(substituted(e, self.by_momenta) for e in held.drift),
             )
         x, multipliers = solved(m, right, held, with_multipliers=True)
         return x, multipliers
@@ -125,4 +125,4 @@ class _Canonical:
         """Expressions in q and q̇."""
         values: dict[Expr, Expr] = dict(zip(self.p, self.momenta, strict=True))
         memo: dict[Expr, Expr] = {}
-        return tuple(substitute(e, values, memo) for e in exprs)
+        return tuple(substituted(e, values, memo) for e in exprs)

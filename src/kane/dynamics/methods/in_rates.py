@@ -24,7 +24,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.speeds import twice_g
 from kane.model.bodies import Part, parts_of
 from kane.model.completed import constraint_rate
@@ -82,7 +82,7 @@ class InRates(Immutable):
 
     def own(self, e: Expr) -> Expr:
         """An expression without quasi-rates."""
-        return substitute(e, self.quasi) if self.quasi else e
+        return substituted(e, self.quasi) if self.quasi else e
 
     # Motions -------------------------------------------------------------------------------------------------------------
 
@@ -188,10 +188,10 @@ class InRates(Immutable):
         values = dict(zip(self.accelerations, q_ddot, strict=True))
         memo: dict[Expr, Expr] = {}
         found = [
-            substitute(self.own(time_derivative(definition)), values)
+            substituted(self.own(time_derivative(definition)), values)
             for definition in self.derived.system.speeds.values()
         ]
-        return tuple(substitute(e, self.by_speeds, memo) for e in found)
+        return tuple(substituted(e, self.by_speeds, memo) for e in found)
 
 
 def momenta(part: Part) -> tuple[tuple[Point, Expr], ...]:

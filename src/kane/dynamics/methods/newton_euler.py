@@ -16,7 +16,7 @@ from kane.dynamics.methods.solving import on_constraints, solved_for
 from kane.expr.build import sub
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction, word
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -101,4 +101,4 @@ class _Everywhere:
         """R and S."""
         values: dict[Expr, Expr] = dict(zip(self.s.accelerations, self.accelerations, strict=True))
         memo: dict[Expr, Expr] = {}
-        return tuple(substitute(b, values, memo) for b in self.measured)
+        return tuple(substituted(b, values, memo) for b in self.measured)

@@ -19,7 +19,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import Expr, constant
 from kane.expr.size import Sizes, largest, size
 from kane.expr.symbols import Parameter, Speed
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.numeric.places import first_place
 
 MISSED = 1e-6
@@ -46,7 +46,7 @@ def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
     every = [*walk.roots, *(rate for _, rate, _ in rows), *(limit for _, _, limit in rows)]
     if filled:
         memo: dict[Expr, Expr] = {}
-        every = [substitute(e, filled, memo) for e in every]
+        every = [substituted(e, filled, memo) for e in every]
     return Reading(Walk(every) if rows or filled else walk, count, tuple(name for name, _, _ in rows))
 
 

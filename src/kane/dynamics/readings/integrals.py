@@ -27,7 +27,7 @@ from kane.expr.evaluate import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Time, input_of, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.numeric.arrays import Array
 
 _STATES, _LEAST = 8, 2
@@ -78,8 +78,8 @@ def _kept(solved: Solved, value: Expr) -> Array | None:
         u: x for u, x in zip(derived.speeds, solved.speeds_by_independent, strict=True) if u is not x
     }
     memo: dict[Expr, Expr] = {}
-    terms = [substitute(e, by, memo) for e in _rate_terms(solved, plain)]
-    own = substitute(plain, by, memo)
+    terms = [substituted(e, by, memo) for e in _rate_terms(solved, plain)]
+    own = substituted(plain, by, memo)
     values, moved = differs([terms, [own]], _states(solved, [*terms, own]))
     finite = np.isfinite(values).all(axis=1)
     if finite.sum() < _LEAST or moved[finite, 0].any() or not moved[finite, 1].any():

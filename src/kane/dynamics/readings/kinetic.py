@@ -26,7 +26,7 @@ from kane.expr.diff import gradient, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.motion import Motion, acceleration_form
 from kane.model.bodies import parts_of
 from kane.model.loads import Load
@@ -87,7 +87,7 @@ def energy_in_rates(derived: Derived) -> Expr:
         if part.frame is not None and part.inertia is not None:
             w = part.frame.angular_velocity(system.inertial)
             twice = add(twice, w.dot(part.inertia.dot(w)))
-    return substitute(twice / 2, quasi_rates(derived))
+    return substituted(twice / 2, quasi_rates(derived))
 
 
 def lagrange_terms(derived: Derived) -> Exprs:

@@ -16,7 +16,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.expand import expanded
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Symbol
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.numeric.legendre import gauss
 
 NODES = 20
@@ -34,13 +34,13 @@ def line_integral(slopes: Sequence[Expr], symbols: Sequence[Symbol], base: Expr 
     """V from its `slopes` in the `symbols`, zero where these are the base, but for a constant of the first part."""
     total, by_rule = ZERO, []
     for k, (p, x) in enumerate(zip(slopes, symbols, strict=True)):
-        own = substitute(p, dict.fromkeys(symbols[k + 1 :], base))
+        own = substituted(p, dict.fromkeys(symbols[k + 1 :], base))
         part = antiderivative(own, x)
         if part is None:
             part = _by_gauss(own, x, base)
             by_rule.append(x)
         elif any(s in set(symbols[:k]) for s in free_symbols([part])):
-            part = sub(part, substitute(part, {x: base}))
+            part = sub(part, substituted(part, {x: base}))
         total = add(total, part)
     return Integral(_short(total), tuple(by_rule))
 
@@ -50,7 +50,7 @@ def _by_gauss(e: Expr, x: Symbol, base: Expr) -> Expr:
     reach, total = sub(x, base), ZERO
     for place, weight in zip(*gauss(NODES), strict=True):
         at = add(base, mul(constant(float(place)), reach))
-        total = add(total, mul(constant(float(weight)), substitute(e, {x: at})))
+        total = add(total, mul(constant(float(weight)), substituted(e, {x: at})))
     return mul(reach, total)
 
 

@@ -25,7 +25,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.size import size
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 
@@ -115,7 +115,7 @@ def _of_coordinates(forces: Exprs, loads: Sequence[Load]) -> Exprs:
                 "potential energy. Name the other loads, eom.find_potential([…]); what these do is power."
             )
     still: dict[Expr, Expr] = dict.fromkeys(moving, ZERO)
-    return tuple(substitute(f, still) for f in forces)
+    return tuple(substituted(f, still) for f in forces)
 
 
 def _gap(forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> tuple[int, int, int] | None:

@@ -22,7 +22,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import forward, ldl, solve_lu
 from kane.expr.symbols import rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
 from kane.space.frame import Frame
@@ -54,7 +54,7 @@ def _dense_inverse(d: Derived) -> Exprs:
     right = [sub(x, f) for x, f in zip(blocks.mass_a @ u_dot, blocks.forcing_a, strict=True)]
     values: dict[Expr, Expr] = dict(zip(d.reactions, solved_reactions(blocks.coupling_a, right), strict=True))
     memo: dict[Expr, Expr] = {}
-    return tuple(substitute(x, values, memo) for x in found)
+    return tuple(substituted(x, values, memo) for x in found)
 
 
 def forcing(solved: Solved) -> Exprs:

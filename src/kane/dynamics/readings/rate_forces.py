@@ -15,7 +15,7 @@ from kane.expr.diff import time_derivative
 from kane.expr.evaluate import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Symbol, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.sampling import draw
@@ -65,7 +65,7 @@ def _powers(
         return
     memo: dict[Expr, Expr] = {}
     for frame, triple in vector.parts:
-        yield triple, [substitute(x, quasi, memo) for x in motion.components(frame)]
+        yield triple, [substituted(x, quasi, memo) for x in motion.components(frame)]
 
 
 def _of_a_body(point: Point) -> bool:
@@ -96,7 +96,7 @@ def rows_in_rates(derived: Derived) -> list[list[Expr]]:
     q_dot = tuple(map(rate, derived.system.coordinates))
     roots = [time_derivative(c.expr) if c.kind == "configuration" else c.expr for c in derived.constraints.constraints]
     quasi, memo = quasi_rates(derived), dict[Expr, Expr]()
-    forms = [own for own, _ in affine_forms([substitute(x, quasi, memo) for x in roots], q_dot)]
+    forms = [own for own, _ in affine_forms([substituted(x, quasi, memo) for x in roots], q_dot)]
     forms += [{rate(e): e for e in s.coordinates} for s in derived.system.euler_parameters]
     return [[own.get(r, ZERO) for r in q_dot] for own in forms]
 

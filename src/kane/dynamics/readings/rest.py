@@ -16,7 +16,7 @@ from kane.expr.count import price
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Symbol, Time, input_of, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 
 
 def equilibrium_conditions(solved: Solved) -> Exprs:
@@ -68,10 +68,10 @@ def steady_conditions(solved: Solved, values: Mapping[Any, Any]) -> Exprs:
         at[known[name]] = as_expr(value)
     even: dict[Expr, Expr] = {rate(u): ZERO for u in d.speeds}
     sums = [add(f, g) for f, g in zip(solved.Fr_nh[:count], solved.Fr_star_nh[:count], strict=True)]
-    return _written([substitute(e, even) for e in sums], at)
+    return _written([substituted(e, even) for e in sums], at)
 
 
 def _written(exprs: Sequence[Expr], at: Mapping[Expr, Expr]) -> Exprs:
     memo: dict[Expr, Expr] = {}
-    found = [substitute(e, at, memo) for e in exprs]
+    found = [substituted(e, at, memo) for e in exprs]
     return tuple(min((e, collected(e)), key=lambda form: price([form])) for e in found)

@@ -31,7 +31,7 @@ from kane.expr.symbols import (
     rate,
     time,
 )
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.system import System
 from kane.numeric.named import finite_number, named_values
 
@@ -60,7 +60,7 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
     }
     if second:
         replaced: dict[Expr, Expr] = {}
-        roots = [substitute(e, second, replaced) for e in roots]
+        roots = [substituted(e, second, replaced) for e in roots]
     forms: dict[Expr, Affine] = {}
     return [derived.kinematical.in_speeds(e, forms) for e in roots]
 
@@ -101,7 +101,7 @@ def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
     values.update(zip(derived.reactions, solved.reactions, strict=True))
     values.update(dict.fromkeys(derived.auxiliary_speeds, ZERO))
     memo: dict[Expr, Expr] = {}
-    return [substitute(e, values, memo) for e in plain]
+    return [substituted(e, values, memo) for e in plain]
 
 
 def speeds_from_rates(

@@ -22,7 +22,7 @@ from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.constraints import constraint_rows
 
 Exprs = tuple[Expr, ...]
@@ -44,7 +44,7 @@ class Absolute(NamedTuple):
         memo: dict[Expr, Expr] = {}
 
         def state(e: Expr) -> Expr:
-            return substitute(e, self.values, memo)
+            return substituted(e, self.values, memo)
 
         by_state = found.mapped(state)
         own, rates, e = by_state.accelerations, found.shorter_rates, found.embedding

@@ -18,7 +18,7 @@ from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import sub
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Speed
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.motion import velocity_form
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -48,7 +48,7 @@ def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
     memo: dict[Expr, Expr] = {}
 
     def by_declared(e: Expr) -> Expr:
-        return substitute(e, values, memo)
+        return substituted(e, values, memo)
 
     u_dot: dict[Expr, Expr] = dict(zip(derived.speeds, map(by_declared, solution.accelerations), strict=True))
     solution = solution._replace(

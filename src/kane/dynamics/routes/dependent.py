@@ -17,7 +17,7 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.square_system import square
 from kane.expr.symbols import QuasiRate, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.constraints import drift_of
 from kane.kinematics.motion import Following
 from kane.model.completed import constraint_rate
@@ -44,4 +44,4 @@ def dependent_accelerations(derived: Derived, e: Embedding, u_dot: Sequence[Expr
             rate(q): x for q, x in zip(derived.system.coordinates, derived.rates, strict=True)
         }
         memo: dict[Expr, Expr] = {}
-        yield solved([given.drift(substitute(x, by_speeds, memo)) for x in rates])
+        yield solved([given.drift(substituted(x, by_speeds, memo)) for x in rates])

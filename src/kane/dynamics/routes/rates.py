@@ -9,7 +9,7 @@ from kane.dynamics.solved import Solved
 from kane.expr.evaluate import holds_any
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed, rate
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.model.completed import constraint_rate
 
 
@@ -24,7 +24,7 @@ class ConstraintRates:
 
     def held(self, e: Expr) -> Expr:
         """An expression on the constraints: w = ẇ = 0."""
-        return substitute(e, self.vanishing, self._memo)
+        return substituted(e, self.vanishing, self._memo)
 
     def solution(self, found: Solved) -> Solved:
         """A solution on the constraints; the same one where no w is in it."""

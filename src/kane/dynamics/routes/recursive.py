@@ -27,7 +27,7 @@ from kane.expr.affine import affine_forms
 from kane.expr.evaluate import Walk
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.visit import substitute
+from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
 from kane.kinematics.segments import Segment, Segments, segments
@@ -165,8 +165,8 @@ def with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
     solution = tuple(solved_reactions(matrix, [rest for _, rest in forms]))
     values: dict[Expr, Expr] = dict(zip(reactions, solution, strict=True))
     memo: dict[Expr, Expr] = {}
-    u_dot = tuple(substitute(x, values, memo) for x in found.accelerations)
-    of_rows = found.of_rows and {r: substitute(x, values, memo) for r, x in found.of_rows.items()}
+    u_dot = tuple(substituted(x, values, memo) for x in found.accelerations)
+    of_rows = found.of_rows and {r: substituted(x, values, memo) for r, x in found.of_rows.items()}
     return replace(found, accelerations=u_dot, reactions=solution, reaction_matrix=matrix, of_rows=of_rows)
 
 

@@ -13,7 +13,7 @@ from kane.kinematics.travel import travel, velocities
 from kane.space.rotation import cross3, product
 
 
-def kinetic_energy(derived: Derived) -> Expr:
+def kinetic_energy_along_tree(derived: Derived) -> Expr:
     """½ Σ m v·v + ω·I·ω of a tree; Unsuited, with what is in the way, of another system."""
     carried = carrying(derived)
     on, twice = travel(carried.segments.steps), ZERO

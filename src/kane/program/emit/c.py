@@ -12,7 +12,7 @@ from kane.expr.ops import COS, OPS, SIN, Op
 from kane.program.emit.c_tables import CFile, CFunction, c_declarations, c_file, c_head, c_number, c_tables
 from kane.program.emit.names import ARITHMETIC, c_comment, made_by
 from kane.program.emit.sincos import LIMIT, STEPS, constant
-from kane.program.emit.walk import Compute, Read, SinCos, Statement, Style, pieces, statements
+from kane.program.emit.walk import Assign, Read, SinCos, Statement, Style, pieces, statements
 from kane.program.program import Program
 
 _FUNCTIONS = {
@@ -146,17 +146,17 @@ class _Writer:
     def _used(self, f: CFunction, body: Sequence[Statement]) -> set[str]:
         """The arguments that a piece uses."""
         names = self.file.names.arguments
-        bases = {s.base for s in body if not isinstance(s, Compute | SinCos)}
+        bases = {s.base for s in body if not isinstance(s, Assign | SinCos)}
         ports = [port for port in self.file.program.ports for _ in port.symbols]
         for s in body:
-            operands = s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else (s.value,)
+            operands = s.arguments if isinstance(s, Assign) else s.angles if isinstance(s, SinCos) else (s.value,)
             bases.update(ports[i].name for i in operands if i < len(ports) and ports[i].scalar)
         return {names[base] for base in bases}
 
     def _lines(self, s: Statement, names: Mapping[int, str]) -> list[str]:
         if isinstance(s, Read):
             return [f"    const double {names[s.value]} = {self._place(s.base, s.place)};"]
-        if isinstance(s, Compute):
+        if isinstance(s, Assign):
             text = _FORMS[s.op].format(*(names[a] for a in s.arguments))
             return [f"    const double {names[s.value]} = {text};"]
         if isinstance(s, SinCos):

@@ -23,7 +23,7 @@ from kane.program.emit.names import (
     python_comment,
     python_docstring,
 )
-from kane.program.emit.walk import Compute, Function, Read, Style, Write, hoisting, kernel, pieces, statements
+from kane.program.emit.walk import Assign, Function, Read, Style, Write, hoisting, kernel, pieces, statements
 from kane.program.program import Port, Program, Routine
 
 _STYLE = Style(whole=math.inf)
@@ -209,7 +209,7 @@ def _computed(module: _Module, function: Function) -> list[str]:
     for s in statements(program, function, piece, _STYLE):
         if isinstance(s, Read):
             lines.append(f"{names[s.value]} = {_place(module, s)}")
-        elif isinstance(s, Compute):
+        elif isinstance(s, Assign):
             operands = [names[a] for a in s.arguments]
             if all(a in numbers for a in s.arguments):  # Python's own floats would refuse to divide by zero
                 operands = [f"np.float64({o})" for o in operands]

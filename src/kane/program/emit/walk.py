@@ -81,7 +81,7 @@ class Read(NamedTuple):
     place: int
 
 
-class Compute(NamedTuple):
+class Assign(NamedTuple):
     """`value` = `op` of the values `arguments`."""
 
     value: int
@@ -105,7 +105,7 @@ class Write(NamedTuple):
     label: str = ""
 
 
-Statement: TypeAlias = Read | Compute | SinCos | Write
+Statement: TypeAlias = Read | Assign | SinCos | Write
 
 
 def pieces(program: Program, function: Function, style: Style) -> Split:
@@ -177,7 +177,7 @@ class _Walk:
         else:
             self.read(*arguments)
             self.ready.add(i)
-            self.done.append(Compute(i, op, arguments))
+            self.done.append(Assign(i, op, arguments))
 
     def _packs(self, angle: int) -> Iterator[tuple[int, ...]]:
         """The angles that are known by now, as many at a time as there are lanes; the one at hand where there is one lane."""

@@ -30,7 +30,7 @@ from kane.program.kernel.language import (
 from kane.program.kernel.operations import result_type
 
 
-def verified(kernel: Kernel) -> Kernel:
+def verified_kernel(kernel: Kernel) -> Kernel:
     """The kernel itself.
 
     Raises

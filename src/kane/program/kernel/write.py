@@ -33,7 +33,7 @@ from kane.program.kernel.language import (
     While,
 )
 from kane.program.kernel.operations import result_type
-from kane.program.kernel.verify import verified
+from kane.program.kernel.verify import verified_kernel
 
 
 class Term:
@@ -153,7 +153,7 @@ class Writer:
     def finished(self, result: Variable) -> Kernel:
         """The kernel, verified."""
         (body,) = self.blocks
-        return verified(Kernel(self.name, tuple(self.arguments), tuple(self.cells), tuple(body), result.cell))
+        return verified_kernel(Kernel(self.name, tuple(self.arguments), tuple(self.cells), tuple(body), result.cell))
 
     # ------------------------------------------------------------------------------------------ arguments and cells
 
