@@ -88,8 +88,9 @@ def test_names_are_imported_for_type_checkers_from_where_they_come():
         if isinstance(node, ast.ImportFrom) and node.level == 0
         for a in node.names
     }
-    assert {name: said.get(name) for name in kn._MODULES} == kn._MODULES
-    assert set(kn._MODULES) == set(kn.__all__) - {"__version__"}
+    modules = kn.__getattr__.modules
+    assert {name: said.get(name) for name in modules} == modules
+    assert set(modules) == set(kn.__all__) - {"__version__"}
 
 
 @pytest.mark.slow
@@ -107,6 +108,25 @@ def test_names_mean_the_same_whatever_was_imported_before():
     assert words[::3] == list(names)
     assert words[1::3] == ["True"] * len(names)
     assert set(words[2::3]) <= {"function", "type"}, words
+
+
+@pytest.mark.slow
+def test_packages_offer_what_they_say_whatever_was_imported_before():
+    code = (
+        "import importlib, kane, pkgutil, sys, types\n"
+        "for m in pkgutil.walk_packages(kane.__path__, 'kane.'):\n"
+        "    if not m.name.endswith('__main__'): importlib.import_module(m.name)\n"
+        "offers = [m.__getattr__ for m in list(sys.modules.values()) if hasattr(m, '__path__') and m.__name__.startswith('kane.')\n"
+        "          and '__getattr__' in vars(m)]\n"
+        "print(len(offers))\n"
+        "for o in offers:\n"
+        "    for name, module in o.modules.items():\n"
+        "        found = getattr(sys.modules[o.package], name)\n"
+        "        if found is not getattr(sys.modules[module], name, sys.modules[module]): print(o.package, name)\n"
+    )
+    count, *wrong = run(code)
+    assert int(count) > 10
+    assert wrong == []
 
 
 @pytest.mark.slow

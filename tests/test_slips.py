@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis.load_signs import doubtful_loads
+from kane.analysis import doubtful_loads
 from tests.systems.draft_kinds import KINDS, drafted
 from tests.systems.drafts import Draft, built, verdict
 from tests.systems.slips import SEEN, slipped

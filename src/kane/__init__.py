@@ -5,8 +5,9 @@ Declare frames, points, bodies, loads and generalized speeds, gather them in a `
 """
 
 import logging
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from kane.lazy import offered as _offered
 
 # A public name is imported when it is first used (PEP 562), so that `import kane` takes next to no time: for type checkers it is
 # imported here, at run time `_NAMES` says from where.
@@ -331,16 +332,7 @@ _NAMES = {
 }  # fmt: skip
 """The public names of each module."""
 
-_MODULES = {name: f"kane.{module}" for module, names in _NAMES.items() for name in names.split()}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
-        from kane.errors import MissingAttributeError
-
-        raise MissingAttributeError(import_module("kane"), name)
-    value = globals()[name] = getattr(import_module(_MODULES[name]), name)
-    return value
+__getattr__ = _offered(__name__, _NAMES)
 
 
 def __dir__() -> list[str]:

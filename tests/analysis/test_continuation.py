@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis.stability import tracked
+from kane.analysis import tracked
 from kane.gallery import whipple_bicycle
 from tests.systems import steady as systems
 from tests.systems.steady import driven_pendulum

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis import held
-from kane.analysis.held import held_at
+from kane.analysis import held, held_at
 from kane.gallery import sphere_on_turntable, whipple_bicycle
 from tests.dynamics.test_poles import sled
 from tests.systems.turning_disk import disk

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis.load_signs import doubtful_loads
+from kane.analysis import doubtful_loads
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

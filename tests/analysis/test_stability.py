@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis.stability import changes
+from kane.analysis import changes
 from kane.gallery import pure_rolling_disk
 
 

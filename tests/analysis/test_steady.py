@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis.steady import dependence
+from kane.analysis import dependence
 from tests.systems.turning_disk import disk
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.readings.unsolved import unsolved
+from kane.dynamics import unsolved
 from tests.systems import steady as systems
 
 

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.cli.faults import LINES
+from kane.cli import LINES
 from tests.cli import bad
 from tests.cli.command import from_json, kane, line, written
 

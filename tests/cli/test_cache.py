@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 import kane as kn
 from kane.cli import app
 from kane.gallery.pendulums import system as chain
-from kane.program.native import machine_code
+from kane.program import machine_code
 
 
 def invoke(*words):

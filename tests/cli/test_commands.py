@@ -14,8 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 import kane as kn
-from kane.cli import app
-from kane.cli.models import STARTS
+from kane.cli import STARTS, app
 from kane.gallery import GALLERY, load
 from tests.cli.command import HEAD, SPRING, from_json, kane, line, written
 from tests.present.page import Page

@@ -12,9 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 import kane as kn
+from kane import Check
 from kane.cli import app, demo
 from kane.gallery import rolling_disk, rolling_disk_check
-from kane.present.checks import Check
 from tests.present.page import Page
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from kane.cli.faults import LINES
-from kane.cli.models import names_like
+from kane.cli import LINES, names_like
 from kane.gallery import GALLERY, load
 from tests.cli.command import HEAD, SPRING, from_json, kane, line, written
 

@@ -11,7 +11,7 @@ import warnings
 import pytest
 import typer
 
-from kane.cli.faults import guarded
+from kane.cli import guarded
 from kane.errors import KaneWarning
 from tests.cli.command import SPRING, written
 from tests.present.page import Page

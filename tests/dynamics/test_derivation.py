@@ -7,13 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derivation import Derived, derived
-from kane.dynamics.lazy import LazyMapping, read
-from kane.dynamics.routes import table
-from kane.dynamics.routes.classical import classical
-from kane.dynamics.terms import sum_of
-from kane.equations.derive import repartition
+from kane.dynamics import Derived, LazyMapping, Partition, classical, derived, read, sum_of, table
+from kane.equations import repartition
 from kane.gallery import four_bar, pendulum_on_cart, rolling_disk
 
 
@@ -66,7 +61,7 @@ class Inner:
     value = 3.0
     half = read[float](lambda x: x.value / 2, "Half of it.")
 
-    @read
+    @read  # type: ignore[untyped-decorator]  # of a package that offers its names when they are used
     def double(self) -> float:
         """Twice of it."""
         return 2.0 * self.value

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derivation import derived
-from kane.dynamics.poles import without_poles
+from kane.dynamics import derived, without_poles
 from kane.gallery import GALLERY, load
 
 NEAR = (0.3, 2.5, np.pi / 2, np.pi / 2 - 1e-8, np.pi / 2 + 1e-12, -np.pi / 2, 0.0, 1e-8, np.pi)

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kane as kn
-from kane.equations.handle import Handle
+from kane import Handle
 from kane.gallery import pendulum_on_cart
 
 EOM = kn.derive(pendulum_on_cart.system(force=True))

@@ -9,10 +9,8 @@ import pytest
 
 import kane as kn
 from kane.gallery import load
-from kane.motion.projection import constraint_numbers
-from kane.motion.compiled_equations import rates, unembedded
-from kane.program.native import machine_code
-from kane.program.native.machine_code import host
+from kane.motion import constraint_numbers, rates, unembedded
+from kane.program import host, machine_code
 
 EXACT = kn.Settings(contract=False, cache=False)
 FRESH = kn.Settings(cache=False)

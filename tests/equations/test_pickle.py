@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.equations.derive import repartition
+from kane.equations import repartition
 from kane.gallery import GALLERY, load
 
 N = kn.Frame("N")

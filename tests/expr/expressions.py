@@ -17,9 +17,8 @@ from typing import Any
 import mpmath  # type: ignore[import-untyped]
 from hypothesis import strategies as st
 
-from kane.expr.build import NODE_BUILDERS
-from kane.expr.node import Expr, as_expr, constant_value, pi, postorder
-from kane.expr.symbols import coordinates, parameter, speed
+from kane import Expr, coordinates, parameter, pi, speed
+from kane.expr import NODE_BUILDERS, as_expr, constant_value, postorder
 
 DEEP = 100_000 if os.environ.get("KANE_FULL") else 20_000
 """How deep a graph must be to show recursion: Python's own limit is at 1,000 calls."""

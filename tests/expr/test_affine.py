@@ -5,11 +5,9 @@ import pytest
 from hypothesis import given
 
 import kane as kn
+from kane import Expr, affine, coordinates, evaluate, free_symbols, speeds
 from kane.errors import NotAffineError
-from kane.expr.affine import affine, affine_forms
-from kane.expr.evaluate import evaluate, free_symbols
-from kane.expr.node import ONE, ZERO, Expr, postorder
-from kane.expr.symbols import coordinates, speeds
+from kane.expr import ONE, ZERO, affine_forms, postorder
 from tests.expr.expressions import Program, U, X, programs, values_of
 
 x, y = coordinates("x, y")

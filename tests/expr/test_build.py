@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from kane import Expr, Rational, coordinates, parameter, pi
 from kane.errors import ExpressionError
-from kane.expr.build import NODE_BUILDERS
-from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant_value, pi, postorder
-from kane.expr.operators import Rational
-from kane.expr.ops import OPS
-from kane.expr.symbols import coordinates, parameter
+from kane.expr import BUILDERS, NODE_BUILDERS, ONE, OPS, ZERO, as_expr, constant_value, postorder
 from tests.expr.expressions import MP, Program, programs, values_of
 
 x, y, z = coordinates("x, y, z")

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.collect import collected
-from kane.expr.count import count_operations
+from kane import count_operations
+from kane.expr import collected
 from tests.examples import examples
 
 R, G = kn.parameter("R"), kn.parameter("g")

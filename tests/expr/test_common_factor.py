@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.common_factor import content, divider, over_number
-from kane.expr.count import count_operations
-from kane.expr.node import ZERO, constant
+from kane import count_operations
+from kane.expr import ZERO, constant, content, divider, over_number
 from tests.examples import examples
 
 M, R, G = kn.parameter("m"), kn.parameter("R"), kn.parameter("g")

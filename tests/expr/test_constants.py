@@ -12,9 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.build import add, cos, div, mul, sin, sub
-from kane.expr.constants import error_of
-from kane.expr.node import ZERO, as_expr, constant_value
+from kane.expr import ZERO, add, as_expr, constant_value, cos, div, error_of, mul, sin, sub
 
 N = kn.Frame("N")
 Q = kn.coordinate("q")

@@ -4,9 +4,8 @@
 import pytest
 from hypothesis import given
 
-from kane.expr.count import count_operations
-from kane.expr.node import Expr, pi, postorder
-from kane.expr.symbols import coordinates, parameters, time
+from kane import Expr, coordinates, count_operations, parameters, pi, time
+from kane.expr import postorder
 from tests.expr.expressions import Program, programs
 
 x, y = coordinates("x, y")

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.diff import weighted
-from kane.expr.node import ONE, as_expr
+from kane.expr import ONE, as_expr, weighted
 
 x, y = kn.coordinates("x y")
 

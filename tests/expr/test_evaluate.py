@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from kane import Expr, coordinates, evaluate, free_symbols, parameter, pi, speed
 from kane.errors import ValueMissingError
-from kane.expr.evaluate import compile_reference, evaluate, free_symbols
-from kane.expr.node import BUILDERS, Expr, as_expr, pi
-from kane.expr.ops import OPS
-from kane.expr.symbols import coordinates, parameter, speed
+from kane.expr import BUILDERS, OPS, as_expr, compile_reference
 from tests.expr.expressions import LEAVES, Program, identical, programs, random_program
 
 x, y = coordinates("x, y")

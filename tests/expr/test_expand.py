@@ -10,9 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.collect import factored
-from kane.expr.expand import MOST, expanded
-from kane.expr.node import ONE, ZERO, as_expr, constant
+from kane.expr import MOST, ONE, ZERO, as_expr, constant, expanded, factored
 from tests.examples import examples
 
 M, R, F = kn.parameters("m R F")

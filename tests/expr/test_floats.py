@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from kane.expr.evaluate import Walk
-from kane.expr.floats import FLOAT
-from kane.expr.ops import OPS
-from kane.expr.symbols import coordinates
+from kane import coordinates
+from kane.expr import FLOAT, OPS, Walk
 from tests.expr.expressions import Program, programs
 
 x, y = coordinates("x, y")

@@ -6,8 +6,8 @@ from __future__ import annotations
 import pytest
 
 import kane as kn
-from kane.dynamics.readings.line_integral import line_integral
-from kane.expr.integration import antiderivative
+from kane.dynamics import line_integral
+from kane.expr import antiderivative
 
 x, y = kn.coordinates("x y")
 a, b = kn.parameter("a", 1.3), kn.parameter("b", 0.7)

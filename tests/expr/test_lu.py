@@ -8,8 +8,7 @@ import pytest
 
 import kane as kn
 from kane.errors import SingularError
-from kane.expr.node import ZERO
-from kane.expr.solve import lu
+from kane.expr import ZERO, lu
 
 
 @pytest.mark.parametrize("n", [1, 2, 4])

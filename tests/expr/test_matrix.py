@@ -6,11 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
+from kane import Matrix, coordinates, evaluate
 from kane.errors import ExpressionError
-from kane.expr.evaluate import evaluate
-from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO
-from kane.expr.symbols import coordinates
+from kane.expr import ONE, ZERO, dot
 from tests.expr.expressions import identical
 
 x, y = coordinates("x, y")

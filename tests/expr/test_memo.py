@@ -8,8 +8,7 @@ import weakref
 import pytest
 
 import kane as kn
-from kane.expr.node import sweep
-from kane.expr.memo import remembered, remembering
+from kane.expr import remembered, remembering, sweep
 from kane.gallery import four_bar
 
 CALLS: list[tuple[object, ...]] = []

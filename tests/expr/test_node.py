@@ -17,13 +17,22 @@ import pytest
 from hypothesis import given
 
 import kane as kn
+from kane import Expr, Rational, Symbol, coordinate, coordinates, parameter, pi, speed
 from kane.errors import ExpressionError
-from kane.expr import node
-from kane.expr.build import NODE_BUILDERS
-from kane.expr.node import Expr, as_expr, constant, constant_value, digest, intern_node, pi, postorder, precedes
-from kane.expr.operators import Rational
-from kane.expr.ops import ADD, MUL, OPS
-from kane.expr.symbols import Symbol, coordinate, coordinates, parameter, speed
+from kane.expr import (
+    ADD,
+    MUL,
+    NODE_BUILDERS,
+    OPS,
+    as_expr,
+    constant,
+    constant_value,
+    digest,
+    intern_node,
+    node,
+    postorder,
+    precedes,
+)
 from tests.expr.expressions import DEEP, Program, programs, random_program
 
 x, y = coordinates("x, y")

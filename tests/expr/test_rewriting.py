@@ -11,13 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.count import price
-from kane.expr.evaluate import evaluate
-from kane.expr.known import named
-from kane.expr.linear_forms import combined, joined
-from kane.expr.node import Expr, postorder
-from kane.expr.products import shared
-from kane.expr.scales import scaled
+from kane import Expr, evaluate
+from kane.expr import combined, joined, named, postorder, price, scaled, shared
 from tests.examples import examples
 
 R, M, G, L = kn.parameters("R m g L")

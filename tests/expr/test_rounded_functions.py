@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.rounded_functions import correctly_rounded
+from kane.expr import correctly_rounded
 
 WITHIN = {"asin": 1.0, "acos": 1.0, "exp": 600.0, "sinh": 600.0, "cosh": 600.0}
 """Largest argument of some."""

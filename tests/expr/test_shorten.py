@@ -2,8 +2,7 @@
 """The shortest of a few ways to write what is read."""
 
 import kane as kn
-from kane.expr.node import ZERO
-from kane.expr.shorten import shortened, with_short_quotients
+from kane.expr import ZERO, shortened, with_short_quotients
 
 A, B = kn.parameters("a b")
 U, V = kn.speeds("u v")

@@ -9,11 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane import free_symbols
 from kane.errors import SingularError
-from kane.expr.evaluate import free_symbols
-from kane.expr.node import ZERO
-from kane.expr.regular import guarding, guards, unguarded
-from kane.expr.square_system import Adjugate, InOrder, Triangular, square
+from kane.expr import ZERO, Adjugate, InOrder, Triangular, guarding, guards, square, unguarded
 
 EPS = np.finfo(float).eps
 

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 
 import kane as kn
-from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
-from kane.expr.symbols import coordinates
-from kane.expr.visit import substituted
+from kane import Expr, coordinates
+from kane.expr import ONE, ZERO, as_expr, postorder, substituted
 from tests.expr.expressions import M, Program, X, Y, programs, value_of
 
 x, y, z = coordinates("x, y, z")

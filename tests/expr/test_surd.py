@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.node import constant, constant_value, digest
-from kane.expr.surd import Surd, root
+from kane.expr import Surd, constant, constant_value, digest, root
 
 RATIOS = st.fractions(min_value=-20, max_value=20, max_denominator=30).filter(bool)
 RADICANDS = st.sampled_from([2, 3, 5, 6, 7, 10, 15, 21, 30])

@@ -6,26 +6,23 @@ import pickle
 import pytest
 
 import kane as kn
-from kane.errors import ExpressionError
-from kane.expr.node import digest
-from kane.expr.symbols import (
+from kane import (
     Coordinate,
     Input,
     Parameter,
-    QuasiRate,
     Rate,
     Speed,
     coordinate,
     coordinates,
     input,
-    names,
     parameter,
     parameters,
-    rate,
     speed,
     speeds,
     time,
 )
+from kane.errors import ExpressionError
+from kane.expr import QuasiRate, digest, names, rate
 from tests.expr.expressions import identical
 
 

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 import kane as kn
-from kane.expr.piecewise import lowered
-from kane.expr.switching import on_sides, switches
+from kane.expr import lowered, on_sides, switches
 from tests.examples import examples
 
 X = kn.coordinate("x")

@@ -6,11 +6,8 @@ from __future__ import annotations
 from hypothesis import given
 
 import kane as kn
-from kane.expr.build import NODE_BUILDERS
-from kane.expr.evaluate import free_symbols, is_constant_in_time
-from kane.expr.node import Expr, postorder
-from kane.expr.symbols import Parameter
-from kane.expr.visit import fold, imaged, rebuilt, substituted
+from kane import Expr, Parameter, free_symbols
+from kane.expr import NODE_BUILDERS, fold, imaged, is_constant_in_time, postorder, rebuilt, substituted
 from tests.expr.expressions import DEEP, Program, programs
 
 
@@ -60,7 +57,8 @@ def test_a_fold_within_a_fold_shares_what_is_known() -> None:
 
     def count(node: Expr) -> int:
         if node is q:
-            return fold(kn.time, values, count)
+            inside: int = fold(kn.time, values, count)
+            return inside
         return 1 + sum(values[a] for a in node.args)
 
     assert fold(inner, values, count) == 4

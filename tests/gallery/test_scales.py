@@ -11,7 +11,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import GALLERY, load
-from kane.units.parser import parse
+from kane.units import parse
 
 BIG, SMALL = 1e6, 1e-6
 SCALES = [(BIG, 1, 1), (SMALL, 1, 1), (1, SMALL, BIG), (BIG, BIG, SMALL)]

@@ -16,12 +16,16 @@ COMMITTED = Path(__file__).with_name("golden.json.gz")
 def main() -> int:
     """1 where the files differ."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("files", type=Path, nargs="*", help="one or two files instead of what is made here and the committed one")
+    parser.add_argument(
+        "files", type=Path, nargs="*", help="one or two files instead of what is made here and the committed one"
+    )
     parser.add_argument("--to", type=Path, help="write what is made here to this file")
     parser.add_argument("--write", action="store_true", help=f"write what is made here to {COMMITTED.name}")
     parser.add_argument("--random", type=int, default=records.RANDOM, help="how many random systems")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
-    parser.add_argument("--counts-fall", action="store_true", help="fewer operations, and other text with them, are no difference")
+    parser.add_argument(
+        "--counts-fall", action="store_true", help="fewer operations, and other text with them, are no difference"
+    )
     asked = parser.parse_args()
     if len(asked.files) > 2:
         parser.error(f"Expected at most two files, got {len(asked.files)}")

@@ -35,8 +35,8 @@ def differences(one: dict[str, Record], other: dict[str, Record], falling: bool 
     lines = []
     for name in sorted({*one, *other}):
         a, b = one.get(name, {}), other.get(name, {})
-        better = falling and _fewer(a, b)
-        keys = [key for key in sorted({*a, *b}) if not (better and key in (*COUNTS, *TEXTS)) and not _equal(key, a.get(key), b.get(key))]
+        passed = {*COUNTS, *TEXTS} if falling and _fewer(a, b) else set()
+        keys = [key for key in sorted({*a, *b} - passed) if not _equal(key, a.get(key), b.get(key))]
         lines += [f"{name}: {'; '.join(f'{key} {a.get(key)} and {b.get(key)}' for key in keys)}"] if keys else []
     return lines
 

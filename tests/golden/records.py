@@ -102,8 +102,12 @@ def _somewhere(eom: kn.Equations) -> dict[str, Any]:
 def _of_draft(seed: int) -> Record:
     draft = drafted(seed)
     eom = kn.derive(built(draft))
-    start: dict[str, Any] = {"q": draft.q, "u": draft.u or None, "parameters": draft.values, "inputs": draft.forces or None}
+    start: dict[str, Any] = {
+        "q": draft.q,
+        "u": draft.u or None,
+        "parameters": draft.values,
+        "inputs": draft.forces or None,
+    }
     slip, wrong = slipped(draft, np.random.default_rng([seed, 1]))
     said, where, kind = verdict(wrong)
     return emitted(eom) | moved(eom, start) | {"slip": slip, "said": said, "where": where, "kind": kind}
-

@@ -1,21 +1,51 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The comparison sees what differs; records of one system do not."""
 
+from pathlib import Path
+
 import pytest
 
-from kane.gallery import load
-from tests.golden.__main__ import differences, record
+from tests.golden.compare import differences, read, write
+from tests.golden.records import record_of
 
 
 def test_records_are_repeatable_and_tell_systems_apart() -> None:
-    one, again, other = (record(load(name).system()) for name in ("pendulum", "pendulum", "double_pendulum"))
+    one, again, other = (record_of(f"gallery: {name}") for name in ("pendulum", "pendulum", "double_pendulum"))
     assert differences({"a": one}, {"a": again}) == []
     (line,) = differences({"a": one, "b": one}, {"a": one, "b": other})
     assert line.startswith("b: c ")
     assert differences({"a": one}, {}) != []
 
 
-@pytest.mark.parametrize("key", ["state", "parameter", "c", "numpy"])
+@pytest.mark.parametrize("key", ["state", "parameter", "c", "numpy", "status"])
 def test_every_entry_is_compared(key: str) -> None:
-    one = record(load("pendulum").system())
+    one = record_of("gallery: pendulum")
     assert differences({"a": one}, {"a": one | {key: 0}}) == [f"a: {key} {one[key]} and 0"]
+
+
+@pytest.mark.parametrize(("key", "least"), [("accelerations", 1e-12), ("end", 1e-9)])
+def test_numbers_are_compared_beside_the_largest(key: str, least: float) -> None:
+    one = {key: [3.0, 0.0]}
+    assert differences({"a": one}, {"a": {key: [3.0, 2 * least]}}) == []
+    assert differences({"a": one}, {"a": {key: [3.0, 4 * least]}}) != []
+    assert differences({"a": one}, {"a": {key: [3.0]}}) != []
+    assert differences({"a": one}, {"a": {key: [3.0, float("nan")]}}) != []
+
+
+def test_fewer_operations_are_no_difference_where_that_is_asked() -> None:
+    one = {"state": 9, "parameter": 2, "c": "x"}
+    fewer, more, moved = (
+        one | {"state": 8, "c": "y"},
+        one | {"state": 10, "c": "y"},
+        one | {"state": 8, "parameter": 4, "c": "y"},
+    )
+    assert differences({"a": one}, {"a": fewer}, falling=True) == []
+    assert all(differences({"a": one}, {"a": other}, falling=True) for other in (more, moved))
+    assert differences({"a": one}, {"a": fewer}) != []
+
+
+def test_files_keep_records(tmp_path: Path) -> None:
+    records = {"a": {"state": 1, "end": [0.1, -1e-300], "said": "ẋ"}}
+    for name in ("a.json", "a.json.gz"):
+        write(tmp_path / name, records)
+        assert read(tmp_path / name) == records

@@ -8,12 +8,22 @@ import pytest
 import sympy
 from hypothesis import given
 
+from kane import (
+    Expr,
+    Rational,
+    coordinate,
+    coordinates,
+    evaluate,
+    from_sympy,
+    parameter,
+    parameters,
+    pi,
+    speeds,
+    time,
+    to_sympy,
+)
 from kane.errors import ExpressionError
-from kane.expr.evaluate import evaluate
-from kane.expr.node import Expr, as_expr, pi, postorder
-from kane.expr.operators import Rational
-from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds, time
-from kane.interop.sympy import from_sympy, to_sympy
+from kane.expr import as_expr, postorder
 from tests.expr.expressions import LEAVES, MP, Program, programs, value_of
 
 q1, q2 = coordinates("q1:3")

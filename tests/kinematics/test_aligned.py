@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 import kane as kn
 from benchmarks.random_trees import random_tree
-from kane.expr.evaluate import free_symbols
+from kane import free_symbols
 from kane.gallery import GALLERY, load
-from kane.kinematics.aligned import AS_DECLARED, aligned_bases
+from kane.kinematics import AS_DECLARED, aligned_bases
 from tests.oracles import kane_tree, newton_euler
 from tests.oracles import tree as oracle
 from tests.oracles.compare import error, tolerance

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.kinematics.definitions import generalized_speeds
+from kane.kinematics import generalized_speeds
 
 
 def balls(n, axes, pins=False, offset=0):

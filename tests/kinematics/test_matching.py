@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.evaluate import free_symbols
-from kane.expr.node import ZERO
+from kane import free_symbols
+from kane.expr import ZERO
 from kane.gallery import rolling_disk, whipple_bicycle
-from kane.kinematics.matching import Matching
-from kane.kinematics.motion import Following
-from kane.numeric.sampling import draw
+from kane.kinematics import Following, Matching
+from kane.numeric import draw
 
 
 @pytest.mark.parametrize("system", [rolling_disk.system, whipple_bicycle.system])

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derivation import derived
-from kane.kinematics.constraints import _placed
-from kane.kinematics.pulls import rows_along_tree
+from kane.dynamics import derived
+from kane.kinematics import _placed, rows_along_tree
 from tests.dynamics.routes.test_recursive import state
 from tests.systems import jointed, rings
 

@@ -8,8 +8,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import sphere_on_turntable
-from kane.kinematics.definitions import generalized_speeds
-from kane.kinematics.quaternion_rates import turned
+from kane.kinematics import generalized_speeds, turned
 
 
 def top(axes, order=(0, 1, 2), extra=0):

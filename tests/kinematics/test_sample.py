@@ -8,8 +8,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import rolling_disk
-from kane.kinematics.definitions import generalized_speeds
-from kane.kinematics.sample import Sample
+from kane.kinematics import Sample, generalized_speeds
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

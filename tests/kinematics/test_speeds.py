@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import rolling_disk
-from kane.kinematics.definitions import generalized_speeds
+from kane.kinematics import generalized_speeds
 from tests.paths import Path
 
 N = kn.Frame("N")

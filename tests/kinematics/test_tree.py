@@ -9,12 +9,10 @@ import pytest
 import kane as kn
 from benchmarks.random_trees import random_tree
 from benchmarks.systems import COUNTED
-from kane.dynamics.derivation import derived
-from kane.dynamics.routes.recursive import carrying
+from kane import Vector
+from kane.dynamics import carrying, derived
 from kane.gallery import GALLERY, load
-from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.tree import links_of
-from kane.space.vector import Vector
+from kane.kinematics import Unsuited, links_of
 from tests.oracles import kane_tree
 from tests.oracles import tree as oracle
 

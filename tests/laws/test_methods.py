@@ -10,12 +10,11 @@ import pytest
 
 import kane as kn
 from benchmarks.methods import SYSTEMS, TABLE, table
-from kane.dynamics.methods.in_rates import InRates
-from kane.dynamics.methods.table import METHODS, OTHERS
+from kane import free_symbols
+from kane.dynamics import METHODS, OTHERS, InRates
 from kane.errors import ModelError
-from kane.expr.evaluate import free_symbols
 from kane.gallery import double_pendulum, four_bar, free_body, rolling_disk, spinning_top
-from kane.numeric.sampling import values_of
+from kane.numeric import values_of
 
 CLOSE, SEED, NEAR = 1e-10, 20106, 0.2
 LONG = {"whipple_bicycle", "rattleback"}

@@ -9,7 +9,7 @@ import scipy.linalg
 from hypothesis import given
 
 import kane as kn
-from kane.dynamics.constraints.closure import closure
+from kane.dynamics import closure
 from tests.examples import examples
 from tests.laws.test_random_loops import KINDS
 from tests.oracles.mechanism import Mechanism

@@ -16,8 +16,8 @@ from hypothesis import Phase, assume, given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.symbols import time
-from kane.numeric.rank import balanced
+from kane import time
+from kane.numeric import balanced
 from tests.examples import examples
 from tests.oracles.compare import error, tolerance
 from tests.oracles.loops.equations import Solution, solve

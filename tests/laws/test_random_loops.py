@@ -16,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.constraints.partition import choose
-from kane.equations.derive import repartition
-from kane.numeric.rank import balanced
+from kane.dynamics import choose
+from kane.equations import repartition
+from kane.numeric import balanced
 from tests.examples import examples
 from tests.oracles.compare import error, tolerance
 from tests.oracles.loops.equations import Solution, solve

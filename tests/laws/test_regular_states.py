@@ -17,9 +17,9 @@ import pytest
 from scipy.integrate import simpson, solve_ivp
 
 import kane as kn
-from kane.expr.diff import jacobian
-from kane.expr.symbols import rate
-from kane.program.emit.c import emit_c
+from kane import jacobian
+from kane.expr import rate
+from kane.program import emit_c
 from tests.oracles.loops.equations import Solution, solve
 from tests.oracles.loops.records import Pose, Twist
 from tests.program.emitted import call, from_numpy, library

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.node import as_expr
+from kane.expr import as_expr
 from kane.gallery import (
     car_with_trailer,
     chaplygin_sleigh,

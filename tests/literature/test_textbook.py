@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.evaluate import free_symbols
-from kane.expr.node import ZERO, as_expr
+from kane import free_symbols
+from kane.expr import ZERO, as_expr
 from tests.literature.textbook import (
     bearing,
     between_panes,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.model.constraints import as_constraints
+from kane.model import as_constraints
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

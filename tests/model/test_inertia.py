@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.node import as_expr
-from kane.model.inertia import Inertia
+from kane.expr import as_expr
+from kane.model import Inertia
 
 Array = Any
 Mass = tuple[Array, Array]  # points (n, 3) and their masses, of total 1

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.model.plausible import SLACK, check_inertia, check_mass
+from kane.model import SLACK, check_inertia, check_mass
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 import kane as kn
-from kane.model.reactions import cut_of
+from kane.model import cut_of
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

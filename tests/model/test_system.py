@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.model.system import gravity_load, total_mass
+from kane.model import gravity_load, total_mass
 from tests.paths import Path, numbers
 
 N = kn.Frame("N")

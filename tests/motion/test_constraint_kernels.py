@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.native import NativeCourse
-from kane.motion.projection import manifold
+from kane.motion import NativeCourse, manifold
 from tests.lanes import SMOOTH
 from tests.systems import four_bar
 from tests.systems.parallelogram import Parallelogram

@@ -6,10 +6,7 @@ import pytest
 from scipy.optimize import brentq
 
 import kane as kn
-from kane.motion.corners import cornered
-from kane.motion.compiled_equations import routines
-from kane.motion.steppers.along import defects, events
-from kane.motion.steppers.collocation import gauss, lagrange
+from kane.motion import cornered, defects, events, gauss, lagrange, routines
 
 N = kn.Frame("N")
 x, v, f = kn.coordinate("x"), kn.speed("v"), kn.input("f")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.drives import input_functions
+from kane.motion import input_functions
 
 m, l, g = kn.parameter("m", 1.3), kn.parameter("l", 0.6), kn.parameter("g", 9.81)
 theta, r, F = kn.coordinate("theta"), kn.input("r"), kn.input("F")

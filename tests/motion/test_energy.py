@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.energy import energy_check, taken
+from kane.motion import energy_check, taken
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

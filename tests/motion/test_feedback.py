@@ -12,8 +12,8 @@ from scipy.linalg import expm, solve_continuous_are
 
 import kane as kn
 from kane.gallery import pendulum_on_cart
-from kane.motion.feedback import Sampled
-from kane.program.native.compiled_routine import CompiledRoutine
+from kane.motion import Sampled
+from kane.program import CompiledRoutine
 from tests.lanes import SMOOTH
 
 N = kn.Frame("N")

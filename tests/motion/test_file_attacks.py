@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.motion.files import Contents, read, write
+from kane.motion import Contents, read, write
 from tests.peer import require
 
 N = kn.Frame("N")
@@ -293,7 +293,7 @@ _KILLED = """
 import os, random, signal, sys, time
 from pathlib import Path
 import numpy as np
-from kane.motion.files import Contents, read, write
+from kane.motion import Contents, read, write
 
 folder, path = Path(sys.argv[1]), Path(sys.argv[1]) / sys.argv[2]
 if path.suffix == ".zarr":

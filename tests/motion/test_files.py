@@ -15,7 +15,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import double_pendulum, four_bar
-from kane.motion.files import Contents, read, write
+from kane.motion import Contents, read, write
 from tests.peer import require
 
 N = kn.Frame("N")

@@ -9,13 +9,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.substitute import substitute
+from kane import substitute
 from kane.gallery import load, pendulum_on_cart
-from kane.motion import implicit
-from kane.motion.formulas import Formula
-from kane.motion.implicit import exact
-from kane.motion.methods import SOLVERS
-from kane.motion.compiled_equations import routines
+from kane.motion import SOLVERS, Formula, exact, implicit, routines
 from tests.oracles.duals import values_and_slopes
 
 

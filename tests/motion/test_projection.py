@@ -8,9 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.motion.constraint_kernels import Holding
-from kane.motion.projection import Manifold, manifold
-from kane.motion.steppers.outline import At
+from kane.motion import At, Holding, Manifold, manifold
 from tests.dynamics.constraints.test_branches import EIGHT, closed
 from tests.numeric.kkt import kkt
 from tests.systems.four_bar import BAR, EOM, N, O, state

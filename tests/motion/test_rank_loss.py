@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics import Partition
 from kane.gallery import four_bar, n_four_bar
-from kane.motion.rank_loss import crosses, looked_at
+from kane.motion import crosses, looked_at
 
 PAIR = Partition((0, 1), (0, 1), ())
 

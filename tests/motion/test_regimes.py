@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.gallery import rolling_disk
-from kane.motion.regimes import quantities
+from kane.motion import quantities
 from tests.examples import examples
 from tests.lanes import SMOOTH
 

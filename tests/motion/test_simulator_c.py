@@ -8,9 +8,8 @@ import pytest
 
 import kane as kn
 from kane.gallery import GALLERY, double_pendulum, load, muscle_arm, pendulum_on_cart
-from kane.motion.projection import is_constrained
-from kane.motion.simulator_c import METHODS, emit_simulator
-from tests.motion.test_breakpoints import KINDS, PULSES, L, S, V, wheel
+from kane.motion import METHODS, emit_simulator, is_constrained
+from tests.motion.test_time_breaks import KINDS, PULSES, L, S, V, wheel
 from tests.program.programs import compiler
 
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]

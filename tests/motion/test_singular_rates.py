@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.singular_rates import nearly_singular, pivots
+from kane.motion import nearly_singular, pivots
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

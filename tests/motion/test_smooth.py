@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.evaluate import evaluate
-from kane.expr.node import Expr
+from kane import Expr, evaluate
 from kane.motion import smooth
 from tests.examples import examples
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis.state import start_state
-from kane.motion.methods import SOLVERS
-from kane.motion.start import check_span, check_steps, check_tolerance, sample_times
+from kane.analysis import start_state
+from kane.motion import SOLVERS, check_span, check_steps, check_tolerance, sample_times
 from tests.motion.steppers.runs import spring
 
 N = kn.Frame("N")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.met import crossings
+from kane.motion import crossings
 
 
 def met(kept, dense, direction=0):

@@ -8,9 +8,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import load
-from kane.motion import sundials
-from kane.motion.implicit import exact, pattern
-from kane.motion.compiled_equations import routines
+from kane.motion import exact, pattern, routines, sundials
 from tests.motion.test_stiff import chain, derived
 from tests.peer import require
 

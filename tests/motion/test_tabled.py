@@ -6,8 +6,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kane as kn
-from kane.expr.piecewise_sides import leaps
-from kane.motion.regimes import has_jumps, quantities, unfit
+from kane.expr import leaps
+from kane.motion import has_jumps, quantities, unfit
 
 N = kn.Frame("N")
 x, v = kn.coordinate("x"), kn.speed("v")

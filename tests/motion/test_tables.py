@@ -6,7 +6,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import kane as kn
-from kane.motion.time_breaks import breakpoints
+from kane.motion import breakpoints
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

@@ -7,8 +7,7 @@ import warnings
 import pytest
 
 import kane as kn
-from kane.motion.drives import Asked
-from kane.motion.time_jumps import jumps
+from kane.motion import Asked, jumps
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

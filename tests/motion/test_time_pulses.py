@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.motion.time_pulses import bumps, bumps_of, pulses
+from kane.motion import bumps, bumps_of, pulses
 from tests.examples import examples
 
 N = kn.Frame("N")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.evaluate import evaluate
-from kane.numeric.bounds import bounded, vanish
+from kane import evaluate
+from kane.numeric import bounded, vanish
 
 X, Y, Z = kn.coordinates("x y z")
 AT = {X: 0.7, Y: 1.3, Z: -0.4}

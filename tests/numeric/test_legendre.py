@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from kane.numeric.legendre import gauss
+from kane.numeric import gauss
 
 EPS = np.finfo(float).eps
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from kane.numeric.many import Sizes, close_many, close_most, sizes
+from kane.numeric import Sizes, close_many, close_most, sizes
 
 SIZE = Sizes(np.ones(1), np.ones(1), np.array([False]))
 

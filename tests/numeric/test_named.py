@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.numeric.named import finite_number, named_values, symbol_named, symbols_named
+from kane.numeric import finite_number, named_values, symbol_named, symbols_named
 
 x, y = kn.coordinates("x y", "m")
 m = kn.parameter("m", 2.0, "kg")

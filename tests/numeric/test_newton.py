@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kane.numeric.newton import close, closest, improved, starts
+from kane.numeric import close, closest, improved, starts
 
 
 def circle(x):

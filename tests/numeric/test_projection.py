@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kane.numeric.projection import least_change, least_constraint, metric, mobility, of_unit_length, reflected
+from kane.numeric import least_change, least_constraint, metric, mobility, of_unit_length, reflected
 from tests.numeric.kkt import kkt
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kane.numeric.rank import (
+from kane.numeric import (
     DERIVE_RANK,
     SOLVE_RANK,
     balance,

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.symbols import rate
-from kane.numeric.sampling import HIGH, LOW, draw, sample, value_of, values_of
+from kane.expr import rate
+from kane.numeric import HIGH, LOW, draw, sample, value_of, values_of
 
 Q = kn.coordinates("q1:6")
 SYMBOLS = (*Q, *kn.speeds("u1:4"), *map(rate, Q), kn.parameter("m", unit="kg"), kn.input("F"), kn.time)
@@ -20,8 +20,8 @@ MASS = kn.parameter("mass", 2.5)
 
 ELSEWHERE = """
 import kane as kn
-from kane.expr.symbols import rate
-from kane.numeric.sampling import draw
+from kane.expr import rate
+from kane.numeric import draw
 Q = kn.coordinates("q1:6")
 symbols = (*Q, *kn.speeds("u1:4"), *map(rate, Q), kn.parameter("m", unit="kg"), kn.input("F"), kn.time)
 print(*(draw(7, s).hex() for s in reversed(symbols)))

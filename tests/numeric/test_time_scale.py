@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kane.numeric.time_scale import pace
+from kane.numeric import pace
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.expr.node import constant_value, postorder
+from kane.expr import constant_value, postorder
 
 
 def _function(f: Any, slope: Any) -> Any:

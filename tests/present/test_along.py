@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane import Check
 from kane.gallery import free_body
-from kane.present.checks import Check, motion_checks
+from kane.present import motion_checks
 from tests.present.disk import moved
 from tests.systems import quick_return
 from tests.systems.four_bar import N

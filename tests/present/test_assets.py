@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import kane.present
-from kane.present.report import asset
+from kane.present import asset
 
 FOLDER = Path(kane.present.__path__[0]) / "assets"
 VERSIONS: dict[str, Any] = json.loads(asset("VERSIONS.json"))

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import kane as kn
-from kane.cli.models import model_of
+from kane.cli import model_of
 from kane.gallery import GALLERY
 from tests.present.browser import chromium
 from tests.present.page import Page

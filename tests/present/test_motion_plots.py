@@ -12,7 +12,7 @@ import pytest
 
 import kane as kn
 from kane.gallery.pendulums import system as chain
-from kane.present.motion_plots import plots
+from kane.present import plots
 from tests.present.disk import moved
 
 
@@ -59,7 +59,7 @@ def test_drawing_is_loaded_only_when_needed() -> None:
 def test_what_rounding_leaves_does_not_fill_a_panel():
     import matplotlib.pyplot as plt
 
-    from kane.present.motion_plots import level
+    from kane.present import level
     from tests.present.disk import moved
 
     solution = moved()

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.readings.steps import shown_speeds
+from kane import Check
+from kane.dynamics import shown_speeds
 from kane.gallery import four_bar, pure_rolling_disk
 from kane.gallery.pendulums import system as chain
-from kane.present.report_chapters import chapters
-from kane.present.checks import Check, motion_checks
-from kane.present.tables import Tex, declared_tables
-from kane.write.latex import latex_name
+from kane.present import Tex, chapters, declared_tables, motion_checks
+from kane.write import latex_name
 from tests.present.disk import derived, moved
 from tests.present.page import Page
 from tests.systems.dumbbell import ONE as DUMBBELL

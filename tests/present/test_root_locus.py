@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.present.root_locus import through_meetings
+from kane.present import through_meetings
 from tests.systems.steady import driven_pendulum
 
 

@@ -7,8 +7,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import muscle_arm
-from kane.present.report_chapters import chapters
-from kane.present.motion_plots import plots
+from kane.present import chapters, plots
 from tests.cli.command import kane
 
 EOM = kn.derive(muscle_arm.system())

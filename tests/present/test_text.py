@@ -8,10 +8,8 @@ import re
 import numpy as np
 import pytest
 
-from kane.expr.evaluate import evaluate, free_symbols
-from kane.present.formula_list import formulas
-from kane.present.text import WIDTH, step_text, wrapped
-from kane.space.vector import Vector
+from kane import Vector, evaluate, free_symbols
+from kane.present import WIDTH, formulas, step_text, wrapped
 from tests.present.disk import derived
 
 STEPS = range(7)

@@ -4,7 +4,7 @@
 import numpy as np
 
 import kane as kn
-from kane.present.version_list import versions
+from kane.present import versions
 
 
 def test_says_what_code_depends_on():

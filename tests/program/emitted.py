@@ -11,9 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.program.emit.c import emit_c
-from kane.program.emit.numpy import emit_numpy
-from kane.program.program import Program
+from kane.program import Program, emit_c, emit_numpy
 from tests.program.programs import by_port, compiler
 
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic")

@@ -15,11 +15,9 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from kane.expr.node import Expr, postorder
-from kane.expr.ops import OPS
-from kane.expr.symbols import Symbol, coordinates, input, parameters, time
-from kane.program.passes.tiers import assembled
-from kane.program.program import Code, Port, Program, Routine
+from kane import Expr, Symbol, coordinates, input, parameters, time
+from kane.expr import OPS, postorder
+from kane.program import Code, Port, Program, Routine, assembled
 from tests.expr.expressions import Program as Drawn
 
 EXACT = ("add", "sub", "mul", "div", "neg", "sqrt", "abs", "sign", "min", "max", "less", "where")

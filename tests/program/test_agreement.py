@@ -11,12 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.equations.handle import Handle
-from kane.expr.evaluate import compile_reference
-from kane.expr.node import intern_node
-from kane.expr.ops import OPS
-from kane.program.build import Task, build_program
-from kane.program.native.machine import Settings
+from kane import Handle, Settings
+from kane.expr import OPS, compile_reference, intern_node
+from kane.program import Task, build_program
 from tests.examples import examples
 from tests.program.emitted import from_c, from_numpy
 from tests.program.programs import ports
@@ -130,7 +127,7 @@ def bounded(node, args):
 
 
 def running_bound(roots, row):
-    from kane.expr.node import constant_value, postorder
+    from kane.expr import constant_value, postorder
 
     known = {s: (v, 0.0) for s, v in zip(SYMBOLS, row, strict=True)}
     for node in postorder(roots):

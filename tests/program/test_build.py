@@ -13,15 +13,9 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.errors import ProgramError
-from kane.expr.ops import DIV, MUL, OPS
+from kane.expr import DIV, MUL, OPS
 from kane.gallery.pendulums import system as chain
-from kane.program.build import Task, build_program
-from kane.program.passes.split import split
-from kane.program.passes.tiers import live_ranges
-from kane.program.passes.verify import verified
-from kane.program.program import Port, Program
-from kane.program.operation_count import receipt
-from kane.program.reference import explain, values
+from kane.program import Port, Program, Task, build_program, explain, live_ranges, receipt, split, values, verified
 from tests.program.programs import ports
 
 a, b = kn.parameters("a b")
@@ -85,7 +79,7 @@ class TestBuild:
     def test_text_is_the_same_under_any_hash_seed(self):
         code = (
             "import hashlib, kane as kn\nfrom kane.gallery.pendulums import system as chain\n"
-            "from kane.equations import routines\nfrom kane.program.emit.llvm import emit_llvm\n"
+            "from kane.equations import routines\nfrom kane.program import emit_llvm\n"
             "p = routines.program(kn.derive(chain(4)).solved)\n"
             "print(hashlib.sha256(emit_llvm([p]).encode()).hexdigest())"
         )
@@ -149,7 +143,7 @@ class TestVerify:
 
 
 def pendulum(n: int) -> Program:
-    from kane.equations.routines import program
+    from kane.equations import program
 
     return program(kn.derive(chain(n)).solved, ("rhs",))
 
@@ -240,7 +234,7 @@ class TestReciprocal:
 class TestReceipt:
     def test_counts_are_those_of_the_expressions(self):
         eom = kn.derive(chain(3))
-        from kane.equations.routines import program
+        from kane.equations import program
 
         found = receipt(program(eom.solved, ("rhs",), reciprocals=False, optimize=False))["rhs"]
         expected = eom.operations

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane import Settings
 from kane.errors import ProgramError
-from kane.program.build import build_program
-from kane.program.bundle import Bundle, shaped
-from kane.program.native.compiled_routine import BundleRoutine, CompiledRoutine
-from kane.program.native.machine import Settings
-from kane.program.program import Port
+from kane.program import Bundle, BundleRoutine, CompiledRoutine, Port, build_program, shaped
 
 A, K = kn.coordinates("a b c"), kn.parameters("k l", 2.0)
 PORTS = (Port("a", A), Port("k", K, "parameter"))

@@ -8,15 +8,10 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane import Settings
 from kane.errors import ArgumentError, ProgramError, ValueMissingError
-from kane.expr.ops import ADD, COS, SIN
-from kane.program.build import Task, build_program
-from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.machine import Settings
-from kane.program.passes.tiers import assembled
-from kane.program.program import Code, Port, Routine
-from kane.program.operation_count import receipt
-from kane.program.reference import values
+from kane.expr import ADD, COS, SIN
+from kane.program import Code, CompiledRoutine, Port, Routine, Task, assembled, build_program, receipt, values
 from tests.program.emitted import from_c, from_numpy
 from tests.program.programs import by_port
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.node import as_expr
-from kane.space.mass_moments import NO_MOMENTS, Moments, moments
-from kane.space.spatial import Rigid, Turn
+from kane.expr import as_expr
+from kane.space import NO_MOMENTS, Moments, Rigid, Turn, moments
 
 
 def triple(v):

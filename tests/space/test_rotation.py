@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.node import ONE, ZERO
-from kane.space.rotation import common_base, connected, cost, enter, express, leave, path, single
+from kane.expr import ONE, ZERO
+from kane.space import common_base, connected, cost, enter, express, leave, path, single
 from tests.paths import numbers
 
 N = kn.Frame("N")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import kane as kn
-from kane.model.beams.beam import Beam
+from kane import Beam
 
 
 def spinning(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import kane as kn
-from kane.expr.diff import jacobian
+from kane import jacobian
 
 Array = Any
 

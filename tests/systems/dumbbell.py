@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import kane as kn
-from kane.model.bodies import Part
+from kane.model import Part
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)

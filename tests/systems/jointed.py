@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import kane as kn
-from kane.numeric.rotations import zxz
+from kane.numeric import zxz
 
 KINDS = (
     "pin", "slider", "cylindrical", "screw", "planar", "universal", "ball", "free", "weld", "driven", "turning ball", "turning free",

@@ -13,13 +13,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.ops import CONST, OPS
-from kane.expr.symbols import per_second
-from kane.units.parser import parse
-from kane.units.rules import RULES
-from kane.units.scales import conflict
-from kane.units.table import PLAIN, PREFIXED
-from kane.units.algebra import unit
+from kane.expr import CONST, OPS, per_second
+from kane.units import PLAIN, PREFIXED, RULES, conflict, parse, unit
 from tests.units.factors import UNITS as PRINTED
 
 WORDS = st.sampled_from(sorted(PRINTED.keys() - {"1"}))

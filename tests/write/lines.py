@@ -5,11 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from kane.expr.node import Expr, as_expr
-from kane.write.latex import LATEX, latex_name
-from kane.write.arrange import layout
-from kane.write.notation import Notation
-from kane.write.text import TEXT
+from kane import Expr
+from kane.expr import as_expr
+from kane.write import LATEX, TEXT, Notation, latex_name, layout
 
 
 def _lines(named: Mapping[str, Expr], notation: Notation) -> list[str]:

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 
 import kane as kn
-from kane.expr.node import Expr, as_expr, pi
-from kane.expr.operators import Rational
-from kane.expr.symbols import coordinate, coordinates, parameter, parameters, speeds
-from kane.write.latex import latex_name, to_latex, unit_vector_latex
+from kane import Expr, Rational, coordinate, coordinates, parameter, parameters, pi, speeds, to_latex
+from kane.expr import as_expr
+from kane.write import latex_name, unit_vector_latex
 from tests.expr.expressions import Program, programs
 from tests.write.lines import latex_lines
 

@@ -9,13 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from kane.expr.evaluate import evaluate
-from kane.expr.node import Expr, as_expr, intern_node, pi, postorder
-from kane.expr.operators import Rational
-from kane.expr.ops import ADD, MUL, OPS
-from kane.expr.symbols import coordinates, input, parameter, parameters, speeds, time
-from kane.write.text import to_text
-from kane.write.trees import natural
+from kane import Expr, Rational, coordinates, evaluate, input, parameter, parameters, pi, speeds, time, to_text
+from kane.expr import ADD, MUL, OPS, as_expr, intern_node, postorder
+from kane.write import natural
 from tests.expr.expressions import DEEP, LEAVES, Program, programs, random_program
 from tests.write.lines import text_lines
 
@@ -264,10 +260,9 @@ def test_large_coefficients_are_not_multiplied_out_of_range() -> None:
 
 MODEL = """
 import sys
-from kane.expr.symbols import *
-from kane.expr.node import digest
+from kane import coordinate, coordinates, jacobian, parameter, parameters, speeds, time_derivative
+from kane.expr import digest
 from tests.write.lines import text_lines
-from kane.expr.diff import jacobian, time_derivative
 for i in range(int(sys.argv[1])):
     parameter(f"w{i}") * coordinate(f"v{i}") + i
 n = 4

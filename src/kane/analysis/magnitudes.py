@@ -13,8 +13,8 @@ import numpy as np
 
 from kane.analysis.local import Slopes, Values
 from kane.numeric.arrays import Array
-from kane.numeric.time_scale import pace
 from kane.numeric.projection import mobility, sizes
+from kane.numeric.time_scale import pace
 
 _REMOTE = 1e-4
 """Share of all terms together, in the mass metric, that counts in the size of each: solving carries their rounding everywhere."""

@@ -19,6 +19,7 @@ from kane.cli.options import AsJson
 from kane.cli.report import report
 from kane.cli.simulate import simulate
 from kane.gallery import GALLERY, load
+from kane.lazy import offered
 
 app = typer.Typer(
     cls=Guarded,
@@ -73,3 +74,12 @@ app.add_typer(cache_app, name="cache")
 def main() -> None:
     """Run the command."""
     app()
+
+
+__getattr__ = offered(
+    __name__,
+    {
+        "faults": "LINES guarded",
+        "models": "STARTS model_of names_like",
+    },
+)

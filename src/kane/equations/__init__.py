@@ -1,2 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Equations of motion as users hold them: derived, read, compiled."""
+
+from kane.lazy import offered
+
+__getattr__ = offered(
+    __name__,
+    {
+        "derive": "repartition",
+        "routines": "program",
+    },
+)

@@ -16,8 +16,8 @@ from kane.numeric.arrays import Array
 from kane.program.native import arguments
 from kane.program.native.compiled_routine import CompiledRoutine, NotFinite
 from kane.program.native.machine import Settings
-from kane.program.program import Program
 from kane.program.operation_count import Receipt, receipt
+from kane.program.program import Program
 
 
 class HasSolved(Protocol):

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.derivatives.slopes import slopes
 from kane.dynamics.derivation import Derived
+from kane.dynamics.derivatives.slopes import slopes
 from kane.dynamics.lazy import read
 from kane.dynamics.solved import Solved
 from kane.equations.two_sides import at_state

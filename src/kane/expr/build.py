@@ -12,7 +12,6 @@ import numpy as np
 
 from kane.errors import ExpressionError, cut
 from kane.expr.constants import number_of, opposite, product, quotient, total, turned
-from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.node import (
     ONE,
     TWO,
@@ -27,6 +26,7 @@ from kane.expr.node import (
 )
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
 from kane.expr.patterns import like_terms, quarter_turns, same_product, sin2_cos2, turns_sine
+from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.surd import Surd, root
 
 _MAX_EXPANDED_POWER = 16

@@ -15,9 +15,9 @@ from operator import attrgetter
 
 from kane.expr.build import add, div, mul, neg
 from kane.expr.constants import number_of
+from kane.expr.memo import remembered
 from kane.expr.node import ONE, ZERO, Expr, Number, constant, precedes
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
-from kane.expr.memo import remembered
 from kane.expr.surd import times
 from kane.expr.symbols import Parameter
 

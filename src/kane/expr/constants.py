@@ -10,9 +10,9 @@ surds are exact, and so are their sums and products.
 
 import math
 
-from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.node import ZERO, Expr, Number, constant
 from kane.expr.ops import COS, SIN
+from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.surd import times
 
 EPS = 2.0**-52

@@ -1,2 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Layer 3: generalized speeds, velocities in them, partial velocities, auxiliary speeds."""
+
+from kane.lazy import offered
+
+__getattr__ = offered(
+    __name__,
+    {
+        "aligned": "AS_DECLARED aligned_bases",
+        "constraints": "_placed constraint_rows",
+        "definitions": "generalized_speeds",
+        "freedoms": "Unsuited",
+        "matching": "Matching",
+        "motion": "Following Kinematics",
+        "pulls": "rows_along_tree",
+        "quaternion_rates": "turned",
+        "sample": "Sample",
+        "tree": "links_of",
+    },
+)

@@ -14,8 +14,8 @@ from kane.expr.solve import invert
 from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substituted
 from kane.kinematics.chained import chained
-from kane.kinematics.speeds import Speeds, is_rate
 from kane.kinematics.quaternion_rates import blocks, rates_along, turned
+from kane.kinematics.speeds import Speeds, is_rate
 from kane.model.system import System
 from kane.model.variables import basic_rates, rates_by_quasi
 from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction

@@ -19,11 +19,11 @@ from kane.model.bodies import deforming, parts_of
 from kane.model.declarations import Declarations, Event
 from kane.model.reactions import cut_of
 from kane.space.point import Point
+from kane.units.algebra import ANY, NUMBER, ONE, Unit
 from kane.units.parser import parse
 from kane.units.rules import Known, infer, unit_of
 from kane.units.scales import conflict
 from kane.units.text import spelled
-from kane.units.algebra import ANY, NUMBER, ONE, Unit
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
 MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION = map(parse, _QUANTITIES)

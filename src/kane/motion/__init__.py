@@ -1,2 +1,46 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions: start, steps, projection, events, Solution."""
+
+from kane.lazy import offered
+
+__getattr__ = offered(
+    __name__,
+    {
+        "bounds": "SHARES passages",
+        "collocated": "along by_kind watching",
+        "compiled_equations": "rates routines unembedded",
+        "constraint_kernels": "Holding holding",
+        "corners": "cornered",
+        "drives": "Asked input_functions",
+        "energy": "energy_check taken",
+        "feedback": "Sampled",
+        "files": "Contents read write",
+        "formulas": "Formula",
+        "implicit": "entries exact pattern",
+        "met": "crossings",
+        "methods": "SOLVERS",
+        "native": "NativeCourse",
+        "projection": "Manifold constraint_numbers is_constrained manifold",
+        "rank_loss": "crosses looked_at",
+        "regimes": "has_jumps quantities unfit",
+        "simulator_c": "METHODS emit_simulator",
+        "singular_rates": "nearly_singular pivots",
+        "start": "check_span check_steps check_tolerance sample_times",
+        "steppers.along": "defects events",
+        "steppers.collocation": "gauss integrals lagrange radau",
+        "steppers.dense": "decompose factor invert solve substitute",
+        "steppers.dop853": "DOP853",
+        "steppers.gauss": "gauss_kernel",
+        "steppers.outline": "At Back SIZE",
+        "steppers.radau_stages": "radau_stages",
+        "steppers.rk4": "RK4",
+        "steppers.table": "EXPLICIT INTEGRATORS compiled",
+        "steppers.tsit5": "TSIT5",
+        "steppers.tsitpap8": "TSITPAP8",
+        "steppers.vern9": "VERN9",
+        "steps": "Stepper",
+        "time_breaks": "breakpoints",
+        "time_jumps": "jumps",
+        "time_pulses": "bumps bumps_of pulses",
+    },
+)

@@ -4,11 +4,11 @@
 from collections.abc import Callable
 from typing import Any
 
+from kane.motion.compiled_equations import Routines
 from kane.motion.drives import law_of
 from kane.motion.feedback import Law, LawInput
 from kane.motion.formulas import Formula
 from kane.motion.laws import driving
-from kane.motion.compiled_equations import Routines
 from kane.numeric.arrays import Array
 
 Fill = Callable[[float, Array, Array], None]

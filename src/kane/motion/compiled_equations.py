@@ -12,12 +12,12 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports, rate_names
 from kane.expr.node import Expr
 from kane.expr.symbols import time
-from kane.motion.time_breaks import Clock, clock
 from kane.motion.drives import law_and
 from kane.motion.feedback import value
 from kane.motion.formulas import turning_laws
 from kane.motion.laws import law_ports
 from kane.motion.switches import switches
+from kane.motion.time_breaks import Clock, clock
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_constraint
 from kane.numeric.rank import Mixed

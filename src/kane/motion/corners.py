@@ -9,8 +9,8 @@ from kane.expr.node import postorder
 from kane.expr.ops import OPS, Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import time
-from kane.motion.formulas import CORNERS, Formula
 from kane.motion.compiled_equations import Routines
+from kane.motion.formulas import CORNERS, Formula
 from kane.program.native.compiled_routine import CompiledRoutine
 
 JUMPING = CORNERS | {OPS["floor"], OPS["atan2"]}

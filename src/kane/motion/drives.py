@@ -17,12 +17,12 @@ from kane.errors import Attributes, SimulationError, ValueMissingError, cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Input, input_of, time
 from kane.expr.tables import Table
-from kane.motion.time_breaks import MANY
 from kane.motion.feedback import Held, HeldInput, Law, LawInput, Sampled
 from kane.motion.formulas import Formula, formula, with_gains
 from kane.motion.interrupts import heed
 from kane.motion.laws import SharedLaw, law
 from kane.motion.smooth import check_smooth
+from kane.motion.time_breaks import MANY
 from kane.numeric.named import finite_number, named_values
 
 Function = Callable[..., Any]

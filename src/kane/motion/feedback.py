@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from kane.errors import SimulationError, cut
-from kane.motion.time_breaks import on_from, up_to
 from kane.motion.interrupts import heed
+from kane.motion.time_breaks import on_from, up_to
 from kane.numeric.arrays import Array
 
 _MOST = 10_000_000

@@ -8,11 +8,11 @@ import numpy as np
 
 from kane.motion.asking import filling
 from kane.motion.collocated import Given, by_kind, watching
+from kane.motion.compiled_equations import Routines
 from kane.motion.drives import asked, constant, following, follows, law_of
 from kane.motion.feedback import HeldInput
 from kane.motion.implicit import derivatives, exact
 from kane.motion.laws import driving
-from kane.motion.compiled_equations import Routines
 from kane.motion.steppers.outline import At
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array

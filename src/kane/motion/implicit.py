@@ -19,9 +19,9 @@ from kane.expr.diff import tangent, weighted
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given
+from kane.motion.compiled_equations import Routines
 from kane.motion.drives import following, follows, law_of
 from kane.motion.laws import SharedLaw, law_ports
-from kane.motion.compiled_equations import Routines
 from kane.numeric.arrays import Array, Mask
 from kane.program.bundle import Bundle, Shaped
 from kane.program.native.entry import entry, hoisted

@@ -13,11 +13,11 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, none_of
 from kane.expr.node import Expr, postorder
 from kane.expr.piecewise import Piecewise
+from kane.motion.constraint_kernels import unheld
 from kane.motion.corners import of_inputs, of_time, operations
 from kane.motion.drives import asked, following
 from kane.motion.feedback import HeldInput
 from kane.motion.formulas import CORNERS, Formula
-from kane.motion.constraint_kernels import unheld
 from kane.motion.implicit import is_long
 from kane.motion.projection import is_constrained
 from kane.motion.regimes import drives_on, has_jumps, on, quantities, rates_on, unfit

@@ -9,13 +9,12 @@ import numpy as np
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
-from kane.motion.time_breaks import next_end, on_from
 from kane.motion.chatter import HELD, RECENT, Pace, chattering, standing
+from kane.motion.constraint_kernels import Holding, Verdict, regular, unheld
 from kane.motion.corners import cornered
 from kane.motion.feedback import controllers
 from kane.motion.first_step import first_step
 from kane.motion.given import Arguments
-from kane.motion.constraint_kernels import Holding, Verdict, regular, unheld
 from kane.motion.interpolants import after, interpolant
 from kane.motion.interrupts import MESSAGE
 from kane.motion.met import Fresh, crossings, still_there, thresholds, up_to_a_break, vanishing
@@ -29,6 +28,7 @@ from kane.motion.steps import Stepper
 from kane.motion.stiffness import Stiffness
 from kane.motion.stopped import why
 from kane.motion.switches import switches
+from kane.motion.time_breaks import next_end, on_from
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 

@@ -25,10 +25,10 @@ from kane.expr.switching import on_sides
 from kane.expr.switching import switches as switches_of
 from kane.expr.symbols import Parameter
 from kane.motion.bounds import SHARES, passages
+from kane.motion.compiled_equations import Routines, rates, watched
 from kane.motion.drives import law_and
 from kane.motion.formulas import Formula
 from kane.motion.laws import law_ports
-from kane.motion.compiled_equations import Routines, rates, watched
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array

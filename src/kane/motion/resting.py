@@ -18,11 +18,11 @@ from kane.expr.size import size
 from kane.expr.symbols import Rate, Reaction
 from kane.expr.visit import substituted
 from kane.model.declarations import Event
+from kane.motion.compiled_equations import Routines
 from kane.motion.drives import constant
 from kane.motion.feedback import HeldInput
 from kane.motion.formulas import Formula
 from kane.motion.met import Fresh, Leaves, Met
-from kane.motion.compiled_equations import Routines
 from kane.numeric.arrays import Array
 from kane.program.build import Task, build_program
 from kane.program.passes.rounding import rounding

@@ -18,20 +18,18 @@ from kane.errors import KaneError, KaneWarning, SimulationError
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.acting import Instant, acted, leapt_over, sides
-from kane.motion.time_pulses import bumps_of
+from kane.motion.compiled_equations import timed
 from kane.motion.drives import Asked, Function, Signal
 from kane.motion.feedback import HeldInput, controllers
 from kane.motion.formulas import Formula
 from kane.motion.interrupts import MESSAGE, Interrupted, is_noted
 from kane.motion.joining import joined
-from kane.motion.time_jumps import warn_of_jumps
 from kane.motion.met import up_to_a_break
 from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
 from kane.motion.phases import Phase
 from kane.motion.resting import at_start
 from kane.motion.resumed import Begin
-from kane.motion.compiled_equations import timed
 from kane.motion.singular_mass import check_mass_matrix
 from kane.motion.singular_rates import check_regular
 from kane.motion.solution import Solution
@@ -48,6 +46,8 @@ from kane.motion.start import (
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.stepping import Course, End, Method, ended_by
 from kane.motion.steps import Stepper
+from kane.motion.time_jumps import warn_of_jumps
+from kane.motion.time_pulses import bumps_of
 from kane.numeric.arrays import Array
 from kane.progress import far
 

@@ -22,8 +22,8 @@ from kane.expr.ops import Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.model.survey import geometry
-from kane.motion.time_breaks import on_from, up_to
 from kane.motion.formulas import Formula
+from kane.motion.time_breaks import on_from, up_to
 from kane.numeric.arrays import Array
 from kane.program.build import Task, build_program
 from kane.program.passes.rounding import rounding

@@ -19,7 +19,6 @@ from kane.expr.evaluate import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES
-from kane.motion.time_breaks import next_end, on_from, told_apart
 from kane.motion.chatter import Pace, chattering
 from kane.motion.feedback import controllers
 from kane.motion.interrupts import MESSAGE
@@ -29,6 +28,7 @@ from kane.motion.resting import that_move
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
 from kane.motion.sundials import CVODE, Cvode
+from kane.motion.time_breaks import next_end, on_from, told_apart
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 

@@ -19,12 +19,12 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.compiled_equations import routines
 from kane.motion.implicit import exact, pattern
 from kane.motion.kinks import Dense, Kink, kinks
-from kane.motion.rank_loss import Along, crosses, looked_at
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
+from kane.motion.rank_loss import Along, crosses, looked_at
 from kane.motion.residuals import Tolerances, missed
-from kane.motion.compiled_equations import routines
 from kane.motion.singular_rates import regular_otherwise
 from kane.motion.solution import Segment
 from kane.motion.weak import mixes

@@ -7,8 +7,8 @@ are no longer than the fastest rate of the equations, h ρ(J) < 1: then others w
 
 import numpy as np
 
-from kane.motion.implicit import exact
 from kane.motion.compiled_equations import Routines
+from kane.motion.implicit import exact
 from kane.motion.steppers.outline import At
 from kane.numeric.arrays import Array
 

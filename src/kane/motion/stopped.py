@@ -3,12 +3,12 @@
 
 import numpy as np
 
-from kane.motion.time_breaks import told_apart
 from kane.motion.singular_rates import nearly_singular
 from kane.motion.steppers.outline import At, Back
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.stepping import Method
 from kane.motion.steps import Stepper
+from kane.motion.time_breaks import told_apart
 from kane.numeric.arrays import Array
 
 _DOUBLINGS = 80

@@ -13,13 +13,13 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.motion.time_breaks import next_end, on_from
+from kane.motion.compiled_equations import Routines, routines
 from kane.motion.feedback import controllers
 from kane.motion.formulas import turning_laws
 from kane.motion.implicit import exact
 from kane.motion.regimes import has_jumps
-from kane.motion.compiled_equations import Routines, routines
 from kane.motion.solution import Solution
+from kane.motion.time_breaks import next_end, on_from
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 

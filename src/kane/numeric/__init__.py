@@ -1,2 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Numbers of linear algebra that all layers share: rank, balance, projection, samples."""
+
+from kane.lazy import offered
+
+__getattr__ = offered(
+    __name__,
+    {
+        "bounds": "bounded vanish",
+        "legendre": "gauss",
+        "many": "Sizes close_many close_most sizes",
+        "named": "finite_number named_values symbol_named symbols_named",
+        "newton": "close closest improved starts",
+        "projection": "least_change least_constraint metric mobility of_unit_length reflected",
+        "rank": "DERIVE_RANK SOLVE_RANK balance balanced dependencies indeterminate null_direction singular sure_rows within",
+        "rotations": "zxz",
+        "sampling": "HIGH LOW draw sample value_of values_of",
+        "time_scale": "pace",
+    },
+)

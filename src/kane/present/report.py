@@ -16,9 +16,9 @@ from kane.analysis.state import check_equations
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, cut
 from kane.motion.solution import Solution
-from kane.present.report_chapters import LONG, chapters
 from kane.present.checks import Check, motion_checks
 from kane.present.costs import costs
+from kane.present.report_chapters import LONG, chapters
 from kane.present.tables import PageTable, Tex, declared_tables
 from kane.progress import working
 from kane.units.text import unit_text

@@ -1,2 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Layer 1: frames, points, vectors; positions, velocities and accelerations in the rates q̇."""
+
+from kane.lazy import offered
+
+__getattr__ = offered(
+    __name__,
+    {
+        "mass_moments": "Moments NO_MOMENTS moments",
+        "rotation": "common_base connected cost enter express leave path single",
+        "spatial": "Rigid Turn",
+    },
+)

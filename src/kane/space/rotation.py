@@ -14,9 +14,9 @@ from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.diff import time_derivative
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import dot
+from kane.expr.memo import remembered
 from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, constant_value
 from kane.expr.ops import NEG, SUB
-from kane.expr.memo import remembered
 from kane.expr.symbols import Coordinate, QuasiRate
 from kane.program.native.callers import warn
 

@@ -15,8 +15,8 @@ from kane.expr.diff import tangent, time_derivative
 from kane.expr.evaluate import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.memo import remembered
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Symbol, rate
 from kane.space.operands import check_connected, divided_by, not_a_dyadic, not_a_vector, raised, scalar_beside
 from kane.space.rotation import (

@@ -1,2 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Units of measurement: a table, rules of their arithmetic, checks."""
+
+from kane.lazy import offered
+
+__getattr__ = offered(
+    __name__,
+    {
+        "algebra": "unit",
+        "parser": "parse",
+        "rules": "RULES",
+        "scales": "conflict",
+        "table": "PLAIN PREFIXED",
+        "text": "unit_text",
+    },
+)

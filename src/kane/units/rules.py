@@ -15,9 +15,9 @@ from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.ops import OPS, SYMBOL
 from kane.expr.piecewise import Piecewise
 from kane.expr.visit import fold
+from kane.units.algebra import ANY, NUMBER, ONE, Unit, power, product, quotient
 from kane.units.parser import parse
 from kane.units.text import spelled
-from kane.units.algebra import ANY, NUMBER, ONE, Unit, power, product, quotient
 
 Known = dict[Expr, Unit | None]
 Rule = Callable[..., Unit]

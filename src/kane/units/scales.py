@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kane.units.table import BASES
 from kane.units.algebra import Unit
+from kane.units.table import BASES
 
 _SLACK = 1e-9
 

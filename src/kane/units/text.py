@@ -9,8 +9,8 @@ from itertools import product as choices
 
 from kane.expr.evaluate import free_symbols
 from kane.expr.node import Expr, postorder
-from kane.units.parser import parse
 from kane.units.algebra import NONE, Exponent, Unit
+from kane.units.parser import parse
 
 _NAMED = {parse(p + s): p + s for s in "NJW" for p in ("", "m", "k", "M")} | {
     parse(text): text for text in ("N/m", "N*s/m", "N*m*s")

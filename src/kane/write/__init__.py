@@ -1,2 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How expressions, vectors and tables are printed: text, LaTeX, HTML."""
+
+from kane.lazy import offered
+
+__getattr__ = offered(
+    __name__,
+    {
+        "arrange": "layout",
+        "latex": "LATEX latex_name unit_vector_latex",
+        "notation": "Notation",
+        "text": "TEXT",
+        "trees": "natural",
+    },
+)

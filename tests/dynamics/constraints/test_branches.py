@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.dynamics.constraints.branches import branches, turned_function
-from kane.dynamics.constraints.configurations import configurations
+from kane.dynamics import branches, configurations, turned_function
 from tests.model.joints.kinds import AXIS, KINDS, rigid
 from tests.model.joints.test_closures import CLOSED, N, O
 

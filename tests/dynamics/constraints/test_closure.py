@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.constraints import closure
-from kane.expr.evaluate import Walk, compile_reference
+from kane.dynamics import closure
+from kane.expr import Walk, compile_reference
 from tests.systems import rings
 
 X, Y, K = kn.coordinate("x"), kn.coordinate("y"), kn.parameter("k", 1.0)

@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.constraints.choice import chosen
-from kane.dynamics.constraints.configurations import configurations
-from kane.dynamics.constraints.partition import qualities
-from kane.dynamics.derivation import derived
+from kane.dynamics import chosen, configurations, derived, qualities
 from kane.gallery import bricard, four_bar, n_four_bar, whipple_bicycle
 from tests.systems.four_bar import BAR
 

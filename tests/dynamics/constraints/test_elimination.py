@@ -15,7 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kane as kn
-from kane.equations.routines import program
+from kane.equations import program
 from kane.gallery import andrews_squeezer, four_bar, snakeboard
 from tests.program.emitted import from_c, from_numpy
 from tests.systems.closed_states import closed, speeds, states

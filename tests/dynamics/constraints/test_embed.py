@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.readings.steps import Kind
+from kane.dynamics import Kind
 from tests.systems.four_bar import BAR, EOM, G, N, O, state
 
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.evaluate import free_symbols
-from kane.expr.node import as_expr
-from kane.expr.symbols import rate
+from kane import free_symbols
+from kane.expr import as_expr, rate
 from kane.gallery import load, rolling_disk
 from tests.dynamics.routes.test_shortest import CONSTRAINED, admissible
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kane.dynamics.constraints.partition import Partition, choose, choose_each, qualities, qualities_of, quality
-from kane.numeric.rank import balanced
+from kane.dynamics import Partition, choose, choose_each, qualities, qualities_of, quality
+from kane.numeric import balanced
 
 
 @pytest.mark.parametrize(("m", "n"), [(1, 1), (2, 5), (4, 4), (5, 9)])

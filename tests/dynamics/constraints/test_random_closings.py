@@ -10,8 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 import kane as kn
-from kane.dynamics.constraints.choice import compared
-from kane.dynamics.derivation import derived
+from kane.dynamics import compared, derived
 from tests.oracles.mechanism_draw import mechanisms
 from tests.oracles.mechanism_kane import to_kane
 

@@ -12,7 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.constraints.steady import steadiest
+from kane.dynamics import steadiest
 from tests.examples import examples
 from tests.systems.wheels import disk, free_disk, named, segway, vehicle
 

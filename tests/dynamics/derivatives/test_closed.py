@@ -9,14 +9,10 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derivatives.closed import closed_slopes
-from kane.dynamics.derivatives.slopes import forward
-from kane.dynamics.routes.recursive import WAYS
-from kane.dynamics.trees import inverse_dynamics
-from kane.expr.count import price
-from kane.expr.node import ONE
+from kane.dynamics import WAYS, closed_slopes, forward, inverse_dynamics
+from kane.expr import ONE, price
 from kane.gallery import pendulums
-from kane.kinematics.freedoms import Unsuited
+from kane.kinematics import Unsuited
 from tests.equations.test_jacobian import numbers
 from tests.oracles.duals import values_and_slopes
 from tests.systems.rings import ring

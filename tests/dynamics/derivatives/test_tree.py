@@ -11,12 +11,10 @@ from hypothesis import strategies as st
 import kane as kn
 from benchmarks.random_trees import random_tree
 from benchmarks.systems import arm
-from kane.dynamics.derivatives.slopes import forward
-from kane.dynamics.derivatives.tree import acceleration_slopes
-from kane.expr.count import price
-from kane.expr.node import ONE
+from kane.dynamics import acceleration_slopes, forward
+from kane.expr import ONE, price
 from kane.gallery import four_bar, pendulums
-from kane.kinematics.freedoms import Unsuited
+from kane.kinematics import Unsuited
 from tests.equations.test_jacobian import numbers, tangents
 from tests.examples import examples
 from tests.oracles.compare import tolerance

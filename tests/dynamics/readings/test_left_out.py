@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.constraints.choice import ranks
-from kane.dynamics.constraints.configurations import configurations
-from kane.dynamics.readings.left_out import concerned, guarded
-from kane.equations.routines import program
+from kane.dynamics import concerned, configurations, guarded, ranks
+from kane.equations import program
 from kane.gallery import bricard
 from tests.program.emitted import from_c, from_numpy
 

@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 
 import kane as kn
 from benchmarks.systems import arm
-from kane.dynamics.trees import inverse_dynamics as trees
-from kane.expr.count import price
-from kane.expr.symbols import rate
+from kane.dynamics import inverse_dynamics as trees
+from kane.expr import price, rate
 from kane.gallery import load
-from kane.kinematics.freedoms import Unsuited
+from kane.kinematics import Unsuited
 from tests.equations.test_jacobian import given_as, numbers
 from tests.examples import examples
 from tests.systems import jointed

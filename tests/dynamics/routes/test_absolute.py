@@ -9,9 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.routes.absolute import absolute
-from kane.dynamics.routes.classical import classical
-from kane.dynamics.routes.shortest import _shortest
+from kane.dynamics import _shortest, absolute, classical
 from kane.errors import ModelError
 from kane.gallery import load, pendulums
 from tests.dynamics.routes.test_shortest import admissible

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.blocks import Blocks
-from kane.dynamics.routes.block_solution import block_solution
+from kane.dynamics import Blocks, block_solution
 from kane.errors import SingularError
-from kane.expr.node import ZERO
+from kane.expr import ZERO
 
 
 def symbols(name, rows, columns):

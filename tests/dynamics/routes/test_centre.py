@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.routes.centre import by_mass_centre
-from kane.dynamics.routes.classical import classical
+from kane.dynamics import by_mass_centre, classical
 from kane.gallery import load, rolling_disk
 from tests.examples import examples
 

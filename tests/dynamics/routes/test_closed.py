@@ -9,12 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.routes.closed import closed
-from kane.dynamics.routes.recursive import WAYS
-from kane.dynamics.routes.trees import tree_with_reactions
-from kane.expr.count import count_operations
+from kane import count_operations
+from kane.dynamics import WAYS, closed, tree_with_reactions
 from kane.gallery import GALLERY, load
-from kane.kinematics.freedoms import Unsuited
+from kane.kinematics import Unsuited
 from tests.examples import examples
 from tests.laws.test_random_loops import State, multiplier_form
 from tests.oracles.compare import tolerance

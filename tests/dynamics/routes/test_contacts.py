@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.routes.classical import classical
-from kane.expr.evaluate import free_symbols
+from kane import free_symbols
+from kane.dynamics import classical
 from kane.gallery import GALLERY, load, pure_rolling_disk, rolling_disk
 
 ROLLING = ("pure_rolling_disk", "rattleback", "car_with_trailer", "chaplygin_sleigh", "knife_edge", "whipple_bicycle")

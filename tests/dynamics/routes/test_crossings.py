@@ -9,9 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.derivation import derived
-from kane.dynamics.routes.classical import classical
-from kane.dynamics.routes.recursive import by_recursion, carrying
+from kane.dynamics import by_recursion, carrying, classical, derived
 from kane.gallery import rolling_disk
 from tests.dynamics.routes.test_recursive import SEEDS, state
 from tests.examples import examples

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.routes.recursive import WAYS
-from kane.expr.evaluate import evaluate, free_symbols
+from kane import evaluate, free_symbols
+from kane.dynamics import WAYS
 from kane.gallery import (
     flap_lag_blade,
     flexible_arm,

@@ -11,12 +11,8 @@ import pytest
 import kane as kn
 from benchmarks.random_trees import BRANCHES, random_tree
 from benchmarks.systems import COUNTED, wrist_arm
-from kane.dynamics.derivation import derived
-from kane.dynamics.routes import composite
-from kane.dynamics.routes.carried import regrouped
-from kane.dynamics.routes.recursive import by_recursion, carrying
-from kane.dynamics.routes.trial import are_slender
-from kane.kinematics.freedoms import Unsuited
+from kane.dynamics import are_slender, by_recursion, carrying, composite, derived, regrouped
+from kane.kinematics import Unsuited
 from tests.dynamics.routes.test_recursive import state
 from tests.systems import jointed
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.evaluate import free_symbols
-from kane.expr.node import as_expr
+from kane import free_symbols
+from kane.expr import as_expr
 from kane.gallery import load
 from tests.dynamics.routes.test_shortest import admissible
 

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.blocks import Blocks
-from kane.dynamics.routes.block_solution import block_solution
-from kane.dynamics.routes.order import sparse_order
-from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO
-from kane.expr.solve import ldl
+from kane import Matrix
+from kane.dynamics import Blocks, block_solution, sparse_order
+from kane.expr import ONE, ZERO, ldl
 from kane.gallery import snakeboard
 
 

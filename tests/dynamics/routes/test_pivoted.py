@@ -9,10 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.constraints.touches import contacts, touches
-from kane.dynamics.routes.classical import classical
-from kane.dynamics.routes.embedded import embedded, motions
-from kane.dynamics.routes.pivoted import about_points_at_rest
+from kane.dynamics import about_points_at_rest, classical, contacts, embedded, embedded_motions, touches
 from kane.gallery import load
 from tests.dynamics.routes.test_absolute import numbers
 from tests.dynamics.routes.test_power import held_chain
@@ -26,7 +23,7 @@ def test_the_first_link_of_a_chain_turns_about_its_pin(seed):
     """In space, with products of inertia; the others have no point at rest."""
     eom = kn.derive(held_chain(seed))
     usual = classical(eom.derived, eom.embedding.partition)
-    moving = motions(eom.derived, usual.embedding, {})
+    moving = embedded_motions(eom.derived, usual.embedding, {})
     inertial, forced = about_points_at_rest(moving.bodies, moving.kinematics)
     assert [a is b for a, b in zip(inertial, moving.bodies, strict=True)] == [False, *[True] * (len(inertial) - 1)]
     rng = np.random.default_rng(seed)
@@ -42,7 +39,7 @@ def test_a_rocker_turns_about_the_pin_that_closes_its_loop():
     d, e = eom.derived, eom.embedding
     through = contacts(touches(d.constraints.constraints, e.partition.rows, d.kinematics), {}, d.kinematics)
     for particles, turning in (({}, 1), (through, 2)):
-        moving = motions(d, e, particles)
+        moving = embedded_motions(d, e, particles)
         inertial, _ = about_points_at_rest(moving.bodies, moving.kinematics)
         assert sum(a is not b for a, b in zip(inertial, moving.bodies, strict=True)) == turning
     a, m1 = (next(s for s in eom.parameters if s.name == name) for name in ("a", "m1"))
@@ -70,5 +67,5 @@ def test_a_body_on_a_point_that_is_moved_keeps_its_central_inertia():
     other = kn.Particle("Q", O.at("Q", p * N.y), 1)
     speeds = {u: q.dt, w: p.dt}
     eom = kn.derive(kn.System(N, bodies=[body, other], speeds=speeds, nonholonomic=[p.dt - q.dt]))
-    moving = motions(eom.derived, eom.embedding, {})
+    moving = embedded_motions(eom.derived, eom.embedding, {})
     assert about_points_at_rest(moving.bodies, moving.kinematics) is None

@@ -9,9 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.routes.classical import classical
-from kane.dynamics.routes.power import homogeneous, power
-from kane.dynamics.routes.squares import squares
+from kane.dynamics import classical, homogeneous, power, squares
 from kane.gallery import load
 from tests.examples import examples
 

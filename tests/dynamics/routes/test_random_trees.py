@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.routes.trees import tree_with_reactions
+from kane.dynamics import tree_with_reactions
 from tests.dynamics.routes.test_recursive import by_all_routes, state
 from tests.examples import examples
 from tests.oracles import kane_tree

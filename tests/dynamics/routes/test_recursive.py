@@ -13,12 +13,10 @@ from hypothesis import strategies as st
 import kane as kn
 from benchmarks.random_trees import LIMBS, random_tree
 from benchmarks.systems import COUNTED, wrist_arm
-from kane.dynamics.derivation import Derived, derived
-from kane.dynamics.routes.classical import classical
-from kane.dynamics.routes.recursive import WAYS, by_recursion, carrying
-from kane.expr.count import price
+from kane.dynamics import WAYS, Derived, by_recursion, carrying, classical, derived
+from kane.expr import price
 from kane.gallery import pendulums, rolling_disk, spinning_top
-from kane.kinematics.freedoms import Unsuited
+from kane.kinematics import Unsuited
 from tests.examples import examples
 from tests.kinematics.test_tree import wrist
 from tests.oracles import kane_tree

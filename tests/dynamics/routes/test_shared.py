@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics.routes.recursive import WAYS
+from kane.dynamics import WAYS
 from tests.examples import examples
 from tests.oracles.compare import tolerance
 from tests.systems import shared

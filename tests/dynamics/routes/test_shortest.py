@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.routes import ways as routes
-from kane.dynamics.routes.classical import classical, unguarded_classical
-from kane.dynamics.routes.embedded import holds_reactions
-from kane.dynamics.routes.reactions import LARGE
-from kane.expr.count import count_operations, price
-from kane.expr.evaluate import free_symbols
+from kane import count_operations, free_symbols
+from kane.dynamics import LARGE, classical, holds_reactions, unguarded_classical
+from kane.dynamics import ways as routes
+from kane.expr import price
 from kane.gallery import GALLERY, load, rolling_disk
 from tests.systems.closed_states import states
 

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derivation import derived
-from kane.dynamics.readings import programs
-from kane.dynamics.trees import inverse_dynamics as trees
-from kane.expr.count import price
-from kane.expr.evaluate import free_symbols
-from kane.expr.symbols import rate
+from kane import free_symbols
+from kane.dynamics import derived, programs
+from kane.dynamics import inverse_dynamics as trees
+from kane.expr import price, rate
 from tests.dynamics.routes.test_flexible import LOOPS, SYSTEMS, pinned_rod
 from tests.systems import flexible
 

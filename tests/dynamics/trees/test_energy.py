@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.derivation import derived
-from kane.dynamics.readings.energy import kinetic_energy as by_bodies
-from kane.dynamics.readings.programs import mass_matrix
-from kane.dynamics.trees.energy import kinetic_energy_along_tree
+from kane.dynamics import derived, kinetic_energy_along_tree, mass_matrix
+from kane.dynamics import kinetic_energy as by_bodies
 from tests.dynamics.routes.test_recursive import state
 from tests.systems import jointed, rings
 
@@ -20,7 +18,7 @@ from tests.systems import jointed, rings
 def test_kinetic_energy_of_trees_of_any_joints(seed):
     plain = jointed.system(seed, 2 + seed % 4)
     parts = derived(jointed.by_mixed_speeds(plain, seed) if seed % 2 else plain)
-    roots = [kinetic_energy(parts), by_bodies(parts.bodies)]
+    roots = [kinetic_energy_along_tree(parts), by_bodies(parts.bodies)]
     own, usual = np.array(kn.evaluate(roots, state(roots, 1)), dtype=float)
     assert own == pytest.approx(usual, rel=1e-12)
 

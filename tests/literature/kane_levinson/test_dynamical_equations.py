@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.evaluate import free_symbols
-from kane.expr.node import as_expr
-from kane.numeric.sampling import values_of
+from kane import free_symbols
+from kane.expr import as_expr
+from kane.numeric import values_of
 
 CLOSE, SEED, STATES = 1e-12, 20113, 20
 

@@ -10,9 +10,8 @@ import pytest
 
 import kane as kn
 from kane.errors import ModelError
-from kane.model.beams.functions import FAMILIES
-from kane.model.beams.integrals import foreshortening, moments_beyond
-from kane.numeric.legendre import gauss
+from kane.model import FAMILIES, foreshortening, moments_beyond
+from kane.numeric import gauss
 
 RULE = gauss(80)
 EIGENVALUES = {  # Blevins (1979), table 8-1

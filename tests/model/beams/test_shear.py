@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics.routes.recursive import WAYS
+from kane.dynamics import WAYS
 from tests.systems.beams import spinning
 
 SHEAR = {"shear": 40.0, "rotary": 0.01}

@@ -6,10 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 import kane as kn
-from kane.kinematics.constraints import constraint_rows
-from kane.kinematics.definitions import generalized_speeds
-from kane.kinematics.motion import Kinematics
-from kane.kinematics.sample import Sample
+from kane.kinematics import Kinematics, Sample, constraint_rows, generalized_speeds
 
 
 def unit_euler_parameters(system, values):

@@ -4,12 +4,8 @@
 import numpy as np
 
 import kane as kn
-from kane.motion.collocated import by_kind
-from kane.motion.implicit import entries
-from kane.motion.compiled_equations import rates
-from kane.motion.steppers.outline import SIZE, At
-from kane.motion.steppers.table import INTEGRATORS
-from kane.program.native.entry import aligned, entry, hoisted, wide_entry
+from kane.motion import INTEGRATORS, SIZE, At, by_kind, entries, rates
+from kane.program import aligned, entry, hoisted, wide_entry
 
 
 def spring(events=lambda q: ()):

@@ -8,8 +8,7 @@ import numpy as np
 
 import kane as kn
 from kane.gallery import pendulums
-from kane.motion.steppers.outline import Back
-from kane.motion.steppers.table import INTEGRATORS
+from kane.motion import INTEGRATORS, Back
 from tests.motion.steppers.runs import arguments, languages
 from tests.program.kernel.kernels import EXACT, in_c
 

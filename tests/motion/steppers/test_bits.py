@@ -6,11 +6,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import pendulums
-from kane.motion.collocated import watching
-from kane.motion.constraint_kernels import Holding, holding
-from kane.motion.steppers.outline import Back
-from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.steps import Stepper
+from kane.motion import INTEGRATORS, Back, Holding, Stepper, holding, watching
 from tests.motion.steppers.runs import arguments, languages, spring
 from tests.program.kernel.kernels import EXACT, agree
 from tests.systems import four_bar

@@ -4,10 +4,8 @@
 import numpy as np
 import pytest
 
-from kane.motion.steppers.dense import decompose, factor, invert, solve, substitute
-from kane.program.kernel.language import INT
-from kane.program.kernel.write import Writer
-from kane.program.native.compiled_kernel import CompiledKernel
+from kane.motion import decompose, factor, invert, solve, substitute
+from kane.program import INT, CompiledKernel, Writer
 from tests.program.kernel.kernels import EXACT, agree
 
 

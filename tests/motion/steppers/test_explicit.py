@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane import Settings
 from kane.errors import SimulationError
 from kane.gallery import pendulums
-from kane.motion.steppers.dop853 import DOP853
-from kane.motion.steppers.outline import At, Back
-from kane.motion.steppers.table import EXPLICIT, compiled
-from kane.program.native.machine import Settings
+from kane.motion import DOP853, EXPLICIT, At, Back, compiled
 from tests.motion.steppers.runs import arguments, spring
 
 

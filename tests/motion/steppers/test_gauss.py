@@ -5,12 +5,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion.collocated import along
-from kane.motion.steppers.collocation import gauss, integrals
-from kane.motion.steppers.gauss import gauss_kernel
-from kane.motion.steppers.outline import At, Back
-from kane.program.native.compiled_kernel import CompiledKernel
-from kane.program.native.machine import Settings
+from kane import Settings
+from kane.motion import At, Back, along, gauss, gauss_kernel, integrals
+from kane.program import CompiledKernel
 from tests.motion.steppers.runs import arguments, spring
 
 

@@ -5,13 +5,9 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane import Settings
 from kane.gallery import pendulums
-from kane.motion import implicit
-from kane.motion.steppers.collocation import radau
-from kane.motion.steppers.outline import At, Back
-from kane.motion.steppers.radau_stages import radau_stages
-from kane.motion.steppers.table import compiled
-from kane.program.native.machine import Settings
+from kane.motion import At, Back, compiled, implicit, radau, radau_stages
 from tests.motion.steppers.runs import arguments, spring
 
 STAGES = [3, 5, 7]

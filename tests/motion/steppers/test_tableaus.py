@@ -5,11 +5,7 @@ import numpy as np
 import pytest
 from mpmath import mp  # type: ignore[import-untyped]
 
-from kane.motion.steppers.dop853 import DOP853
-from kane.motion.steppers.rk4 import RK4
-from kane.motion.steppers.tsit5 import TSIT5
-from kane.motion.steppers.tsitpap8 import TSITPAP8
-from kane.motion.steppers.vern9 import VERN9
+from kane.motion import DOP853, RK4, TSIT5, TSITPAP8, VERN9
 from tests.motion.steppers import bootstrapped
 from tests.motion.steppers.rooted import density, symmetry, trees
 

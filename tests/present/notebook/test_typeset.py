@@ -10,14 +10,10 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane import show
-from kane.expr.matrix import Matrix
-from kane.expr.node import Expr
-from kane.expr.symbols import coordinate, coordinates, parameters
+from kane import Expr, Matrix, coordinate, coordinates, parameters, show, to_latex
 from kane.gallery import double_pendulum
-from kane.present.notebook.pieces import ROWS, either, escaped, listed, math, table
-from kane.units.text import unit_text
-from kane.write.latex import to_latex
+from kane.present import ROWS, either, escaped, listed, math, table
+from kane.units import unit_text
 from tests.expr.expressions import Program, programs
 
 q1, q2 = coordinates("q1:3")

@@ -12,15 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from kane import coordinates, parameter
 from kane.equations import routines
-from kane.expr.evaluate import compile_reference
-from kane.expr.symbols import coordinates, parameter
+from kane.expr import compile_reference
 from kane.gallery import rolling_disk
-from kane.program.build import Task, build_program
-from kane.program.emit.c import emit_c, emit_header
-from kane.program.emit.names import is_free_in_c
-from kane.program.program import Program
-from kane.program.reference import values as reference_values
+from kane.program import Program, Task, build_program, emit_c, emit_header, is_free_in_c
+from kane.program import values as reference_values
 from tests.examples import examples
 from tests.expr import expressions
 from tests.program.emitted import OPTIMIZED, STRICT, call, library, run

@@ -6,10 +6,8 @@ import itertools
 import numpy as np
 import pytest
 
-from kane.equations.handle import Handle
-from kane.expr.node import intern_node
-from kane.expr.ops import GONE, OPS
-from kane.program.native.machine import Settings
+from kane import Handle, Settings
+from kane.expr import GONE, OPS, intern_node
 from tests.program.emitted import from_numpy
 from tests.program.passes.codes import STATES, SYMBOLS, built
 

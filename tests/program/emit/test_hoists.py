@@ -8,9 +8,7 @@ import re
 import pytest
 
 import kane as kn
-from kane.program.build import Task, build_program
-from kane.program.emit.llvm import emit_llvm
-from kane.program.program import Port
+from kane.program import Port, Task, build_program, emit_llvm
 
 (q,), p = kn.coordinates("q,"), kn.parameters("p1:61")
 PORTS = (Port("q", (q,)), Port("p", p, "parameter"))

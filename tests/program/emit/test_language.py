@@ -5,11 +5,21 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.ops import OPS
+from kane.expr import OPS
 from kane.gallery import pendulums, rolling_disk
-from kane.program.emit import targets
-from kane.program.emit.names import local_names
-from kane.program.emit.walk import VECTORS, Assign, Read, SinCos, Style, hoisting, kernel, pieces, statements
+from kane.program import (
+    VECTORS,
+    Assign,
+    Read,
+    SinCos,
+    Style,
+    function_of,
+    hoisting,
+    local_names,
+    pieces,
+    statements,
+    targets,
+)
 
 SPELLING = {op: f"{{}} := {name} {' '.join(['{}'] * op.arity)}" for name, op in OPS.items() if op.arity}
 STYLES = [
@@ -27,7 +37,7 @@ def emitter(style):
     def emit(program, *, contract, version):
         names = local_names(program, str.isidentifier)
         lines = [f"# {program.name} by kane {version}"]
-        for function in (hoisting(program), *(kernel(program, r) for r in program.routines)):
+        for function in (hoisting(program), *(function_of(program, r) for r in program.routines)):
             lines.append(f"function {function.name}")
             values = names.of(function, repr)
             for piece in pieces(program, function, style).chunks:

@@ -8,11 +8,9 @@ from hypothesis import strategies as st
 
 import kane as kn
 from benchmarks.random_trees import random_tree
-from kane.expr.ops import COS, SIN
+from kane.expr import COS, SIN
 from kane.gallery import pendulums
-from kane.program.emit.llvm_near import REACH, pointed
-from kane.program.emit.walk import Read, SinCos, Style, Write, kernel, pieces, statements
-from kane.program.passes.gather import gathered
+from kane.program import REACH, Read, SinCos, Style, Write, function_of, gathered, pieces, pointed, statements
 
 SYSTEMS = {
     "angles of angles": lambda: pendulums.system(60, relative=True),
@@ -57,7 +55,7 @@ def test_sines_stand_side_by_side():
     """Eight angles q + constant of a chain are one statement, wherever the depth-first order has them."""
     program = kn.derive(random_tree(range(-1, 15), 3)).compile().rhs.program
     style = Style(lazy=True, lanes=8, whole=0)
-    function = kernel(program, program.routine("rhs"))
+    function = function_of(program, program.routine("rhs"))
     found = [
         len(s.angles)
         for piece in pieces(program, function, style).chunks

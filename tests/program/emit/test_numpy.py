@@ -8,11 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.evaluate import compile_reference
-from kane.expr.symbols import input, parameter
-from kane.program.build import Task, build_program
-from kane.program.emit.numpy import emit_numpy
-from kane.program.program import Routine
+from kane import input, parameter
+from kane.expr import compile_reference
+from kane.program import Routine, Task, build_program, emit_numpy
 from tests.expr import expressions
 from tests.program.emitted import module
 from tests.program.programs import (

@@ -14,9 +14,7 @@ import mpmath  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 
-from kane.program.emit.c import C_SINCOS
-from kane.program.emit.llvm_sincos import llvm_sincos
-from kane.program.emit.sincos import CONSTANTS, LIMIT
+from kane.program import C_SINCOS, CONSTANTS, LIMIT, llvm_sincos
 from tests.program.programs import compiler
 
 WIDTHS = (1, 2, 4, 8)

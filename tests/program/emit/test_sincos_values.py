@@ -4,7 +4,7 @@
 import mpmath
 import numpy as np
 
-from kane.program.emit.sincos import LIMIT, sine_cosine
+from kane.program import LIMIT, sine_cosine
 
 
 def test_values_are_within_an_ulp(rng: np.random.Generator) -> None:

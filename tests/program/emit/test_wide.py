@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr.ops import OPS
-from kane.program.build import Task, build_program
-from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import hoisted, wide_entry
-from kane.program.native.machine import Settings
+from kane import Settings
+from kane.expr import OPS
+from kane.program import CompiledRoutine, Task, build_program, hoisted, wide_entry
 from tests.program.programs import SPECIAL, ports
 
 X, PARAMETERS, INPUTS = kn.coordinates("a b c"), kn.parameters("k l", 1.5), (kn.input("F"),)

@@ -8,11 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from kane.program.emit.kernel_c import emit_kernel_c
-from kane.program.kernel.interpret import interpret
-from kane.program.kernel.language import ArrayOf, Kernel, Number
-from kane.program.native.compiled_kernel import CompiledKernel
-from kane.program.native.machine import Settings
+from kane import Settings
+from kane.program import ArrayOf, CompiledKernel, Kernel, Number, emit_kernel_c, interpret
 from tests.program.emitted import library
 
 HEAD = "#include <math.h>\n#include <stdint.h>\n"

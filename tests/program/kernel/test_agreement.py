@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from kane.program.kernel.language import INT, Type
-from kane.program.kernel.write import Writer
+from kane.program import INT, Type, Writer
 from tests.program.kernel.kernels import agree
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.1, -2.5, 1e-310, 5e-324, 1e200, -1e308, 3.0, 7.25, np.inf, 1e16, -3e-9, 12.0]

@@ -6,9 +6,7 @@ from dataclasses import replace
 import pytest
 
 from kane.errors import ProgramError
-from kane.program.kernel.language import FLOAT, INT, ArrayOf, Compute, Constant, If, Put, Store, Value
-from kane.program.kernel.verify import verified_kernel
-from kane.program.kernel.write import Writer
+from kane.program import FLOAT, INT, ArrayOf, Compute, Constant, If, Put, Store, Value, Writer, verified_kernel
 
 
 def writer():

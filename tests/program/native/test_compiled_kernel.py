@@ -5,9 +5,7 @@ import numpy as np
 import pytest
 
 from kane.errors import ProgramError
-from kane.program.kernel.language import INT
-from kane.program.kernel.write import Writer
-from kane.program.native.compiled_kernel import CompiledKernel
+from kane.program import INT, CompiledKernel, Writer
 from tests.program.kernel.kernels import EXACT
 
 

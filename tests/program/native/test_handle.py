@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.gallery import load
 from kane.gallery.pendulums import system as chain
-from kane.program.native.machine_code import target
+from kane.program import target
 
 N = 3
 EOM = kn.derive(chain(N))

@@ -12,13 +12,10 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.equations.handle import Handle
+from kane import Handle, Settings
 from kane.errors import KaneWarning, ProgramError
 from kane.gallery.pendulums import system as chain
-from kane.program.emit.llvm import emit_llvm
-from kane.program.native import machine_code, store
-from kane.program.native.machine import Settings
-from kane.program.native.machine_code import Library, Target, compile_text, object_code, target
+from kane.program import Library, Target, compile_text, emit_llvm, machine_code, object_code, store, target
 from tests.program.child import child
 
 SQUARE = """

@@ -20,7 +20,7 @@ import pytest
 import kane as kn
 from kane.errors import KaneWarning
 from kane.gallery.pendulums import system as chain
-from kane.program.native import machine_code, store
+from kane.program import machine_code, store
 from tests.program.child import child
 
 KEY, ANOTHER = store.key("one"), store.key("another")

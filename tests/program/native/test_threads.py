@@ -23,7 +23,7 @@ P = COMPILED.parameters() * np.random.default_rng(8).uniform(0.5, 2.0, (5, 1))
 
 BUSY = """
     import os, signal, threading, time
-    from kane.program.native import machine_code
+    from kane.program import machine_code
 
     text = "\\n".join(
         f"define double @f{k}(double %x) {{\\n  %y = fadd double %x, {k}.5\\n  %z = fdiv double %y, %x\\n  ret double %z\\n}}"
@@ -144,7 +144,7 @@ class TestCompiling:
         child("""
             import ctypes, threading
             from concurrent.futures import ThreadPoolExecutor
-            from kane.program.native import machine_code
+            from kane.program import machine_code
 
             barrier = threading.Barrier(8)
 
@@ -162,7 +162,7 @@ class TestCompiling:
         child("""
             import ctypes, gc, queue, threading
             from concurrent.futures import ThreadPoolExecutor
-            from kane.program.native import machine_code
+            from kane.program import machine_code
 
             gc.set_threshold(20, 2, 2)
             images = [machine_code.object_code(f"define double @f() {{ ret double {k}.0 }}", machine_code.target()) for k in range(4)]

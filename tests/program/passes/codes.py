@@ -6,12 +6,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr.node import intern_node
-from kane.expr.ops import OPS
-from kane.program.build import Task, build_program
-from kane.program.passes.tiers import assembled
-from kane.program.program import Code
-from kane.program.operation_count import receipt
+from kane.expr import OPS, intern_node
+from kane.program import Code, Task, assembled, build_program, receipt
 from tests.program.programs import ports
 
 STATES, PARAMETERS = kn.coordinates("a b c d"), kn.parameters("k l m", 1.5)

@@ -5,14 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.equations.routines import program
-from kane.expr.ops import DIV
+from kane.equations import program
+from kane.expr import DIV
 from kane.gallery import four_bar, slider_crank
-from kane.program.passes.content import without_content
-from kane.program.passes.optimize import rewritten
-from kane.program.passes.rounding import rounding
-from kane.program.passes.tiers import assembled
-from kane.program.operation_count import receipt
+from kane.program import assembled, receipt, rewritten, rounding, without_content
 from tests.examples import examples
 from tests.program.passes.codes import (
     ARITHMETIC,

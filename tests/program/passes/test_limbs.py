@@ -12,18 +12,12 @@ from hypothesis import strategies as st
 
 import kane as kn
 from benchmarks.random_trees import random_tree
-from kane.equations.handle import Handle
-from kane.equations.routines import program
+from kane import Handle, Settings
+from kane.equations import program
 from kane.errors import ProgramError
-from kane.expr.evaluate import compile_reference
-from kane.expr.node import intern_node
-from kane.expr.ops import OPS
+from kane.expr import OPS, compile_reference, intern_node
 from kane.gallery import whipple_bicycle
-from kane.program.build import Task, build_program
-from kane.program.emit.llvm import emit_llvm
-from kane.program.native.machine import Settings
-from kane.program.passes import limbs
-from kane.program.passes.verify import verified
+from kane.program import Task, build_program, emit_llvm, limbs, verified
 from tests.examples import examples
 from tests.program.programs import ports
 

@@ -10,15 +10,10 @@ from hypothesis import strategies as st
 
 import kane as kn
 from benchmarks.systems import COUNTED
-from kane.equations.handle import Handle
-from kane.equations.routines import program
-from kane.expr.ops import ADD, MUL, OPS, SUB
-from kane.program.native.machine import Settings
-from kane.program.passes import optimize
-from kane.program.passes.optimize import optimized, rewritten
-from kane.program.passes.rounding import rounding
-from kane.program.program import Code, Port, Routine
-from kane.program.operation_count import receipt
+from kane import Handle, Settings
+from kane.equations import program
+from kane.expr import ADD, MUL, OPS, SUB
+from kane.program import Code, Port, Routine, optimize, optimized, receipt, rewritten, rounding
 from tests.examples import examples
 from tests.program.child import child
 from tests.program.emitted import from_c, from_numpy
@@ -183,7 +178,7 @@ class TestGallery:
 
 HASHED = """
 import kane as kn
-from kane.equations.routines import program
+from kane.equations import program
 from kane.gallery import rolling_disk
 p = program(kn.derive(rolling_disk.system()).solved)
 print([op.name for op in p.ops], p.args, p.hoisted, [r.body for r in p.routines])

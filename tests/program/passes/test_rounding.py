@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.program.passes.rounding import rounding
+from kane.program import rounding
 from tests.examples import examples
 from tests.program.passes.codes import ARITHMETIC, EPS, NUMBERS, STATES, SYMBOLS, code, exact, expressions
 

@@ -3,9 +3,9 @@
 
 from collections.abc import Sequence
 
+from kane.dynamics.derivation import Derived
 from kane.dynamics.derivatives.changes import changes
 from kane.dynamics.derivatives.tree import Tree
-from kane.dynamics.derivation import Derived
 from kane.dynamics.trees.inverse_dynamics import joint_forces, joint_mass, joint_rows
 from kane.dynamics.trees.line import line_at, motions
 from kane.expr.build import add

@@ -11,10 +11,10 @@ from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple, TypeVar
 
+from kane.dynamics.derivation import Derived
 from kane.dynamics.derivatives.changes import Changes, changes
 from kane.dynamics.derivatives.stages import Stage, total
 from kane.dynamics.derivatives.wholes import Row, Whole, alone
-from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import parts
 from kane.dynamics.routes.composite import accelerations
 from kane.dynamics.routes.order import sparse_order

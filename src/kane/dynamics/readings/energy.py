@@ -42,7 +42,7 @@ def whole_kinetic_energy(solved: Solved) -> Expr:
     """That of all bodies; of large trees that recursions solve from the velocities of their segments."""
     if solved.route in WAYS and solved.twin is None and len(solved.derived.inertias) >= _LARGE:
         try:
-            return trees.kinetic_energy(solved.derived)
+            return trees.kinetic_energy_along_tree(solved.derived)
         except Unsuited:
             pass
     return solved.written([kinetic_energy(solved.regular.bodies)])[0]

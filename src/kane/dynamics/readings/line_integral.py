@@ -8,12 +8,12 @@ by differentiation: where ∂p_i/∂x_k = ∂p_k/∂x_i every way gives the same
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from kane.expr.integration import antiderivative
 from kane.expr.build import add, mul, sub
 from kane.expr.collect import factored
 from kane.expr.count import price
 from kane.expr.evaluate import free_symbols
 from kane.expr.expand import expanded
+from kane.expr.integration import antiderivative
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted

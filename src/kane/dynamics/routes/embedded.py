@@ -39,7 +39,7 @@ class Motions:
     bodies: tuple[Moving, ...]
 
 
-def motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -> Motions:
+def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -> Motions:
     """The motions of all bodies where the speeds that the constraints give are written by the others."""
     speeds = derived.speeds
     own = tuple(speeds[i] for i in e.independent)

@@ -21,8 +21,8 @@ from kane.expr.build import neg
 from kane.expr.collect import collected
 from kane.expr.count import Prices, price
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
 from kane.expr.memo import remembered
+from kane.expr.node import ZERO, Expr
 from kane.kinematics.motion import Following, Kinematics, Motion
 from kane.space.frame import Frame
 from kane.space.rotation import Basis

@@ -17,7 +17,7 @@ from kane.dynamics.routes.classical import all_accelerations, unguarded_classica
 from kane.dynamics.routes.contacts import by_definitions, twins
 from kane.dynamics.routes.dependent import dependent_accelerations
 from kane.dynamics.routes.divisors import Poles, divisors
-from kane.dynamics.routes.embedded import Motions, embedded, motions
+from kane.dynamics.routes.embedded import Motions, embedded, embedded_motions
 from kane.dynamics.routes.pivoted import about_points_at_rest
 from kane.dynamics.routes.power import homogeneous, power
 from kane.dynamics.routes.rates import ConstraintRates
@@ -67,7 +67,7 @@ def by_rates(
             own = embedding(twin.constraints, e.partition)
             own = own.guarded() if large else own  # of what is long next to nothing cancels, and nothing is built twice
             particles = {p: replace(c, directions={}) for p, c in twin.kinematics.contacts.items()}
-            moving = motions(twin, own, particles)
+            moving = embedded_motions(twin, own, particles)
             for carried in (False,) if large else (False, True):
                 found.append(Found(w.solution(embedded(twin, own, moving, carried=carried)), moving, w))
             if not large and homogeneous(twin, own):
@@ -99,12 +99,12 @@ def by_centre(derived: Derived, usual: Solved, coupled: bool) -> Iterator[Found]
 
 
 def _embedded(derived: Derived, e: Embedding, particles: Mapping[Point, Contact]) -> Found:
-    moving = motions(derived, e, particles)
+    moving = embedded_motions(derived, e, particles)
     return Found(embedded(derived, e, moving), moving)
 
 
 def _pivoted(derived: Derived, e: Embedding, particles: Mapping[Point, Contact]) -> Iterator[Found]:
-    moving = motions(derived, e, particles)
+    moving = embedded_motions(derived, e, particles)
     bodies = about_points_at_rest(moving.bodies, moving.kinematics)
     if bodies is not None:
         yield Found(embedded(derived, e, moving, bodies), moving)

@@ -9,8 +9,8 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.present.notebook.pieces import code, display, either, escaped, folded, listed, math, paragraph, table
 from kane.present.notebook.typeset import MOST, NAMED, TALL, WIDE, Typeset, brackets, equations, matrix_words, typeset
-from kane.write.latex import latex_name
 from kane.write.arrange import layout
+from kane.write.latex import latex_name
 from kane.write.trees import Tree
 
 SMALL = 300

@@ -11,8 +11,8 @@ from kane.expr.node import ZERO, Expr
 from kane.present.notebook.pieces import math, plain
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector
-from kane.write.latex import LATEX, latex_name, unit_vector_latex
 from kane.write.arrange import layout
+from kane.write.latex import LATEX, latex_name, unit_vector_latex
 from kane.write.trees import Tree
 
 NAMED = 60

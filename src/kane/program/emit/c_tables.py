@@ -17,7 +17,7 @@ from kane.program.emit.names import (
     made_by,
     stem,
 )
-from kane.program.emit.walk import RESULTS, VECTORS, Function, hoisting, kernel
+from kane.program.emit.walk import RESULTS, VECTORS, Function, function_of, hoisting
 from kane.program.program import Port, Program
 
 _ROUNDING = {
@@ -71,7 +71,7 @@ def c_file(program: Program) -> CFile:
     names = local_names(program, lambda name: is_free_in_c(name) and not name.startswith(f"{prefix}_"))
     first = len(vectors)
     labels = ["", *lower[first + len(functions) :]]
-    written = [hoisting(program), *(kernel(program, r) for r in program.routines)]
+    written = [hoisting(program), *(function_of(program, r) for r in program.routines)]
     titles = [_title(program, function) for function in written]
     own = zip(written, lower[first:], titles, sizes[first:], labels, strict=False)
     return CFile(

@@ -70,11 +70,11 @@ class _Module:
     def routine(self, program: Program, routine: Routine) -> str:
         """The kernel of a routine."""
         whole = _MATRIX if len(routine.shape) > 1 else _WHOLE
-        return self.function(program, walk.kernel(program, routine), routine.name, whole)
+        return self.function(program, walk.function_of(program, routine), routine.name, whole)
 
     def limbs(self, program: Program, routine: Routine) -> str:
         """The kernel of a routine with its limbs side by side."""
-        signature = _signature(_arguments(walk.kernel(program, routine)))
+        signature = _signature(_arguments(walk.function_of(program, routine)))
         text, widths, called = limbs_text(program, routine, signature, "contract " if self.contract else "")
         self.widths.update(widths)
         self.called.update(called)
@@ -150,7 +150,7 @@ def _passed(
 
 def _read(s: walk.Statement) -> tuple[int, ...]:
     """The values that a statement reads."""
-    if isinstance(s, walk.Compute):
+    if isinstance(s, walk.Assign):
         return s.arguments
     return s.angles if isinstance(s, walk.SinCos) else (s.value,)
 
@@ -186,7 +186,7 @@ class _Writer:
 
     def write(self, s: walk.Statement) -> None:
         """The lines of one statement."""
-        if isinstance(s, walk.Compute):
+        if isinstance(s, walk.Assign):
             name = self.names[s.value] = f"%v{s.value}"
             operands = [self.names[a] for a in s.arguments]
             if s.value in self.late:
@@ -252,9 +252,9 @@ class _Writer:
 
 def _divisors(body: Sequence[walk.Statement]) -> set[int]:
     """The guarded values that are read as divisors only."""
-    guarded = {s.value for s in body if isinstance(s, walk.Compute) and s.op is REGULAR}
+    guarded = {s.value for s in body if isinstance(s, walk.Assign) and s.op is REGULAR}
     for s in body if guarded else ():
-        if isinstance(s, walk.Compute):
+        if isinstance(s, walk.Assign):
             guarded.difference_update(s.arguments[:1] if s.op is DIV else s.arguments)
         elif isinstance(s, walk.Write):
             guarded.discard(s.value)

@@ -32,7 +32,7 @@ class _Writer:
         self.lanes = Lanes(1 << (self.limbs - 1).bit_length())
         self.packs = {p.values: p for p in routine.packs}
         self.home = {i: (p, k) for p in routine.packs for k, i in enumerate(p.values)}
-        function = walk.kernel(program, routine)
+        function = walk.function_of(program, routine)
         places = ((port, k) for port in program.ports for k in range(len(port.symbols)))
         self.sources = {i: (pointer(port.name), k) for i, (port, k) in enumerate(places) if not port.scalar}
         self.sources |= {i: (f"%{walk.VECTORS[walk.KEPT]}", k) for k, i in enumerate(function.kept)}

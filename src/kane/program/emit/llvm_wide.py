@@ -26,7 +26,7 @@ def wide_name(routine: str, width: int) -> str:
 
 def emit_wide(program: Program, routine: Routine, width: int, contract: bool = True) -> str:
     """The text of a module that holds the function; `contract` allows a·b + c in one rounding."""
-    function = walk.kernel(program, routine)
+    function = walk.function_of(program, routine)
     parts = walk.pieces(program, function, _STYLE)
     names = [pointer(p.name) for p in function.ports] + [
         f"%{walk.VECTORS[base]}" for base in (walk.KEPT, function.target)
@@ -81,7 +81,7 @@ class _Writer:
         if isinstance(s, walk.Read):
             self.names[s.value] = f"%v{s.value}"
             self._read(f"%v{s.value}", s)
-        elif isinstance(s, walk.Compute):
+        elif isinstance(s, walk.Assign):
             name = self.names[s.value] = f"%v{s.value}"
             self._compute(name, s.op, [self.names[a] for a in s.arguments])
         elif isinstance(s, walk.SinCos):

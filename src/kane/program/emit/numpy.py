@@ -23,7 +23,7 @@ from kane.program.emit.names import (
     python_comment,
     python_docstring,
 )
-from kane.program.emit.walk import Assign, Function, Read, Style, Write, hoisting, kernel, pieces, statements
+from kane.program.emit.walk import Assign, Function, Read, Style, Write, function_of, hoisting, pieces, statements
 from kane.program.program import Port, Program, Routine
 
 _STYLE = Style(whole=math.inf)
@@ -169,7 +169,7 @@ def _routine(module: _Module, routine: Routine, name: str) -> str:
         *(_converted(module, port) for port in program.ports),
         f"    shape = np.broadcast_shapes({shapes})",
         f"    out = np.empty((*shape, {len(routine.results)}))",
-        *_computed(module, kernel(program, routine)),
+        *_computed(module, function_of(program, routine)),
         f"    return out.reshape(shape + {routine.shape!r})\n",
     ]
     return "\n".join(lines)

@@ -45,7 +45,7 @@ def hoisting(program: Program) -> Function:
     return Function("hoist", ports, program.hoisted, program.kept, labels, (), KEPT, places)
 
 
-def kernel(program: Program, routine: Routine) -> Function:
+def function_of(program: Program, routine: Routine) -> Function:
     """The function of a routine."""
     own, kept = (routine.body, routine.results, routine.labels), program.kept
     return Function(routine.name, program.ports, *own, kept, RESULTS, _places(program, kept))
