@@ -9,7 +9,7 @@ FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-machines test-pythons check format docs bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
+.PHONY: help demo test test-full test-package test-machines golden test-pythons check format docs bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
 
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -26,8 +26,11 @@ test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at
 test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at the lowest versions allowed
 	bash requirements/package.sh $(PYTHON)
 
-test-machines: $(VENV)/.dev-stamp  ## the quick tests as on older processors; what is emitted is the same there
+test-machines: $(VENV)/.dev-stamp  ## the quick tests as on older processors; what is made is the same there
 	bash requirements/machines.sh
+
+golden: $(VENV)/.dev-stamp  ## every system made anew, compared with tests/golden/golden.json.gz
+	$(BIN)/python -m tests.golden --jobs $(JOBS)
 
 test-pythons: $(VENV)/.dev-stamp  ## the quick tests on the newest other Python, fewer on those between
 	bash requirements/pythons.sh

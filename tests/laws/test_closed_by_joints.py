@@ -73,7 +73,7 @@ class Chain(State):
         self.q, self.u = self.model.q(), self.model.u(self.eom, self.rates)
 
 
-SEEDS = range(40)
+SEEDS = range(20)
 QUICK = (8,)
 """At 8 there are two families of configurations, few of which are closed: speeds that follow in both are found among more starts."""
 
@@ -102,7 +102,7 @@ def test_accelerations_are_those_of_newton_and_euler(seed):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::kane.KaneWarning")
-@pytest.mark.parametrize("seed", [0, 3, 8, 12, 22, 31])
+@pytest.mark.parametrize("seed", [0, 3, 8, 12])
 def test_a_motion_is_that_of_newton_and_euler(seed):
     m = chain(seed, oblique=seed % 4 == 3)
     state = Chain(m, seed, symbolic=seed % 2 == 1)

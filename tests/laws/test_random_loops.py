@@ -159,7 +159,7 @@ def check_laws(state: State, limit: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_three_routes_and_laws(planar: bool, loops: int) -> None:
-    @examples(0.04, 2)
+    @examples(0.02, 2)
     @given(st.data(), mechanisms(planar, loops), SEEDS)
     def check(data: st.DataObject, m: Mechanism, seed: int) -> None:
         state = State(m, data.draw(questions(len(m.parts))), seed)
@@ -173,7 +173,7 @@ def test_three_routes_and_laws(planar: bool, loops: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("planar", "loops"), KINDS)
 def test_the_choice_of_speeds_and_of_dependent_speeds_does_not_matter(planar: bool, loops: int) -> None:
-    @examples(0.02)
+    @examples(0.01)
     @given(mechanisms(planar, loops, max_parts=3), SEEDS)
     def check(m: Mechanism, seed: int) -> None:
         expected, rng = None, np.random.default_rng(seed)

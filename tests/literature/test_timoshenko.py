@@ -44,7 +44,7 @@ def test_default_functions_of_shear() -> None:
 UNIT = st.floats(-6, 6).map(lambda k: 10.0**k)
 
 
-@examples(0.1)
+@examples(0.03)
 @given(st.floats(0.005, 0.1), st.floats(1, 3), st.sampled_from([0.0, 0.1, 5.0]), st.tuples(UNIT, UNIT, UNIT))
 def test_any_cantilever_in_any_units(r: float, ratio: float, tip: float, units: tuple[float, float, float]) -> None:
     """Sections, masses at the tip, and units of length, mass and time at random; functions of shear by default."""

@@ -85,7 +85,7 @@ def test_the_speeds_that_a_message_names_are_a_cure(dependent, q, u):
 
 
 @given(seed=st.integers(0, 10**6))
-@examples(0.1, 2)
+@examples(0.05, 2)
 def test_vehicles_go_on_whichever_speeds_are_named(seed):
     rng = np.random.default_rng(seed)
     system = vehicle(rng)

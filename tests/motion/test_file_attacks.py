@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.motion import Contents, read, write
+from tests.examples import examples
 from tests.peer import require
 
 N = kn.Frame("N")
@@ -277,6 +278,7 @@ def test_masses_of_one_and_of_five(tmp_path):
             kn.load_solution(tmp_path / "run.npz", falling(five))
 
 
+@examples(0.2, 10)
 @given(place=st.integers(0, len(NUMBERS) - 1), share=st.floats(1e-6, 1) | st.floats(-0.9, -1e-6))
 def test_a_system_with_one_other_number_is_refused(tmp_path_factory, place, share):
     """Wherever it stands: in what does not act, in a branch not taken, in a piece of a table not reached."""

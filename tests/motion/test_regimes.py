@@ -162,7 +162,7 @@ LAWS = st.sampled_from(
 
 
 @given(LAWS, LAWS, SIZES, SIZES, st.floats(-0.5, 0.5), st.floats(-2, 2), st.sampled_from(["auto", "tsit5"]))
-@examples(0.1, 4)
+@examples(0.04, 4)
 def test_random_laws_move_as_loads_and_as_inputs(one, other, a, b, c, v0, method):
     """Two laws in a load, or one of them as an input beside the other: the same motion, step for step."""
     first, second = one(a, b, c), other(b, a, -c)
@@ -174,7 +174,7 @@ def test_random_laws_move_as_loads_and_as_inputs(one, other, a, b, c, v0, method
 
 
 @given(st.floats(0.2, 2), st.floats(0.2, 2), st.floats(-0.4, 0.4), st.floats(-2, 2))
-@examples(0.1, 4)
+@examples(0.04, 4)
 def test_switches_of_what_jumps(a, b, c, v0):
     """−(a + b) sign x − b sign((x − c) sign v) is −a sign x − b sign x − b sign(x − c) sign v."""
     nested = -(a + b) * kn.sign(x) - b * kn.sign((x - c) * kn.sign(v))
