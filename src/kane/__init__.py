@@ -12,21 +12,21 @@ from kane.lazy import offered as _offered
 # A public name is imported when it is first used (PEP 562), so that `import kane` takes next to no time: for type checkers it is
 # imported here, at run time `_NAMES` says from where.
 if TYPE_CHECKING:
-    from kane.analysis.assemble import Assembled, assemble
-    from kane.analysis.compare_methods import MethodComparison, compare_methods
-    from kane.analysis.compare_speeds import SpeedComparison, SpeedSet, compare_speeds
-    from kane.analysis.constraint_forces import ConstraintForces, constraint_forces
-    from kane.analysis.continuation import Branch, continuation
-    from kane.analysis.impact import Impact, impact
-    from kane.analysis.inverse import Inverse, inverse
+    from kane.analysis.assembly import Assembled, assemble
+    from kane.analysis.constraint_loads import ConstraintForces, constraint_forces
+    from kane.analysis.impacts import Impact, impact
+    from kane.analysis.inverse_dynamics import Inverse, inverse
     from kane.analysis.linear import Linear, Mode, SecondOrder
-    from kane.analysis.linearize import Linearizer, linearize, linearizer
+    from kane.analysis.linearization import Linearizer, linearize, linearizer
+    from kane.analysis.method_comparison import MethodComparison, compare_methods
     from kane.analysis.modes import NormalModes, normal_modes
     from kane.analysis.point import OperatingPoint
+    from kane.analysis.solution_branches import Branch, continuation
+    from kane.analysis.speed_comparison import SpeedComparison, SpeedSet, compare_speeds
     from kane.analysis.stability import Crossing
     from kane.analysis.state import Guess, guess
     from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
-    from kane.analysis.trim import equilibrium, trim
+    from kane.analysis.trimming import equilibrium, trim
     from kane.dynamics.methods.formulation import Formulation
     from kane.dynamics.motions import Motions, motions
     from kane.dynamics.readings.joint_reactions import JointReaction
@@ -59,10 +59,10 @@ if TYPE_CHECKING:
         UnitError,
         ValueMissingError,
     )
-    from kane.expr.affine import affine
     from kane.expr.count import Operations, count_operations
-    from kane.expr.diff import diff, gradient, jacobian, time_derivative
-    from kane.expr.evaluate import evaluate, free_symbols
+    from kane.expr.differentiation import diff, gradient, jacobian, time_derivative
+    from kane.expr.evaluation import evaluate, free_symbols
+    from kane.expr.linear_parts import affine
     from kane.expr.matrix import Matrix
     from kane.expr.node import Expr, pi
     from kane.expr.operators import (
@@ -88,7 +88,7 @@ if TYPE_CHECKING:
         where,
     )
     from kane.expr.solve import solve_linear
-    from kane.expr.substitute import substitute
+    from kane.expr.substitution import substitute
     from kane.expr.symbols import (
         AuxiliarySpeed,
         Coordinate,
@@ -110,7 +110,7 @@ if TYPE_CHECKING:
         time,
     )
     from kane.expr.tables import Table, table
-    from kane.expr.taylor import taylor
+    from kane.expr.taylor_series import taylor
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.model.beams.beam import Beam
     from kane.model.beams.section import tapered
@@ -228,21 +228,21 @@ __version__ = "0.1.0.dev0"
 logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says nothing unless it is asked to
 
 _NAMES = {
-    "analysis.assemble": "Assembled assemble",
-    "analysis.compare_methods": "MethodComparison compare_methods",
-    "analysis.compare_speeds": "SpeedComparison SpeedSet compare_speeds",
-    "analysis.constraint_forces": "ConstraintForces constraint_forces",
-    "analysis.continuation": "Branch continuation",
-    "analysis.impact": "Impact impact",
-    "analysis.inverse": "Inverse inverse",
+    "analysis.assembly": "Assembled assemble",
+    "analysis.method_comparison": "MethodComparison compare_methods",
+    "analysis.speed_comparison": "SpeedComparison SpeedSet compare_speeds",
+    "analysis.constraint_loads": "ConstraintForces constraint_forces",
+    "analysis.solution_branches": "Branch continuation",
+    "analysis.impacts": "Impact impact",
+    "analysis.inverse_dynamics": "Inverse inverse",
     "analysis.linear": "Linear Mode SecondOrder",
-    "analysis.linearize": "Linearizer linearize linearizer",
+    "analysis.linearization": "Linearizer linearize linearizer",
     "analysis.modes": "NormalModes normal_modes",
     "analysis.point": "OperatingPoint",
     "analysis.stability": "Crossing",
     "analysis.state": "Guess guess",
     "analysis.symbolic": "SymbolicLinear linearize_symbolic",
-    "analysis.trim": "equilibrium trim",
+    "analysis.trimming": "equilibrium trim",
     "dynamics.methods.formulation": "Formulation",
     "dynamics.motions": "Motions motions",
     "dynamics.readings.joint_reactions": "JointReaction",
@@ -256,21 +256,21 @@ _NAMES = {
         "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError ModesWarning "
         "NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
-    "expr.affine": "affine",
+    "expr.linear_parts": "affine",
     "expr.count": "Operations count_operations",
-    "expr.diff": "diff gradient jacobian time_derivative",
-    "expr.evaluate": "evaluate free_symbols",
+    "expr.differentiation": "diff gradient jacobian time_derivative",
+    "expr.evaluation": "evaluate free_symbols",
     "expr.matrix": "Matrix",
     "expr.node": "Expr pi",
     "expr.operators":
         "Rational abs acos asin atan atan2 cos cosh exp less log max min sign sin sinh sqrt tan tanh where",
     "expr.solve": "solve_linear",
-    "expr.substitute": "substitute",
+    "expr.substitution": "substitute",
     "expr.symbols":
         "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed State Symbol coordinate coordinates "
         "input parameter parameters speed speeds state time",
     "expr.tables": "Table table",
-    "expr.taylor": "taylor",
+    "expr.taylor_series": "taylor",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
     "model.beams.section": "tapered",

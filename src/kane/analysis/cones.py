@@ -19,7 +19,7 @@ from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.errors import CornerError, SingularError, cut
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, SQRT
 from kane.expr.size import Sizes, size

@@ -17,7 +17,7 @@ from kane.analysis.state import GIVEN, misses
 from kane.analysis.tangents import turning
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.expr.symbols import rate

@@ -20,7 +20,7 @@ from kane.dynamics.readings.values import time_derivative
 from kane.dynamics.terms import Term
 from kane.equations.equations import Equations
 from kane.errors import ExpressionError
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Parameter, Reaction, Speed, State
 from kane.expr.visit import substituted

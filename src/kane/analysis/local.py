@@ -17,7 +17,7 @@ from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.errors import SingularError, cut
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import Matrix, dot
 from kane.expr.size import Sizes, size
 from kane.expr.symbols import Symbol

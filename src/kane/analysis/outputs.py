@@ -11,7 +11,7 @@ from kane.dynamics.readings.unsolved import partials
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.errors import ArgumentError, ValueMissingError, cut
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import time
 from kane.expr.visit import substituted

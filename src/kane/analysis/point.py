@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.admissible import check_branch, check_configuration
-from kane.analysis.assemble import assemble
+from kane.analysis.assembly import assemble
 from kane.analysis.local import Values, slopes_at, values_at
 from kane.analysis.state import State, entries, start_state
 from kane.analysis.tangents import perturbations, spread

@@ -20,8 +20,8 @@ from kane.dynamics.readings.unsolved import unsolved
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.errors import Attributes, CornerError, SimulationError, cut
-from kane.expr.diff import tangent
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import solve_lu

@@ -16,7 +16,7 @@ import numpy as np
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.equations import Equations
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import Coordinate, Time
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.projection import sizes

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 from kane.dynamics.bodies import Moving
 from kane.dynamics.terms import sum_of
-from kane.expr.affine import affine_forms
 from kane.expr.build import add
 from kane.expr.common_factor import Contents, content, divider, over_number
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.irreducible import blocks as connected
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST

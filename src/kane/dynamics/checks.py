@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from kane.errors import ModelError, NotAffineError, ReactionError, cut
-from kane.expr.affine import affine_forms
 from kane.expr.build import sub
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import free_symbols
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed

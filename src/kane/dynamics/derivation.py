@@ -14,10 +14,10 @@ from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.choice import Compared, compared
 from kane.dynamics.constraints.closure import Closure, closure
 from kane.dynamics.lazy import LazyMapping, read
-from kane.expr.affine import Affine
 from kane.expr.build import add
 from kane.expr.count import Prices
 from kane.expr.immutable import Immutable
+from kane.expr.linear_parts import Affine
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, State, Symbol, Symbols

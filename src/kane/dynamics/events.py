@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from kane.dynamics.solved import Solved
 from kane.expr.build import div
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ONE, Expr
 from kane.expr.solve import determinant
 from kane.expr.symbols import Reaction, Speed

@@ -17,8 +17,8 @@ from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
 from kane.dynamics.constraints.steady import follow_everywhere
 from kane.dynamics.derivation import Derived
 from kane.expr.build import div
-from kane.expr.diff import jacobian
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.differentiation import jacobian
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate

@@ -12,8 +12,8 @@ import numpy as np
 
 from kane.dynamics.derivation import Derived
 from kane.errors import KaneWarning
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, Symbol
 from kane.kinematics.sample import Sample

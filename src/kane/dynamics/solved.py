@@ -16,7 +16,7 @@ from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
-from kane.expr.evaluate import Walk, free_symbols, is_constant_in_time
+from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.linear_forms import joined
 from kane.expr.matrix import Matrix

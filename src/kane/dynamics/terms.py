@@ -16,9 +16,9 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from kane.dynamics.bodies import Moving
-from kane.expr.affine import Affine
 from kane.expr.build import add
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
+from kane.expr.linear_parts import Affine
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import QuasiRate, Rate
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form

@@ -15,7 +15,7 @@ from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.equations.on_demand import ON_DEMAND, direction_ports
 from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array

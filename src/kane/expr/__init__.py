@@ -7,14 +7,14 @@ from kane.lazy import offered
 __getattr__ = offered(
     __name__,
     {
-        "affine": "affine_forms",
+        "linear_parts": "affine_forms",
         "build": "NODE_BUILDERS add cos div mul sin sub",
         "collect": "collected factored",
         "common_factor": "content divider over_number",
         "constants": "error_of",
         "count": "price",
-        "diff": "weighted",
-        "evaluate": "Walk compile_reference is_constant_in_time",
+        "differentiation": "weighted",
+        "evaluation": "Walk compile_reference is_constant_in_time",
         "expand": "MOST expanded",
         "floats": "FLOAT",
         "integration": "antiderivative",

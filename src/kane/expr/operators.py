@@ -76,7 +76,7 @@ def Rational(numerator: int, denominator: int = 1) -> Expr:
 
 
 def _dt(self: Expr) -> Expr:
-    from kane.expr.diff import time_derivative
+    from kane.expr.differentiation import time_derivative
 
     return rate(self) if isinstance(self, Coordinate | Speed | State | Input) else time_derivative(self)
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.expr.build import NODE_BUILDERS, add, div, mul, sub
-from kane.expr.evaluate import know
+from kane.expr.evaluation import know
 from kane.expr.node import Expr, as_expr, constant, constant_value, intern_node, postorder
 from kane.expr.ops import Op
 from kane.expr.visit import fold, rebuilt

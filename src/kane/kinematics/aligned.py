@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.expr.build import add, cos, div, mul, sin, sub
-from kane.expr.diff import time_derivative
+from kane.expr.differentiation import time_derivative
 from kane.expr.node import ZERO, Expr, constant, pi
 from kane.kinematics.given_cosines import Alpha, Angle, are_numbers, exact, times, turn_about
 from kane.kinematics.placement import Node, Placed, Seat, placed_frames, shifts

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.expr.build import mul, sub
-from kane.expr.evaluate import Walk
+from kane.expr.evaluation import Walk
 from kane.expr.irreducible import blocks, matched_columns
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr

@@ -4,10 +4,10 @@
 import numpy as np
 
 from kane.errors import SingularError, SpeedsError, cut
-from kane.expr.affine import affine_forms
 from kane.expr.build import mul, neg, sub
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.irreducible import structural_rank
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert

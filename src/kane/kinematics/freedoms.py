@@ -5,9 +5,9 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from kane.expr.affine import Affine
 from kane.expr.build import add, mul
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
+from kane.expr.linear_parts import Affine
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Row, ScalarForm

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.expr.build import add, cos, mul, neg, sin, sqrt
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.numeric import rotations

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from kane.expr.diff import tangent, time_derivative
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import tangent, time_derivative
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, input_of, rate

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.expr.build import add, neg
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.given_cosines import (
     Alpha,

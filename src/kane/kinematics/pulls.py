@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from kane.expr.build import add, mul
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.freedoms import Stage, Unsuited

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.expr.build import add, mul, neg
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate

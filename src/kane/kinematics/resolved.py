@@ -8,7 +8,7 @@ follow from their definitions, u̇ = Y q̈ + Ẏ q̇ + ż, which divide by nothi
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from kane.expr.build import add, div, mul, neg, sub
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.freedoms import Freedom, Unsuited
 from kane.kinematics.motion import Kinematics

@@ -16,8 +16,8 @@ from functools import cache
 from typing import NamedTuple
 
 from kane.expr.build import sub
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.freedoms import Forms, Freedom, Stage, Stages, Unsuited, are_coupled, is_single, is_still, measured
 from kane.kinematics.motion import Kinematics

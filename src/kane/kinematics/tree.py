@@ -10,10 +10,10 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
-from kane.expr.affine import affine_forms
 from kane.expr.build import sub
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.linear_parts import affine_forms
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import QuasiRate, Rate, Symbol
 from kane.kinematics.aligned import Aligned, aligned_bases

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, State, Symbol
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, TypeGuard, runtime_checkable
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol

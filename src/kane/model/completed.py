@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kane.expr.affine import affine_forms
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.linear_parts import affine_forms
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Speed, word
 from kane.expr.visit import substituted

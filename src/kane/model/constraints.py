@@ -16,8 +16,8 @@ from typing import Any, Literal
 
 from kane.errors import ModelError, UnitError, cut
 from kane.expr.build import neg
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Time, input_of

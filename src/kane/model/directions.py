@@ -4,7 +4,7 @@
 import math
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.symbols import Parameter
 from kane.numeric.sampling import sample
 from kane.space.frame import Frame, frames_of

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Sequence
 
 from kane.errors import KaneWarning
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate
 from kane.model.bodies import Part

@@ -13,7 +13,7 @@ from typing import Any
 
 from kane.errors import ModelError, cut
 from kane.expr.build import add, div, mul, sub
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.model.bodies import Body, Part
 from kane.model.directions import check_unit

@@ -10,7 +10,7 @@ from typing import Any
 
 from kane.errors import ModelError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, sqrt
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Reaction
 from kane.model.joints.joint import Joint

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import QuasiRate, Rate, Reaction, Speed, Symbol, input_of

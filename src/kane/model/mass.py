@@ -12,7 +12,7 @@ from typing import Any
 from kane.errors import ModelError, cut
 from kane.expr.build import add
 from kane.expr.collect import collected
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.operators import sqrt

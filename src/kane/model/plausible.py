@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from kane.errors import KaneWarning, ModelError, cut
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
 from kane.expr.ops import CONST
 from kane.expr.symbols import Parameter

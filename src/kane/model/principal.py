@@ -17,7 +17,7 @@ import numpy.typing as npt
 from kane import show
 from kane.errors import ModelError, cut
 from kane.expr.build import add, cos, div, mul, sin, sqrt, sub
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import TWO, ZERO, Expr, as_expr, constant, constant_value, pi

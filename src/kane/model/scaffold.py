@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Symbol, Symbols
 from kane.model import checks
 from kane.model.completed import completed

@@ -12,8 +12,8 @@ from typing import Any
 
 from kane.errors import ModelError
 from kane.expr.build import add
-from kane.expr.diff import diff
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import diff
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Symbol
 from kane.expr.visit import substituted

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Rate, Reaction, State, Symbol, input_of
 from kane.model.declarations import Declarations

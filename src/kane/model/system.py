@@ -12,7 +12,7 @@ from typing import Any, Literal
 from kane import show
 from kane.errors import ModelError, none_of
 from kane.expr.build import add, mul, sub
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, State, Symbols
 from kane.model import checks

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from kane.errors import UnitError, cut
 from kane.expr.build import mul
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate

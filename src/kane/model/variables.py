@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from kane.errors import ModelError, NotAffineError, SpeedsError, cut
-from kane.expr.affine import Affine, affine_forms
-from kane.expr.diff import euler_parameter_rates
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import euler_parameter_rates
+from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
+from kane.expr.linear_parts import Affine, affine_forms
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, Symbols, input_of, names, rate
 from kane.model.constraints import Constraint

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.assemble import assemble
+from kane.analysis.assembly import assemble
 from kane.analysis.state import guess, start_state
 from kane.dynamics.readings.values import evaluate_along, time_derivative
 from kane.equations.equations import Equations

@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 
 from kane.errors import KaneWarning
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.model.beams.beam import Beam
 from kane.model.beams.doubts import doubts
 from kane.motion.solution import Solution

@@ -15,7 +15,7 @@ import numpy as np
 
 from kane.errors import cut
 from kane.expr.build import neg
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
 from kane.motion.compiled_equations import Routines
 from kane.motion.switches import Switch, switches

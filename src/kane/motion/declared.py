@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.expr.build import add, mul
-from kane.expr.evaluate import Walk
+from kane.expr.evaluation import Walk
 from kane.expr.node import ZERO, Expr, as_expr, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB
 from kane.expr.piecewise import lowered

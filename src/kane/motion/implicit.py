@@ -15,7 +15,7 @@ from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.equations.on_demand import along
 from kane.equations.routines import ports
-from kane.expr.diff import tangent, weighted
+from kane.expr.differentiation import tangent, weighted
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.motion.collocated import Given

@@ -10,7 +10,7 @@ import numpy as np
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.expr.build import NODE_BUILDERS, add, neg
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.ops import CONST, OPS
 from kane.expr.symbols import Parameter

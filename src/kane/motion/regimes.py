@@ -20,7 +20,7 @@ from kane.equations.equations import Equations
 from kane.expr.node import Expr, constant
 from kane.expr.piecewise import Piecewise
 from kane.expr.piecewise_sides import leaps
-from kane.expr.substitute import substitute
+from kane.expr.substitution import substitute
 from kane.expr.switching import on_sides
 from kane.expr.switching import switches as switches_of
 from kane.expr.symbols import Parameter

@@ -12,7 +12,7 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.expr.build import mul
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
 from kane.expr.size import Sizes, largest, size
 from kane.motion.projection import Numbers

@@ -12,7 +12,7 @@ import numpy as np
 
 from kane.dynamics.readings.values import time_derivative, without_unknowns
 from kane.errors import KaneError, KaneWarning, cut
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.size import size
 from kane.expr.symbols import Rate, Reaction

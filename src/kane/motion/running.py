@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.assemble import assemble
+from kane.analysis.assembly import assemble
 from kane.analysis.state import start_state
 from kane.dynamics.readings.undirected import undirected
 from kane.equations.equations import Equations

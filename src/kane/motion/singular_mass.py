@@ -11,7 +11,7 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
 from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
 

@@ -13,7 +13,7 @@ from kane.dynamics.poles import AdmittedSpeeds
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
-from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
+from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate

@@ -15,8 +15,8 @@ import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
-from kane.expr.diff import tangent
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.ops import Op
 from kane.expr.piecewise import Piecewise

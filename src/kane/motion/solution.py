@@ -17,7 +17,7 @@ from kane.dynamics.readings.values import evaluate_along
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, Attributes
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint

@@ -10,7 +10,7 @@ import numpy as np
 from kane.dynamics.events import SlipEnd
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.ops import DIV, OPS, POW, SQRT
 from kane.expr.size import size

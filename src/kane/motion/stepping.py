@@ -15,7 +15,7 @@ import numpy as np
 from kane.dynamics.constraints.closure import OFF, closure, residual_function, usual_sizes
 from kane.dynamics.events import KinematicsEnd
 from kane.equations.equations import Equations
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
 from kane.motion.bounds import SHARES

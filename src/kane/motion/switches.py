@@ -7,7 +7,7 @@ from typing import NamedTuple
 from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import sub
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, OPS, SQRT
 from kane.expr.piecewise import Piecewise, applied

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.expr.diff import tangent
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.piecewise import Data, Piecewise
 from kane.expr.switching import switches

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import ADD, SUB, WHERE
 from kane.expr.switching import turning_on

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from kane.analysis.continuation import Branch
+from kane.analysis.solution_branches import Branch
 from kane.errors import SimulationError, cut
 from kane.present.labels import label as label_of
 from kane.units.text import unit_text

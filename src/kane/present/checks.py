@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.errors import Attributes
-from kane.expr.evaluate import stacked
+from kane.expr.evaluation import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
 from kane.motion.energy import EnergyCheck

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kane.analysis.continuation import Branch
+from kane.analysis.solution_branches import Branch
 from kane.analysis.stability import GROWS
 from kane.errors import SimulationError
 from kane.numeric.arrays import Array

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from kane.errors import ProgramError
-from kane.expr.evaluate import compile_reference
+from kane.expr.evaluation import compile_reference
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.numeric.arrays import Array

@@ -15,7 +15,7 @@ import numpy as np
 from kane import show
 from kane.errors import SpaceError, cut
 from kane.expr.build import cos, sin
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr

@@ -10,8 +10,8 @@ import numpy as np
 
 from kane.errors import SpaceError, cut
 from kane.expr.build import add, cos, mul, neg, sin, sub
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols, is_constant_in_time
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.immutable import landmarks
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value

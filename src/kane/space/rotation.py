@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from kane.expr.build import add, cos, mul, neg, sin, sub
-from kane.expr.diff import time_derivative
+from kane.expr.differentiation import time_derivative
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import dot
 from kane.expr.memo import remembered

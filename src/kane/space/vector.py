@@ -11,8 +11,8 @@ from typing import Any, NoReturn
 from kane import show
 from kane.errors import SpaceError, cut
 from kane.expr.build import add, div, mul, neg, sqrt, sub
-from kane.expr.diff import tangent, time_derivative
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import tangent, time_derivative
+from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
 from kane.expr.memo import remembered

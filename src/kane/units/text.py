@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product as choices
 
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, postorder
 from kane.units.algebra import NONE, Exponent, Unit
 from kane.units.parser import parse

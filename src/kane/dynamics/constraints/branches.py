@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.expr.evaluate import compile_reference
+from kane.expr.evaluation import compile_reference
 from kane.expr.node import Expr
 from kane.model.constraints import Branch
 from kane.model.system import System

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from kane.expr.build import sub
-from kane.expr.diff import jacobian
-from kane.expr.evaluate import Reference, compile_reference
+from kane.expr.differentiation import jacobian
+from kane.expr.evaluation import Reference, compile_reference
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, Expr
 from kane.model.system import System

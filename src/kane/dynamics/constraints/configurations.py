@@ -14,7 +14,7 @@ import numpy as np
 from kane.dynamics.constraints.branches import branch_scalars, branches, turned_function
 from kane.dynamics.constraints.closure import OFF, Closure, closure, in_rows, rounding_function, unit_places
 from kane.errors import ModelError
-from kane.expr.evaluate import compile_reference, free_symbols
+from kane.expr.evaluation import compile_reference, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, input_of, time

@@ -15,7 +15,7 @@ import numpy as np
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.constraints.configurations import Configurations
 from kane.errors import KaneWarning, ModelError, ReactionError
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, constant_value
 from kane.expr.symbols import Coordinate, Parameter, Time, input_of
 from kane.kinematics.constraints import ConstraintRows

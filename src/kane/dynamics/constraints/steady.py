@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from kane.dynamics.constraints.choice import Compared
 from kane.dynamics.constraints.configurations import Configurations
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Coordinate, Parameter
 from kane.numeric.arrays import Array

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Speed
 from kane.kinematics.motion import Contact, Kinematics

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from kane.dynamics.derivatives.stages import Stage, total
 from kane.dynamics.derivatives.wholes import Change, primed
 from kane.dynamics.trees.line import Line, Motion, Vectors, entered
-from kane.expr.diff import tangent
+from kane.expr.differentiation import tangent
 from kane.expr.node import ONE, TWO, ZERO
 from kane.expr.symbols import Symbol
 from kane.space.rotation import NOTHING, Triple, cross3

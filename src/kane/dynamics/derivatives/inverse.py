@@ -9,7 +9,7 @@ from kane.dynamics.derivatives.tree import Tree
 from kane.dynamics.trees.inverse_dynamics import joint_forces, joint_mass, joint_rows
 from kane.dynamics.trees.line import line_at, motions
 from kane.expr.build import add
-from kane.expr.diff import tangent
+from kane.expr.differentiation import tangent
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Symbol, rate

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from kane.expr.build import add
-from kane.expr.diff import tangent
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Parameter
 from kane.expr.visit import substituted

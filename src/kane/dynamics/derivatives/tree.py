@@ -23,8 +23,8 @@ from kane.dynamics.terms import sum_of
 from kane.dynamics.trees.inverse_dynamics import joint_mass
 from kane.dynamics.trees.line import Line, Motion, Vectors, line_of, motions, passed_on, pressing
 from kane.expr.build import add, neg
-from kane.expr.diff import tangent
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import finish, forward, ldl

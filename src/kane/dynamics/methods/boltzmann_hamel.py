@@ -14,7 +14,7 @@ from kane.dynamics.methods.solving import on_constraints, solved_for, told
 from kane.dynamics.readings.energy import kinetic_energy_in_speeds
 from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
-from kane.expr.diff import gradient, time_derivative
+from kane.expr.differentiation import gradient, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.expr.symbols import rate

@@ -14,9 +14,9 @@ from kane.dynamics.methods.formulation import Exprs, Formulation
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.methods.lagrange import multipliers_of
 from kane.dynamics.methods.solving import definite, solved, told
-from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.diff import gradient, time_derivative
+from kane.expr.differentiation import gradient, time_derivative
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Speed, rate

@@ -16,11 +16,11 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import read
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.errors import ModelError
-from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.immutable import Immutable
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate, rate

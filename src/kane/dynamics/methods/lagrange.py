@@ -13,7 +13,7 @@ from kane.dynamics.methods.formulation import Exprs, Formulation
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.methods.solving import constrained, on_constraints, solved_for, told
 from kane.expr.build import sub
-from kane.expr.diff import gradient, time_derivative
+from kane.expr.differentiation import gradient, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.symbols import Reaction
 

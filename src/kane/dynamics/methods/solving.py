@@ -10,8 +10,8 @@ from typing import NamedTuple
 from kane.dynamics.methods.in_rates import Held
 from kane.dynamics.routes.recursive import is_regular
 from kane.errors import ModelError, SingularError
-from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import finish, forward, ldl

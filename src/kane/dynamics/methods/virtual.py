@@ -14,7 +14,7 @@ from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.methods.solving import on_constraints, solved_for, told
 from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.diff import jacobian, time_derivative
+from kane.expr.differentiation import jacobian, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.model.bodies import Part

@@ -10,7 +10,7 @@ import numpy as np
 
 from kane.dynamics.derivation import Derived
 from kane.errors import ExpressionError, cut
-from kane.expr.evaluate import stacked
+from kane.expr.evaluation import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol, rate, time

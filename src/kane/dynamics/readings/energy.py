@@ -11,7 +11,7 @@ from kane.dynamics.solved import Solved
 from kane.dynamics.terms import sum_of
 from kane.dynamics.trees import energy as trees
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import State, Time, input_of
 from kane.kinematics.freedoms import Unsuited

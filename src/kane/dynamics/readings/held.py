@@ -14,7 +14,7 @@ import numpy as np
 from kane.dynamics.solved import Reading, Solved
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.build import add, mul
-from kane.expr.evaluate import Walk, free_symbols
+from kane.expr.evaluation import Walk, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, constant
 from kane.expr.size import Sizes, largest, size

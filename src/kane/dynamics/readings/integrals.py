@@ -22,8 +22,8 @@ from kane.dynamics.readings.values import without_rates
 from kane.dynamics.solved import Solved
 from kane.errors import PotentialError, cut
 from kane.expr.build import add, mul, sub
-from kane.expr.diff import diff, gradient
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.differentiation import diff, gradient
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Time, input_of, rate

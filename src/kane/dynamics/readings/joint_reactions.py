@@ -23,7 +23,7 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, ReactionError, cut, none_of
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.kinematics.motion import acceleration_form
 from kane.model.bodies import parts_of

@@ -22,7 +22,7 @@ from kane.dynamics.readings.rate_forces import quasi_rates
 from kane.dynamics.readings.values import without_rates
 from kane.dynamics.terms import sum_of
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.diff import gradient, time_derivative
+from kane.expr.differentiation import gradient, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import rate

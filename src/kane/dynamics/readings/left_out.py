@@ -13,7 +13,7 @@ import numpy as np
 from kane.dynamics.constraints.left_out import Watch
 from kane.dynamics.solved import Solved
 from kane.errors import KaneWarning, SingularError, ValueMissingError
-from kane.expr.evaluate import Walk, at, of_one_shape
+from kane.expr.evaluation import Walk, at, of_one_shape
 from kane.expr.node import Expr, postorder
 from kane.numeric.arrays import Mask
 from kane.numeric.places import first_place

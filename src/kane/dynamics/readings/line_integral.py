@@ -11,7 +11,7 @@ from typing import NamedTuple
 from kane.expr.build import add, mul, sub
 from kane.expr.collect import factored
 from kane.expr.count import price
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.expand import expanded
 from kane.expr.integration import antiderivative
 from kane.expr.node import ZERO, Expr, constant

@@ -17,7 +17,7 @@ from kane.dynamics.readings.rate_forces import by_rates, differs, places, rows_i
 from kane.dynamics.readings.values import without_rates
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add
-from kane.expr.diff import diff, gradient
+from kane.expr.differentiation import diff, gradient
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, rate
 from kane.model.system import total_mass

@@ -17,7 +17,7 @@ from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.singular import of_rates
 from kane.dynamics.solved import Pivot, Solved
 from kane.errors import KaneWarning, SingularError, ValueMissingError, cut
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, WHERE
 from kane.expr.regular import factors, guards_below, unguarded

@@ -19,8 +19,8 @@ from kane.dynamics.readings.potential_held import check_allowed, held
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
 from kane.errors import KaneError, PotentialError, cut
 from kane.expr.build import neg
-from kane.expr.diff import diff
-from kane.expr.evaluate import free_symbols
+from kane.expr.differentiation import diff
+from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.size import size

@@ -15,7 +15,7 @@ from kane.dynamics.readings.rate_forces import Place, measured, places
 from kane.dynamics.terms import sum_of
 from kane.errors import KaneError, PotentialError
 from kane.expr.build import mul, neg, sub
-from kane.expr.diff import diff
+from kane.expr.differentiation import diff
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul
-from kane.expr.diff import time_derivative
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.differentiation import time_derivative
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.linear_parts import affine_forms
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituted

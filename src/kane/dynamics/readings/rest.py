@@ -13,7 +13,7 @@ from kane.errors import ExpressionError, ModelError, ValueMissingError, alike, c
 from kane.expr.build import add
 from kane.expr.collect import collected
 from kane.expr.count import price
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Symbol, Time, input_of, rate
 from kane.expr.visit import substituted

@@ -14,7 +14,7 @@ import numpy as np
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.solved import Solved
 from kane.errors import KaneWarning, SingularError, ValueMissingError, cut
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
 from kane.expr.ops import GONE
 from kane.expr.regular import guarding, unguarded

@@ -8,7 +8,7 @@ import numpy as np
 
 from kane.dynamics.solved import Solved
 from kane.errors import cut
-from kane.expr.evaluate import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV
 

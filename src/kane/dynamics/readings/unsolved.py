@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from kane.dynamics.derivation import Derived
 from kane.expr.build import add, neg, sub
-from kane.expr.diff import tangent
+from kane.expr.differentiation import tangent
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Reaction, Symbol, rate

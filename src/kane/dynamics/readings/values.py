@@ -12,9 +12,9 @@ from kane.dynamics.readings.pivots import check_pivots
 from kane.dynamics.readings.singular import check_rates, with_regular_rates
 from kane.dynamics.solved import Reading, Solved
 from kane.errors import ExpressionError, ValueMissingError
-from kane.expr.affine import Affine
-from kane.expr.diff import tangent
-from kane.expr.evaluate import Walk, at, evaluate, free_symbols, of_one_shape
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape
+from kane.expr.linear_parts import Affine
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import (

@@ -18,8 +18,8 @@ from kane.dynamics.constraints.embed import embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, by_other_speeds
 from kane.dynamics.solved import Solved
-from kane.expr.affine import affine_forms
 from kane.expr.build import add, mul, neg, sub
+from kane.expr.linear_parts import affine_forms
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed
 from kane.expr.visit import substituted

@@ -18,7 +18,7 @@ from kane.dynamics.derivation import Derived, free_fall
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.collect import collected, quotient
 from kane.expr.common_factor import Contents, content, divider, over_number
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, constant_value
 from kane.kinematics.freedoms import Unsuited

@@ -19,7 +19,7 @@ from kane.dynamics.derivation import Derived, by_other_speeds
 from kane.dynamics.routes.rates import ConstraintRates, constraint_rates
 from kane.errors import KaneError
 from kane.expr.build import add, mul
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import determinant

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.expr.build import neg
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr
 from kane.expr.square_system import square
 from kane.expr.symbols import QuasiRate, rate

@@ -7,7 +7,7 @@ from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, nodes
 from kane.expr.ops import DIV, OPS, REGULAR
 from kane.expr.regular import factors

@@ -22,7 +22,7 @@ from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, sub
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.diff import time_derivative
+from kane.expr.differentiation import time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
 from kane.kinematics.freedoms import Stage, Stages, Unsuited

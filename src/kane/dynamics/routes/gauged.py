@@ -8,9 +8,9 @@ no segment of the tree.
 from collections.abc import Sequence
 
 from kane.dynamics.derivation import Derived
-from kane.expr.affine import affine_forms
 from kane.expr.build import add
-from kane.expr.diff import time_derivative
+from kane.expr.differentiation import time_derivative
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
 from kane.model.bodies import deforming

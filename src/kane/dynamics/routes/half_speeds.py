@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import sum_of
-from kane.expr.affine import affine_forms
 from kane.expr.build import div, mul
 from kane.expr.count import price
+from kane.expr.linear_parts import affine_forms
 from kane.expr.node import TWO, ZERO, Expr
 
 

@@ -13,10 +13,10 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import sum_of
-from kane.expr.affine import Affine
 from kane.expr.build import mul, neg, sub
 from kane.expr.collect import collected
 from kane.expr.count import price
+from kane.expr.linear_parts import Affine
 from kane.expr.node import ONE, ZERO, Expr
 from kane.model.constraints import Constraint
 from kane.model.loads import Load

@@ -14,7 +14,7 @@ from dataclasses import replace
 from kane.dynamics.bodies import Moving, Turning
 from kane.expr.build import add, mul, neg
 from kane.expr.collect import collected
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed

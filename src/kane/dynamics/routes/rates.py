@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
-from kane.expr.evaluate import holds_any
+from kane.expr.evaluation import holds_any
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substituted

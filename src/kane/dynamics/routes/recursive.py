@@ -23,8 +23,8 @@ from kane.dynamics.routes.flexible import Bent, bending_bodies
 from kane.dynamics.routes.gauged import bent_frames, gauged, shared_rates
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
-from kane.expr.affine import affine_forms
-from kane.expr.evaluate import Walk
+from kane.expr.evaluation import Walk
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.visit import substituted

@@ -24,7 +24,7 @@ from kane.dynamics.solved import Solved
 from kane.expr.build import add, mul, sub
 from kane.expr.collect import collected
 from kane.expr.count import Prices
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed

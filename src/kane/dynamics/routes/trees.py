@@ -17,7 +17,7 @@ from kane.dynamics.routes.recursive import BENT, recursions
 from kane.dynamics.routes.ways import Found, all_speeds, with_reactions
 from kane.dynamics.solved import Solved
 from kane.expr.count import price
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr
 from kane.expr.regular import factors
 from kane.model.bodies import deforming

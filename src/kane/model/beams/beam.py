@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.errors import ModelError, cut, none_of
 from kane.expr.build import div, mul
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate

@@ -11,7 +11,7 @@ from functools import cache, lru_cache
 import numpy as np
 
 from kane.errors import KaneWarning, ModesWarning, StiffeningWarning
-from kane.expr.evaluate import evaluate
+from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam
 from kane.model.beams.deformation import Field

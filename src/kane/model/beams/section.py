@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.errors import ModelError, cut
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.numeric.arrays import Array

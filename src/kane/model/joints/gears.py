@@ -17,7 +17,7 @@ from typing import Any
 
 from kane.errors import ModelError, cut
 from kane.expr.build import add, div, mul, sqrt, sub
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.expr.patterns import split

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from kane.errors import ModelError, UnitError, cut
-from kane.expr.evaluate import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate

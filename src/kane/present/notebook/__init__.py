@@ -5,9 +5,9 @@ Imported when a notebook first asks. No representation raises: `show` sees to th
 """
 
 from kane import show
-from kane.analysis.compare_methods import MethodComparison
-from kane.analysis.compare_speeds import SpeedComparison
 from kane.analysis.linear import Linear
+from kane.analysis.method_comparison import MethodComparison
+from kane.analysis.speed_comparison import SpeedComparison
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.integrals import Integral

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Sets of speeds, or methods, side by side in a notebook."""
 
-from kane.analysis.compare_methods import MethodComparison
-from kane.analysis.compare_speeds import SpeedComparison
+from kane.analysis.method_comparison import MethodComparison
+from kane.analysis.speed_comparison import SpeedComparison
 from kane.present.notebook.pieces import escaped, table
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as one Python module that needs NumPy only, to be read, changed and carried away.
 
-It does the program's operations as `kane.expr.evaluate` does them, for one state or for arrays of them: a vector has its values on
+It does the program's operations as `kane.expr.evaluation` does them, for one state or for arrays of them: a vector has its values on
 the last axis, and the axes before it are broadcast.
 """
 

@@ -19,7 +19,7 @@ from kane.dynamics.routes.table import ASKED
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
 from kane.errors import Attributes, KaneError, ModelError, SpeedsError, cut, none_of
-from kane.expr.evaluate import is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import MUL

@@ -20,8 +20,8 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.errors import Attributes, NotAffineError, SimulationError, SingularError, ValueMissingError, cut
-from kane.expr.affine import affine_forms
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
+from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.size import Sizes, size

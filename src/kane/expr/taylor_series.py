@@ -13,7 +13,7 @@ from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, sub
 from kane.expr.collect import factored
 from kane.expr.count import price
-from kane.expr.diff import leaves, tangent
+from kane.expr.differentiation import leaves, tangent
 from kane.expr.expand import expanded
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.expr.symbols import Parameter

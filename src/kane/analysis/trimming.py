@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.analysis.conditions import Conditions, Measured, conditions
 from kane.analysis.differentiable import warn_of_jumps
-from kane.analysis.linearize import choice_of
+from kane.analysis.linearization import choice_of
 from kane.analysis.magnitudes import share
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.state import check_equations, entries, open_shares

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kane.errors import ExpressionError, ValueMissingError, alike, cut
-from kane.expr.evaluate import free_symbols
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted as replaced

@@ -12,11 +12,11 @@ import numpy.typing as npt
 from kane.analysis.beams import warn_of_beams
 from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
-from kane.analysis.linearize import Linearizer, linearizer
+from kane.analysis.linearization import Linearizer, linearizer
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.stability import Crossing, changes, tracked
 from kane.analysis.state import check_equations
-from kane.analysis.trim import KINDS, Problem, null_space, problem, solve_problem, undetermined
+from kane.analysis.trimming import KINDS, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut, none_of
