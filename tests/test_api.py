@@ -16,7 +16,7 @@ import kane as kn
 
 def test_each_name_is_listed_once_and_resolves():
     assert len(set(kn.__all__)) == len(kn.__all__)
-    missing = [name for name in kn.__all__ if getattr(kn, name, None) is None]
+    missing = [name for name in (*kn.__all__, *kn.__getattr__.places) if getattr(kn, name, None) is None]
     assert missing == []
 
 
@@ -29,7 +29,7 @@ def test_the_list_is_complete():
         and not inspect.ismodule(value)
         and getattr(value, "__module__", "").startswith("kane")
     }
-    assert reachable - set(kn.__all__) == set()
+    assert reachable - {*kn.__all__, *kn.__getattr__.places} == set()
 
 
 def test_dir_shows_the_list():
@@ -42,12 +42,12 @@ def test_what_is_not_there():
 
 
 def test_every_function_and_class_is_documented():
-    bare = [n for n in kn.__all__ if callable(getattr(kn, n)) and not (getattr(kn, n).__doc__ or "").strip()]
+    bare = [n for n in kn.__getattr__.places if callable(getattr(kn, n)) and not (getattr(kn, n).__doc__ or "").strip()]
     assert bare == []
 
 
 def test_errors_are_one_family():
-    for name in kn.__all__:
+    for name in kn.errors.__all__:
         value = getattr(kn, name)
         if inspect.isclass(value) and issubclass(value, Exception) and not issubclass(value, Warning):
             assert issubclass(value, kn.KaneError), name
@@ -79,18 +79,29 @@ def test_a_name_loads_what_it_needs():
         }
 
 
+FAMILIES = ("analysis", "attitude", "beams", "errors", "expr", "figures", "joints", "loads", "solids")
+
+
 def test_names_are_imported_for_type_checkers_from_where_they_come():
-    """What `from … import …` says to type checkers is what the table says at run time."""
-    tree = ast.parse(Path(kn.__file__).read_text("utf-8"))
-    said = {
-        a.name: node.module
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.level == 0
-        for a in node.names
-    }
-    modules = kn.__getattr__.modules
-    assert {name: said.get(name) for name in modules} == modules
-    assert set(modules) == set(kn.__all__) - {"__version__"}
+    """What `from … import …` says to type checkers is what the table says at run time; `*` stands for a family's own list."""
+    said = dict[str, str]()
+    for node in ast.walk(ast.parse(Path(kn.__file__).read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("kane."):
+            said |= {a.name: node.module for a in node.names if a.name not in ("*", "offered")}
+    families = {name: getattr(kn, family) for family in FAMILIES for name in getattr(kn, family).__all__}
+    places = kn.__getattr__.places
+    assert set(places) == {*said, *families, *FAMILIES}
+    assert {name: f"kane{places[name][0]}" for name in said} == said
+    for name, family in families.items():
+        assert getattr(family, name) is getattr(kn, name), name
+
+
+def test_families_list_each_name_once():
+    """A name stands in one family; `dir` shows what it lists."""
+    names = [name for family in FAMILIES for name in getattr(kn, family).__all__]
+    assert len(set(names)) == len(names)
+    assert all(set(getattr(kn, family).__all__) <= set(dir(getattr(kn, family))) for family in FAMILIES)
+    assert len(kn.__all__) <= 120
 
 
 @pytest.mark.slow
@@ -120,9 +131,10 @@ def test_packages_offer_what_they_say_whatever_was_imported_before():
         "          and '__getattr__' in vars(m)]\n"
         "print(len(offers))\n"
         "for o in offers:\n"
-        "    for name, module in o.modules.items():\n"
-        "        found = getattr(sys.modules[o.package], name)\n"
-        "        if found is not getattr(sys.modules[module], name, sys.modules[module]): print(o.package, name)\n"
+        "    for name, (path, inside) in o.places.items():\n"
+        "        module = importlib.import_module(path, o.package)\n"
+        "        right = getattr(module, inside) if inside else module\n"
+        "        if getattr(sys.modules[o.package], name) is not right: print(o.package, name)\n"
     )
     count, *wrong = run(code)
     assert int(count) > 10

@@ -144,3 +144,28 @@ class StiffeningWarning(KaneWarning):
 
 class ModesWarning(KaneWarning):
     """A beam has too few functions for the motion that it makes."""
+
+
+__all__ = [
+    "ArgumentError",
+    "CornerError",
+    "ExpressionError",
+    "KaneError",
+    "KaneWarning",
+    "MissingAttributeError",
+    "ModelError",
+    "ModesWarning",
+    "NotAffineError",
+    "NotFiniteError",
+    "PotentialError",
+    "ProgramError",
+    "ReactionError",
+    "SimulationError",
+    "SingularError",
+    "SolutionFileError",
+    "SpaceError",
+    "SpeedsError",
+    "StiffeningWarning",
+    "UnitError",
+    "ValueMissingError",
+]  # fmt: skip

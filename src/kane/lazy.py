@@ -7,29 +7,38 @@ from typing import Any
 
 
 class Offered:  # no dataclass: `import kane` would take twice as long
-    """The `__getattr__` of a package: `modules` says where each name is; a module may be offered by its own name."""
+    """The `__getattr__` of a package: `places` gives of each name its module, relative to the package, and its name there.
 
-    __slots__ = ("modules", "package")
+    That is "" for a module itself.
+    """
 
-    def __init__(self, package: str, modules: Mapping[str, str]) -> None:
+    __slots__ = ("package", "places")
+
+    def __init__(self, package: str, places: Mapping[str, tuple[str, str]]) -> None:
         self.package = package
-        self.modules = modules
+        self.places = places
 
     def __call__(self, name: str) -> Any:
         """Import a name, and keep it in the package."""
-        module = self.modules.get(name)
-        if module is None:
+        if name not in self.places:
             from kane.errors import MissingAttributeError
 
             raise MissingAttributeError(import_module(self.package), name)
-        found = import_module(module)
-        value = found if module.endswith(f".{name}") and not hasattr(found, name) else getattr(found, name)
+        module, inside = self.places[name]
+        value = import_module(module, self.package)
+        value = getattr(value, inside) if inside else value
         import_module(self.package).__dict__[name] = value
         return value
 
 
 def offered(package: str, names: Mapping[str, str]) -> Offered:
-    """What a package offers: names by their modules within the package, separated by spaces."""
-    return Offered(
-        package, {name: f"{package}.{module}" for module, listed in names.items() for name in listed.split()}
-    )
+    """What a package offers: by the path of a module, the names there, separated by spaces.
+
+    Paths are relative to the package, ".units.table" to the one that it is in. "" or a path with "." behind stands for modules.
+    """
+    places = dict[str, tuple[str, str]]()
+    for path, listed in names.items():
+        for name in listed.split():
+            modules = not path or path.endswith(".")
+            places[name] = (f".{path}{name}", "") if modules else (f".{path}", name)
+    return Offered(package, places)

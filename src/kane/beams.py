@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Flexible beams and their mode shapes."""
+
+from kane.model.beams.beam import Beam
+from kane.model.beams.section import tapered
+from kane.model.beams.shapes import ModeShapes, mode_shapes
+
+__all__ = [
+    "Beam",
+    "ModeShapes",
+    "mode_shapes",
+    "tapered",
+]  # fmt: skip

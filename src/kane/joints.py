@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Joints as functions over frames and points, loops closed by the same joints, contacts of wheels, and gears."""
+
+from kane.dynamics.readings.joint_reactions import JointReaction
+from kane.model.joints.closing import (
+    close_ball,
+    close_cylindrical,
+    close_pin,
+    close_planar,
+    close_screw,
+    close_slider,
+    close_universal,
+    close_weld,
+)
+from kane.model.joints.contact import Contact, disk_on_plane, sphere_on_plane, torus_on_plane
+from kane.model.joints.crossed_gears import bevel_pair, worm_pair
+from kane.model.joints.gears import gear_pair, rack_and_pinion
+from kane.model.joints.joint import Joint
+from kane.model.joints.lower_pairs import cylindrical, pin, planar, screw, slider, universal, weld
+from kane.model.joints.spherical import ball, free
+
+__all__ = [
+    "Contact",
+    "Joint",
+    "JointReaction",
+    "ball",
+    "bevel_pair",
+    "close_ball",
+    "close_cylindrical",
+    "close_pin",
+    "close_planar",
+    "close_screw",
+    "close_slider",
+    "close_universal",
+    "close_weld",
+    "cylindrical",
+    "disk_on_plane",
+    "free",
+    "gear_pair",
+    "pin",
+    "planar",
+    "rack_and_pinion",
+    "screw",
+    "slider",
+    "sphere_on_plane",
+    "torus_on_plane",
+    "universal",
+    "weld",
+    "worm_pair",
+]  # fmt: skip
