@@ -46,7 +46,7 @@ def theirs() -> object:
     return method.mass_matrix, method.forcing
 
 
-def by_name(eom: kn.Equations, at: kn.Assembled, inputs: dict[str, float]) -> dict[str, float]:
+def by_name(eom: kn.Equations, at: kn.analysis.Assembled, inputs: dict[str, float]) -> dict[str, float]:
     """What SymPy's model needs at a state: its angles, their rates, the inputs and the parameters."""
     names = [q.name for q in eom.coordinates]
     rates = eom.evaluate(eom.rates, q=at.q, u=at.u)
@@ -70,13 +70,13 @@ def difference(seed: int = 0) -> float:
     return max(abs(found[name] - a) for name, a in peer.items()) / max(map(abs, peer.values()))
 
 
-def straight(eom: kn.Equations, speed: float) -> kn.Assembled:
+def straight(eom: kn.Equations, speed: float) -> kn.analysis.Assembled:
     """Upright and straight ahead."""
     q = dict.fromkeys((s.name for s in eom.coordinates), 0.0)
     return kn.assemble(eom, q=q, u={"u1": 0.0, "u4": 0.0, "u5": -speed / 0.3})
 
 
-def linearizations(lin: kn.Linearizer, speeds: Array) -> list[float]:
+def linearizations(lin: kn.analysis.Linearizer, speeds: Array) -> list[float]:
     """Seconds of kane's numeric linearization at each forward speed."""
     points, seconds = [straight(lin.eom, float(v)) for v in speeds], []
     for at in points:
@@ -89,7 +89,7 @@ def linearizations(lin: kn.Linearizer, speeds: Array) -> list[float]:
 def measure_linearization() -> dict[str, Any]:
     """kane's: the first point with compiling, then many."""
     start = time.perf_counter()
-    lin = kn.linearizer(ours())
+    lin = kn.analysis.linearizer(ours())
     at = straight(lin.eom, SPEED)
     lin(q=at.q, u=at.u, independent=INDEPENDENT)
     ready = time.perf_counter() - start

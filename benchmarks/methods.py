@@ -52,7 +52,7 @@ def table() -> str:
     """The text of `methods.md`."""
     rows = []
     for name, module in SYSTEMS.items():
-        found = kn.compare_methods(import_module(f"kane.gallery.{module}").system())
+        found = kn.analysis.compare_methods(import_module(f"kane.gallery.{module}").system())
         counts = [str(found[m].operations.total) if m in found.formulations else "–" for m in METHODS]
         rows.append(f"| {name} | {' | '.join(counts)} |")
     head = [f"| system | {' | '.join(METHODS)} |", f"|---|{'---|' * len(METHODS)}"]

@@ -114,7 +114,7 @@ def random_tree(parents: Sequence[int], seed: int, *, floating: bool = False, ge
     """
     N, g = kn.Frame("N"), kn.parameter("g", 9.81, "m/s^2")
     base = (kn.Point("O", fixed_in=N), N)
-    joints: list[kn.Joint] = []
+    joints: list[kn.joints.Joint] = []
     if floating:
         joints.append(kn.free("base", *base))
         base = (joints[0].point, joints[0].frame)
@@ -143,7 +143,7 @@ def _parameters(name: str, values: Array) -> Any:
     return flat if values.ndim == 1 else [flat[3 * i : 3 * i + 3] for i in range(3)]
 
 
-def _body(joint: kn.Joint, body: Mass, given: Callable[[str, Array], Any]) -> kn.RigidBody:
+def _body(joint: kn.joints.Joint, body: Mass, given: Callable[[str, Array], Any]) -> kn.RigidBody:
     (xx, xy, zx), (_, yy, yz), (_, _, zz) = given(f"I_{joint.name}_", body.inertia)
     return kn.RigidBody(
         joint.name,

@@ -26,7 +26,7 @@ C = B.rotate("C", q3, B.z)
 P = O.at("P", q4 * N.x + q5 * N.y)  # trace of the contact
 Cs = P.at("C*", R * B.y)  # mass centre
 Ch = Cs.fixed_in(C, "C^", -R * B.y)  # the disk's particle in contact
-disk = kn.RigidBody("disk", frame=C, mass_center=Cs, mass=m, inertia=kn.thin_disk(C, m, R, axis=C.z))
+disk = kn.RigidBody("disk", frame=C, mass_center=Cs, mass=m, inertia=kn.solids.thin_disk(C, m, R, axis=C.z))
 
 w = C.angular_velocity(N)  # 2
 normal = kn.reaction("N_z", at=P, along=N.z)  # brings the normal force into evidence

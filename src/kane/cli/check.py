@@ -144,7 +144,7 @@ def _degrees(eom: kn.Equations, begin: Start) -> Iterator[str]:
             value = float(kn.evaluate(angle, {}))
             if abs(value) > _TURN:
                 yield in_degrees(f"The frame {f.name} is turned by {value:g} rad", value)
-    for q in dict.fromkeys(s for s in kn.free_symbols(angles.values()) if isinstance(s, kn.Coordinate)):
+    for q in dict.fromkeys(s for s in kn.free_symbols(angles.values()) if isinstance(s, kn.expr.Coordinate)):
         value = float(begin.q.get(q.name, 0.0))
         if abs(value) > _TURN:
             yield in_degrees(f"START has the angle {q.name} = {value:g} rad", value)

@@ -48,8 +48,8 @@ def system() -> kn.System:
         N,
         bodies=[
             kn.Particle("cart", A, m0),
-            kn.RigidBody("upper rod", frame=B, mass_center=Bs, mass=m1, inertia=kn.rod(B, m1, l1, axis=B.y)),
-            kn.RigidBody("lower rod", frame=C, mass_center=Cs, mass=m2, inertia=kn.rod(C, m2, l2, axis=C.y)),
+            kn.RigidBody("upper rod", frame=B, mass_center=Bs, mass=m1, inertia=kn.solids.rod(B, m1, l1, axis=B.y)),
+            kn.RigidBody("lower rod", frame=C, mass_center=Cs, mass=m2, inertia=kn.solids.rod(C, m2, l2, axis=C.y)),
         ],
         speeds=speeds,
         loads=[

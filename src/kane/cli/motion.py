@@ -43,7 +43,7 @@ def _start(model: Model, eom: kn.Equations, options: Mapping[str, Sequence[str] 
         "q": list(eom.coordinates),
         "u": list(eom.speeds),
         "parameters": list(eom.parameters),
-        "inputs": [s for s in eom.inputs if isinstance(s, kn.Input)],
+        "inputs": [s for s in eom.inputs if isinstance(s, kn.expr.Input)],
         "states": list(eom.states),
     }
     values: dict[str, dict[str, Any]] = {}

@@ -39,7 +39,7 @@ def system(*, redundant: bool = False) -> kn.System:
         way = sense * getattr(frame, along)
         center, end = end.at(f"B{k + 1}*", l / 2 * way), end.at(f"P{k + 1}", l * way)
         edges = [l if axis == along else w for axis in "xyz"]
-        inertia = kn.box(frame, m, *edges)
+        inertia = kn.solids.box(frame, m, *edges)
         bodies.append(kn.RigidBody(f"rod {k + 1}", frame=frame, mass_center=center, mass=m, inertia=inertia))
     place = kn.coincident(end, O.at("Q", l * N.z), along=(N.x, N.y, N.z), name="last hinge")
     axis = kn.parallel(frame.x, N.x, across=(N.y, N.z), name="last axis")

@@ -30,7 +30,7 @@ def system(*, modes: int = 2, form: str = "linearized") -> kn.System:
     shoulder = kn.pin("1", O, N, axis=N.z)
     A = shoulder.frame
 
-    def link(name: str, joint: kn.Joint) -> kn.Beam:
+    def link(name: str, joint: kn.joints.Joint) -> kn.Beam:
         frame = joint.frame
         return kn.Beam(
             name,
@@ -54,5 +54,5 @@ def system(*, modes: int = 2, form: str = "linearized") -> kn.System:
         lower,
         kn.Particle("load", lower.point_at(1), mp),
     ]
-    loads = [kn.Torque(A, T1 * N.z, name="shoulder"), kn.torque_pair(elbow.frame, E, T2 * N.z, name="elbow")]
+    loads = [kn.Torque(A, T1 * N.z, name="shoulder"), kn.loads.torque_pair(elbow.frame, E, T2 * N.z, name="elbow")]
     return kn.System(N, bodies=bodies, joints=[shoulder, elbow], loads=loads)

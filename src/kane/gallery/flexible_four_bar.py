@@ -39,11 +39,19 @@ def system(*, modes: int = 2, form: str = "linearized") -> kn.System:
     end = rocker.point.at("B", c * C.x)
     bodies: list[Any] = [
         kn.RigidBody(
-            "crank", frame=A, mass_center=crank.point.at("A*", a / 2 * A.x), mass=m1, inertia=kn.rod(A, m1, a, A.x)
+            "crank",
+            frame=A,
+            mass_center=crank.point.at("A*", a / 2 * A.x),
+            mass=m1,
+            inertia=kn.solids.rod(A, m1, a, A.x),
         ),
         link,
         kn.RigidBody(
-            "rocker", frame=C, mass_center=rocker.point.at("C*", c / 2 * C.x), mass=m3, inertia=kn.rod(C, m3, c, C.x)
+            "rocker",
+            frame=C,
+            mass_center=rocker.point.at("C*", c / 2 * C.x),
+            mass=m3,
+            inertia=kn.solids.rod(C, m3, c, C.x),
         ),
     ]
     closing = kn.coincident(link.point_at(1), end, along=(N.x, N.y), name="B")

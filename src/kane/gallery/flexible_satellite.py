@@ -47,7 +47,7 @@ def system(*, modes: int = 1, form: str = "linearized") -> kn.System:
         inertia = kn.inertia(W, *(Jw if letter == k else Jw / 2 for k in "xyz"))
         bodies.append(kn.RigidBody(f"wheel {letter}", frame=W, mass_center=spin.point, mass=0, inertia=inertia))
         joints.append(spin)
-        loads.append(kn.torque_pair(W, A, torque * axis, name=f"motor {letter}"))
+        loads.append(kn.loads.torque_pair(W, A, torque * axis, name=f"motor {letter}"))
     for name, sign in (("right", 1), ("left", -1)):
         boom = kn.Beam(
             name, P.at(f"root {name}", sign * R * A.x), frame=A, axis=sign * A.x, along=A.y, length=length, mass_per_length=share,

@@ -34,7 +34,7 @@ def system(*, modes: int = 2, form: str = "linearized") -> kn.System:
     length = kn.parameter("L", 5.0, "m", "length of each boom")
     share = kn.parameter("rhoA", 0.3, "kg/m", "mass per length of the booms")
     stiff = kn.parameter("EI", 60.0, "N*m^2", "bending stiffness of the booms")
-    base = kn.planar("hub", O, N, normal=N.z)
+    base = kn.joints.planar("hub", O, N, normal=N.z)
     A, P = base.frame, base.point
     spin = kn.pin("wheel", P, A, axis=A.z)
     W = spin.frame
@@ -51,4 +51,4 @@ def system(*, modes: int = 2, form: str = "linearized") -> kn.System:
         *booms,
         *(kn.Particle(f"tip {boom.name}", boom.point_at(1), mt) for boom in booms),
     ]
-    return kn.System(N, bodies=bodies, joints=[base, spin], loads=[kn.torque_pair(W, A, T * A.z, name="motor")])
+    return kn.System(N, bodies=bodies, joints=[base, spin], loads=[kn.loads.torque_pair(W, A, T * A.z, name="motor")])

@@ -46,18 +46,22 @@ def system(*, couplers: Literal["rods", "springs"] = "rods") -> kn.System:
     S = N.rotate("S", psi, N.z)
     slide = O.at("S*", s * N.z)
     bodies: list[kn.RigidBody | kn.Particle] = [
-        kn.RigidBody("shaft", frame=S, mass_center=O.at("middle", l / 2 * N.z), mass=m, inertia=kn.box(S, m, w, w, l)),
-        kn.RigidBody("slider", frame=S, mass_center=slide, mass=M, inertia=kn.box(S, M, a, a, a)),
+        kn.RigidBody(
+            "shaft", frame=S, mass_center=O.at("middle", l / 2 * N.z), mass=m, inertia=kn.solids.box(S, m, w, w, l)
+        ),
+        kn.RigidBody("slider", frame=S, mass_center=slide, mass=M, inertia=kn.solids.box(S, M, a, a, a)),
     ]
     pairs = []
     for k, alpha, side in ((1, alpha1, 1), (2, alpha2, -1)):
         R = S.rotate(f"R{k}", side * alpha, S.y)
         hinge = O.at(f"H{k}", l * N.z + side * a / 2 * S.x)
         middle, tip = hinge.at(f"R{k}*", side * l / 2 * R.x), hinge.at(f"ball {k}", side * l * R.x)
-        bodies.append(kn.RigidBody(f"rod {k}", frame=R, mass_center=middle, mass=m, inertia=kn.box(R, m, l, w, w)))
+        bodies.append(
+            kn.RigidBody(f"rod {k}", frame=R, mass_center=middle, mass=m, inertia=kn.solids.box(R, m, l, w, w))
+        )
         bodies.append(kn.Particle(f"ball {k}", tip, B))
         pairs.append((middle, slide.at(f"E{k}", side * a / 2 * S.x)))
-    loads: list[kn.Load | kn.Gravity] = [kn.gravity(-g * N.z)]
+    loads: list[kn.loads.Load | kn.loads.Gravity] = [kn.gravity(-g * N.z)]
     rods: list[kn.Constraint] = []
     if couplers == "rods":
         rods = [kn.distance(p, q, L, name=f"coupler {k}") for k, (p, q) in enumerate(pairs, 1)]

@@ -37,7 +37,9 @@ def system() -> kn.System:
         frame = N.rotate(name, q, N.z)
         start = end.at(f"{pin}'", 0)  # the pin as the rod feels it: where the tree is cut
         center, end = start.at(f"{name}*", l / 2 * frame.x), start.at(f"end of the {name}", l * frame.x)
-        bodies.append(kn.RigidBody(name, frame=frame, mass_center=center, mass=m, inertia=kn.rod(frame, m, l, frame.x)))
+        bodies.append(
+            kn.RigidBody(name, frame=frame, mass_center=center, mass=m, inertia=kn.solids.rod(frame, m, l, frame.x))
+        )
         pins += [kn.reaction(f"{pin}_x", at=start, along=N.x), kn.reaction(f"{pin}_y", at=start, along=N.y)]
     G = O.at("G", d * N.x)
     closing = kn.coincident(end, G, along=(N.x, N.y), name="pin G")

@@ -37,7 +37,7 @@ def system(*, gravity: bool = False, speeds: str = "rates") -> kn.System:
     w, v = B.angular_velocity(N), Bs.velocity(N)
     u = kn.speeds("u1:7")
 
-    def along(turning: kn.Vector, F: kn.Frame, moving: kn.Vector, G: kn.Frame) -> dict[kn.Speed, kn.Expr]:
+    def along(turning: kn.Vector, F: kn.Frame, moving: kn.Vector, G: kn.Frame) -> dict[kn.expr.Speed, kn.Expr]:
         return dict(zip(u, (*turning.components(F), *moving.components(G)), strict=True))
 
     choices = {

@@ -45,11 +45,15 @@ def system(n: int = 2) -> kn.System:
         foot = O.at(f"A_{k}", k * l * N.x)
         tops.append(foot.at(f"B_{k}", l * A.y))
         center = foot.at(f"A{k}*", l / 2 * A.y)
-        bodies.append(kn.RigidBody(f"link {k}", frame=A, mass_center=center, mass=m, inertia=kn.rod(A, m, l, A.y)))
+        bodies.append(
+            kn.RigidBody(f"link {k}", frame=A, mass_center=center, mass=m, inertia=kn.solids.rod(A, m, l, A.y))
+        )
     for k in range(1, n + 1):
         C = N.rotate(f"C{k}", p[k - 1], N.z)
         center, end = tops[k - 1].at(f"C{k}*", l / 2 * C.x), tops[k - 1].at(f"end {k}", l * C.x)
-        bodies.append(kn.RigidBody(f"coupler {k}", frame=C, mass_center=center, mass=m, inertia=kn.rod(C, m, l, C.x)))
+        bodies.append(
+            kn.RigidBody(f"coupler {k}", frame=C, mass_center=center, mass=m, inertia=kn.solids.rod(C, m, l, C.x))
+        )
         closing += kn.coincident(end, tops[k], along=(N.x, N.y), name=f"pin {k}")
     return kn.System(
         N,

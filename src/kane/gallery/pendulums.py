@@ -39,7 +39,7 @@ def system(
     O = kn.Point("O", fixed_in=N)
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
     bodies: list[kn.RigidBody | kn.Particle] = []
-    coordinates: list[kn.Coordinate] = []
+    coordinates: list[kn.expr.Coordinate] = []
     end = O
     if cart:
         x = kn.coordinate("x", "m", "position of the cart")
@@ -58,7 +58,7 @@ def system(
             bodies.append(kn.Particle(f"bob {i}", tip, m))
         else:
             center = end.at(f"B{i}*", -l / 2 * B.y)
-            inertia = kn.rod(B, m, l, axis=B.y)
+            inertia = kn.solids.rod(B, m, l, axis=B.y)
             bodies.append(kn.RigidBody(f"rod {i}", frame=B, mass_center=center, mass=m, inertia=inertia))
         coordinates.append(q)
         frames.append(B)
@@ -74,8 +74,8 @@ def system(
 
 
 def _definitions(
-    N: kn.Frame, coordinates: Sequence[kn.Coordinate], frames: Sequence[kn.Frame], ends: Sequence[kn.Point]
-) -> dict[str, dict[kn.Speed, kn.Expr]]:
+    N: kn.Frame, coordinates: Sequence[kn.expr.Coordinate], frames: Sequence[kn.Frame], ends: Sequence[kn.Point]
+) -> dict[str, dict[kn.expr.Speed, kn.Expr]]:
     n = len(frames)
     spins = [B.angular_velocity(N).dot(N.z) for B in frames]
     own = [spins[i] if i % 2 == 0 else spins[i] - spins[i - 1] for i in range(n)]

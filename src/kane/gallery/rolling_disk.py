@@ -31,16 +31,16 @@ class Model:
     P: kn.Point
     Cs: kn.Point
     Ch: kn.Point
-    normal: kn.Reaction
+    normal: kn.expr.Reaction
     slip: kn.Vector
     disk: kn.RigidBody
     rolling: tuple[kn.Constraint, ...]
-    q: tuple[kn.Coordinate, ...]
-    u: tuple[kn.Speed, ...]
-    m: kn.Parameter
-    R: kn.Parameter
-    g: kn.Parameter
-    mu: kn.Parameter
+    q: tuple[kn.expr.Coordinate, ...]
+    u: tuple[kn.expr.Speed, ...]
+    m: kn.expr.Parameter
+    R: kn.expr.Parameter
+    g: kn.expr.Parameter
+    mu: kn.expr.Parameter
 
 
 Inertia = Callable[[kn.Frame, kn.Expr, kn.Expr], kn.Dyadic]
@@ -77,7 +77,7 @@ def model(
     P = O.at("P", q4 * N.x + q5 * N.y)
     Cs = P.at("C*", R * B.y)
     Ch = Cs.fixed_in(C, "C^", -R * B.y)
-    dyadic = kn.thin_disk(C, m, R, axis=C.z) if inertia is None else inertia(C, m, R)
+    dyadic = kn.solids.thin_disk(C, m, R, axis=C.z) if inertia is None else inertia(C, m, R)
     disk = kn.RigidBody("disk", frame=C, mass_center=Cs, mass=m, inertia=dyadic)
 
     w = C.angular_velocity(N)

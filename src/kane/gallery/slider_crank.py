@@ -39,7 +39,11 @@ def system() -> kn.System:
     wrist_pin = O.at("wrist pin", x * N.x)
     crank = kn.RigidBody("crank", frame=A, mass_center=O, mass=0, inertia=kn.inertia(A, J, J, J))
     rod = kn.RigidBody(
-        "connecting rod", frame=B, mass_center=crank_pin.at("B*", l / 2 * B.x), mass=m2, inertia=kn.rod(B, m2, l, B.x)
+        "connecting rod",
+        frame=B,
+        mass_center=crank_pin.at("B*", l / 2 * B.x),
+        mass=m2,
+        inertia=kn.solids.rod(B, m2, l, B.x),
     )
     piston = kn.Particle("piston", wrist_pin, m3)
     closing = kn.coincident(end, wrist_pin, along=(N.x, N.y), name="wrist pin")

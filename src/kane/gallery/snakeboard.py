@@ -50,7 +50,7 @@ def system() -> kn.System:
         bodies=[board, rotor, *axles],
         speeds="rates",
         loads=[
-            kn.torque_pair(f, A, T * A.z, name=f"{w} drive")
+            kn.loads.torque_pair(f, A, T * A.z, name=f"{w} drive")
             for f, T, w in zip((R, B, F), drives, _DRIVEN.values(), strict=True)
         ],
         nonholonomic=[

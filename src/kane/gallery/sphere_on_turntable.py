@@ -32,7 +32,7 @@ def system() -> kn.System:
     C = P.at("C", R * N.z)
     on_sphere = C.fixed_in(S, "S^", -R * N.z)
     on_table = O.fixed_in(T, "T^", x * N.x + y * N.y)
-    ball = kn.RigidBody("sphere", frame=S, mass_center=C, mass=m, inertia=kn.solid_sphere(S, m, R))
+    ball = kn.RigidBody("sphere", frame=S, mass_center=C, mass=m, inertia=kn.solids.solid_sphere(S, m, R))
     contact = kn.rolling(on_sphere, on_table, normal=N.z, name="contact")
 
     w = S.angular_velocity(N)

@@ -63,7 +63,7 @@ def system(speeds: str = "rates") -> kn.System:
         loads=[
             kn.gravity(g * N.z),
             kn.Torque(B, T_phi * L.x, name="lean torque"),
-            kn.torque_pair(H, B, T_delta * S.z, name="steer torque"),
+            kn.loads.torque_pair(H, B, T_delta * S.z, name="steer torque"),
         ],
         holonomic=[height],
         nonholonomic=[*rear, *front],
@@ -72,7 +72,7 @@ def system(speeds: str = "rates") -> kn.System:
     )
 
 
-def _frames(q: tuple[kn.Coordinate, ...], tilt: kn.Expr) -> Frames:
+def _frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
     _, _, psi, phi, theta, delta, theta_R, theta_F = q
     N = kn.Frame("N")
     Y = N.rotate("Y", psi, N.z)
@@ -121,8 +121,8 @@ def _bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidB
 
 
 def _definitions(
-    frames: Frames, delta: kn.Coordinate, theta_F: kn.Coordinate, P: kn.Point
-) -> dict[str, dict[kn.Speed, kn.Expr]]:
+    frames: Frames, delta: kn.expr.Coordinate, theta_F: kn.expr.Coordinate, P: kn.Point
+) -> dict[str, dict[kn.expr.Speed, kn.Expr]]:
     """The speeds u by name of the choice."""
     N, Y, L, B, S, H, _, R, F = frames
     u = (*kn.speeds("u1:7", "rad/s"), *kn.speeds("u7:9", "m/s"))
@@ -141,7 +141,7 @@ def _definitions(
     return {"rates": rates, "spins": rates | spins}
 
 
-def _wheel(letter: str, words: str, mass: float, across: float, about: float) -> tuple[kn.Parameter, ...]:
+def _wheel(letter: str, words: str, mass: float, across: float, about: float) -> tuple[kn.expr.Parameter, ...]:
     return (
         kn.parameter(f"m_{letter}", mass, "kg", f"{words} wheel: mass"),
         kn.parameter(f"I_{letter}xx", across, "kg*m^2", f"{words} wheel: moment of inertia across its axle"),
@@ -151,7 +151,7 @@ def _wheel(letter: str, words: str, mass: float, across: float, about: float) ->
 
 def _frame(
     letter: str, words: str, x: float, z: float, mass: float, inertia: tuple[float, float, float, float]
-) -> tuple[kn.Parameter, kn.Parameter, kn.Parameter, tuple[kn.Parameter | int, ...]]:
+) -> tuple[kn.expr.Parameter, kn.expr.Parameter, kn.expr.Parameter, tuple[kn.expr.Parameter | int, ...]]:
     """Place and mass, and the six numbers of the inertia: Ixx, Iyy, Izz, Ixy, Iyz, Izx."""
     xx, yy, zz, xz = (
         kn.parameter(f"I_{letter}{k}", value, "kg*m^2", f"{words}: {kind} of inertia")
