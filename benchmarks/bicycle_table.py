@@ -74,8 +74,8 @@ def document(record: Mapping[str, Any]) -> str:
         f"## Declaration and derivation\n\n{record['pairs']} interleaved pairs, both sides from cold caches.\n\n"
         + _derivations(runs)
         + f"\n## Numeric linearization\n\nkane: a compiled `kn.analysis.linearizer` at {record['points']} forward speeds, with the "
-        f"check that the point is a steady motion on the constraints. SymPy: `linearize(A_and_B=True)` with the numbers of state and parameters, "
-        f"one point, once, in a process of its own, its derivation left out: {peer['s']:.1f} s.\n\n"
+        f"check that the point is a steady motion on the constraints. SymPy: `linearize(A_and_B=True)` with the numbers of state and "
+        f"parameters, one point, once, in a process of its own, its derivation left out: {peer['s']:.1f} s.\n\n"
         + _linearizations(runs)
         + "\n## Targets\n\n"
         + _targets(record["targets"])
