@@ -25,7 +25,7 @@ __getattr__ = _offered(
         "build": "NODE_BUILDERS add cos div mul sin sub",
         "collect": "collected factored",
         "common_factor": "content divider over_number",
-        "constants": "error_of",
+        "constants": "error_of weight",
         "count": "Operations count_operations price",
         "differentiation": "diff gradient jacobian time_derivative weighted",
         "evaluation": "Walk compile_reference evaluate free_symbols is_constant_in_time",
