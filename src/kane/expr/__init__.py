@@ -43,7 +43,7 @@ __getattr__ = _offered(
         "piecewise": "lowered",
         "piecewise_sides": "leaps",
         "products": "shared",
-        "regular": "guarding guards unguarded",
+        "regular": "denominators guarding guards unguarded",
         "rounded_functions": "correctly_rounded",
         "scales": "scaled",
         "shorten": "shortened with_short_quotients",
