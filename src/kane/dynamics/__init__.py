@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Layer 4: generalized forces, equations of motion, energies."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,
@@ -42,7 +42,7 @@ __getattr__ = offered(
         "routes.power": "homogeneous power",
         "routes.reactions": "LARGE",
         "routes.recursive": "WAYS by_recursion carrying",
-        "routes.shortest": "_shortest",
+        "routes.shortest": "shortest_in_given_speeds",
         "routes.squares": "squares",
         "routes.trees": "tree_with_reactions",
         "routes.trial": "are_slender",
