@@ -29,8 +29,8 @@ def kernel():
         (lambda k: replace(k, arguments=(ArrayOf("z"),)), "arrays of its own .* got x"),
         (lambda k: replace(k, cells=(replace(k.result, name="c"),)), "one of its cells"),
         (lambda k: replace(k, body=(*k.body, *k.body)), "values that are defined once"),
-        (lambda k: replace(k, body=(*k.body, Store(k.body[0].place, Value(5, FLOAT)))), "defined where they are used"),
-        (lambda k: replace(k, body=(*k.body, Store(k.body[0].place, Value(99, FLOAT)))), "defined where they are used"),
+        (lambda k: replace(k, body=(*k.body, Store(Value(5, FLOAT), *k.body[0][1:]))), "defined where they are used"),
+        (lambda k: replace(k, body=(*k.body, Store(Value(99, FLOAT), *k.body[0][1:]))), "defined where they are used"),
         (lambda k: replace(k, body=(Put(k.result, Constant(FLOAT, 1.0)),)), "Expected int .* got float in Put"),
         (lambda k: replace(k, body=(If(Constant(INT, 1), (), ()),)), "Expected bool .* got int in If"),
         (

@@ -9,35 +9,21 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from kane.expr import ops
-from kane.expr.ops import OPS
 from kane.program.emit.names import (
-    ARITHMETIC,
     Names,
-    decimal,
     distinct,
     identifier,
     is_free_in_python,
     local_names,
     made_by,
-    python_comment,
     python_docstring,
 )
-from kane.program.emit.walk import Assign, Function, Read, Style, Write, function_of, hoisting, pieces, statements
+from kane.program.emit.numpy_printer import NumPyPrinter, python_number
+from kane.program.emit.walk import Function, Style, function_of, hoisting, pieces, statements
+from kane.program.kernel.language import Kernel, Number
 from kane.program.program import Port, Program, Routine
 
 _STYLE = Style(whole=math.inf)
-_UFUNCS = {op: op.ufunc.__name__ for op in OPS.values() if op.ufunc}
-_FORMS = {
-    **{op: f"np.{name}({', '.join(f'{{{k}}}' for k in range(op.arity))})" for op, name in _UFUNCS.items()},
-    **ARITHMETIC,
-    ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
-    OPS["floor"]: "np.floor({0})",
-    ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
-    ops.REGULAR: f"np.where(np.absolute({{0}}) > {ops.GONE!r} * {{1}}, {{0}}, np.nan)",
-}
-"""An operation as the reference evaluator does it; `**` has short cuts that round differently, np.power has none."""
-
 _VECTOR = '''\
 def _vector(values, table, name):
     """`values` as doubles, one for each entry of the table on the last axis."""
@@ -64,6 +50,18 @@ def emit_numpy(program: Program, *, contract: bool = False, version: str = "") -
         *(_routine(module, r, n) for r, n in zip(program.routines, module.routines, strict=True)),
     ]
     return "\n".join(parts)
+
+
+def emit_kernel_numpy(kernel: Kernel) -> str:
+    """The text of a module with the one function `<name>(arguments)`, of arrays with one axis, from a place on for routines."""
+    printer = NumPyPrinter()
+    for c in kernel.cells:
+        zero = {"float": "np.float64(0.0)", "int": "0", "bool": "False"}[c.type.kind]
+        printer.add(f"cell_{c.name} = {f'np.full({c.type.width}, {zero})' if c.type.width > 1 else zero}")
+    printer.block(kernel.body)
+    arguments = ", ".join(f"v{a.value}" if isinstance(a, Number) else a.name for a in kernel.arguments)
+    head = ["import numpy as np", "", "", f"def {kernel.name}({arguments}):", '    with np.errstate(all="ignore"):']
+    return "\n".join([*head, *printer.lines, f"    return int(cell_{kernel.result.name})", ""])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,7 +129,7 @@ def _few(labels: Sequence[str], count: int = 6) -> str:
 def _table(module: _Module, port: Port) -> str:
     name, rows = module.tables[port], []
     for s in port.symbols:
-        default = "None" if s.default is None else _number(float(s.default))
+        default = "None" if s.default is None else python_number(float(s.default))
         rows.append(f"    {s.name!r}: ({f'{default}, ' * port.hoisted}{s.unit!r}, {s.description!r}),")
     lines = [f"# name: ({'default, ' * port.hoisted}unit, description)", f"{name} = {{", *rows, "}"]
     if port in module.defaults:
@@ -202,27 +200,8 @@ def _leading(module: _Module, port: Port) -> str:
 def _computed(module: _Module, function: Function) -> list[str]:
     """The lines that compute what a function gives, each result with its label."""
     program = module.program
-    names = module.names.of(function, _number)
     (piece,) = pieces(program, function, _STYLE).chunks
-    numbers = range(len(program.inputs), program.first)
-    lines = []
-    for s in statements(program, function, piece, _STYLE):
-        if isinstance(s, Read):
-            lines.append(f"{names[s.value]} = {_place(module, s)}")
-        elif isinstance(s, Assign):
-            operands = [names[a] for a in s.arguments]
-            if all(a in numbers for a in s.arguments):  # Python's own floats would refuse to divide by zero
-                operands = [f"np.float64({o})" for o in operands]
-            lines.append(f"{names[s.value]} = {_FORMS[s.op].format(*operands)}")
-        elif isinstance(s, Write):
-            comment = f"  # {python_comment(s.label)}" if s.label else ""
-            lines.append(f"{_place(module, s)} = {names[s.value]}{comment}")
-    return ['    with np.errstate(all="ignore"):', *(f"        {line}" for line in lines)] if lines else []
-
-
-def _place(module: _Module, s: Read | Write) -> str:
-    return f"{module.names.arguments[s.base]}[..., {s.place}]"
-
-
-def _number(value: float) -> str:
-    return decimal(value, "np.nan", "np.inf")
+    names, numbers = module.names.of(function, python_number), range(len(program.inputs), program.first)
+    printer = NumPyPrinter(names, module.names.arguments, numbers)
+    printer.block(statements(program, function, piece, _STYLE))
+    return ['    with np.errstate(all="ignore"):', *printer.lines] if printer.lines else []

@@ -8,9 +8,9 @@ slots of w. Constants and scalar ports are operands wherever they stand and need
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
 
 from kane.expr.ops import COS, SIN, Op
+from kane.program.kernel.language import Compute, Load, SinCos, Statement, Store
 from kane.program.passes.gather import gathered
 from kane.program.passes.split import CHUNK, WHOLE, Chunk, Split, split
 from kane.program.program import Port, Program, Routine
@@ -73,41 +73,6 @@ class Style:
     piece: int = CHUNK
 
 
-class Read(NamedTuple):
-    """`value` = `base`[`place`]."""
-
-    value: int
-    base: str
-    place: int
-
-
-class Assign(NamedTuple):
-    """`value` = `op` of the values `arguments`."""
-
-    value: int
-    op: Op
-    arguments: tuple[int, ...]
-
-
-class SinCos(NamedTuple):
-    """Sines and cosines of `angles`: of each, the values that its SIN and COS are, where they are wanted."""
-
-    angles: tuple[int, ...]
-    values: tuple[dict[Op, int], ...]
-
-
-class Write(NamedTuple):
-    """`base`[`place`] = `value`."""
-
-    value: int
-    base: str
-    place: int
-    label: str = ""
-
-
-Statement: TypeAlias = Read | Assign | SinCos | Write
-
-
 def pieces(program: Program, function: Function, style: Style) -> Split:
     """The pieces of a function, one if it is short."""
     block = function.block
@@ -154,7 +119,7 @@ class _Walk:
         for i in values:
             if i in self.sources and i not in self.ready:
                 self.ready.add(i)
-                self.done.append(Read(i, *self.sources[i]))
+                self.done.append(Load(i, *self.sources[i]))
 
     def read_all(self) -> None:
         """Read everything that the piece needs: inputs and hoisted values by number, then slots."""
@@ -177,7 +142,7 @@ class _Walk:
         else:
             self.read(*arguments)
             self.ready.add(i)
-            self.done.append(Assign(i, op, arguments))
+            self.done.append(Compute(i, op, arguments))
 
     def _packs(self, angle: int) -> Iterator[tuple[int, ...]]:
         """The angles that are known by now, as many at a time as there are lanes; the one at hand where there is one lane."""
@@ -216,4 +181,4 @@ class _Walk:
         for place in places:
             self.read(i)
             label = "" if base == WORK else self.function.labels[place]
-            self.done.append(Write(i, base, place, label))
+            self.done.append(Store(i, base, place, label))

@@ -31,9 +31,9 @@ from kane.program.kernel.language import (
     Type,
     Value,
     While,
+    type_of,
 )
-from kane.program.kernel.operations import result_type
-from kane.program.kernel.verify import verified_kernel
+from kane.program.kernel.verify import result_type, verified_kernel
 
 
 class Term:
@@ -106,21 +106,21 @@ class Array:
         return self.lanes(index, 1)
 
     def __setitem__(self, index: Given, value: Given) -> None:
-        self.writer.add(Store(self.at(index), self.writer.operand(value, FLOAT)))
+        self.writer.add(Store(self.writer.operand(value, FLOAT), *self.at(index)))
 
     def lanes(self, index: Given, width: int) -> Term:
         """The `width` doubles from an index on."""
         value = self.writer.new(Type("float", width))
-        self.writer.add(Load(value, self.at(index)))
+        self.writer.add(Load(value, *self.at(index)))
         return Term(self.writer, value)
 
     def store(self, index: Given, value: Term) -> None:
         """The doubles from an index on become those of a value."""
-        self.writer.add(Store(self.at(index), value.operand))
+        self.writer.add(Store(value.operand, *self.at(index)))
 
     def at(self, index: Given) -> Place:
         """A place, for calls."""
-        return Place(self.argument, self.writer.operand(index, INT))
+        return Place(self.argument.name, self.writer.operand(index, INT))
 
 
 class Variable:
@@ -219,9 +219,10 @@ class Writer:
 
     def compute(self, op: str, *given: Given, lane: int = 0) -> Term:
         """The result of an operation; numbers take the type of the first term."""
-        type_ = next((g.operand.type for g in given if isinstance(g, Term) and g.operand.type.kind != "bool"), FLOAT)
+        types = (type_of(g.operand) for g in given if isinstance(g, Term))
+        type_ = next((t for t in types if t.kind != "bool"), FLOAT)
         operands = tuple(self.operand(g, type_) for g in given)
-        value = self.new(result_type(op, [o.type for o in operands]))
+        value = self.new(result_type(op, [type_of(o) for o in operands]))
         self.add(Compute(value, op, operands, lane))
         return Term(self, value)
 

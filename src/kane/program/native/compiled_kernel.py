@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.errors import ProgramError
 from kane.numeric.arrays import Array
-from kane.program.emit.kernel_llvm import emit_kernel_llvm
+from kane.program.emit.llvm import emit_kernel_llvm
 from kane.program.kernel.language import Argument, ArrayOf, Kernel, Number
 from kane.program.native.entry import Entry, Hook
 from kane.program.native.machine import Settings

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from kane.numeric.arrays import Array
+from kane.program.emit.llvm import emit_wide, wide_name
 from kane.program.emit.llvm_entries import block
-from kane.program.emit.llvm_wide import emit_wide, wide_name
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine_code import Library, compile_text, target
 
