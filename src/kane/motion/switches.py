@@ -2,8 +2,12 @@
 """Where loads switch, and inputs that are expressions of the state: signs, comparisons and directions that they hold."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.events import SLIPS
 from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import sub
@@ -59,6 +63,41 @@ def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
     return tuple(found.values())
 
 
+def has_jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
+    """Whether loads, or the laws of inputs, jump."""
+    return any(s.jumps for s in switches(eom, laws))
+
+
 def _is_timed(quantity: Expr) -> bool:
     """Whether it turns at times that are known beforehand, at which steps end (`breakpoints`)."""
     return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))
+
+
+_ZERO = 1e-12
+"""Share of its largest size along the motion below which the quantity of a switch is at the switch."""
+_MET = 1e-6
+"""Share of a threshold above it at which a slip has come to its end: the event there is located no better."""
+
+Sides = npt.NDArray[np.int8]
+
+
+def sides(motion: Any) -> dict[str, Sides]:
+    """See Solution.regimes."""
+    eom: Equations = motion.equations
+    turning = [s for s in switches(eom) if s.jumps]
+    slips = [
+        (load.name, load.slip)
+        for load in eom.solved.regular.declared_loads
+        if load.slip and load.slip.speed is not None
+    ]
+    values = motion[[*(s.quantity for s in turning), *(slip.speed for _, slip in slips)]] if turning or slips else []
+    found = {s.text: _sign(v) for s, v in zip(turning, values, strict=False)}
+    for (name, slip), speed in zip(slips, values[len(turning) :], strict=True):
+        least = SLIPS * np.abs(speed).max(initial=0) if slip.threshold is None else slip.threshold
+        found[name] = (speed > (1 + _MET) * least).astype(np.int8)
+    return found
+
+
+def _sign(values: npt.NDArray[np.float64]) -> Sides:
+    near = np.abs(values) <= _ZERO * np.abs(values).max(initial=0)
+    return np.where(near, 0, np.sign(values)).astype(np.int8)
