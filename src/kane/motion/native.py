@@ -11,7 +11,7 @@ from kane.model.declarations import Event
 from kane.motion.constraint_kernels import Holding, Verdict, regular, unheld
 from kane.motion.cvode import initial_step
 from kane.motion.hybrid.events import Fresh, crossings, still_there, that_move, thresholds, up_to_a_break, vanishing
-from kane.motion.hybrid.modes import HELD, RECENT, SOON, Pace, Regimes, Turn, Turns, chattering, standing
+from kane.motion.hybrid.modes import HELD, RECENT, Pace, Regimes, Turn, Turns, chattering, standing
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import controllers
 from kane.motion.interrupts import MESSAGE
@@ -21,10 +21,11 @@ from kane.motion.start import nearly_singular
 from kane.motion.steppers.arguments import Arguments, after, interpolant
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held, passes
+from kane.motion.stepping import STEPPED, Course, End, Method, ended_by, not_held, passes
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, LATER, SAME_TIME
 from kane.numeric.sign_changes import SHARES
 from kane.program.native.machine import Settings
 
@@ -178,7 +179,7 @@ class NativeCourse:
         told = {At.TIME: t, At.TIME_LAG: 0.0, At.END: end, At.LONGEST: self.method.max_step, At.FRESH: 1.0}
         told |= {At.RTOL: self.method.rtol, At.ATOL: self.method.atol, At.STEP: self._first_step(t, end)}
         # beside t = 0 the shortest step is as short as rounding of the span's square allows
-        told |= {At.SHORTEST: np.finfo(float).eps ** 2 * (self.span[1] - self.span[0])}
+        told |= {At.SHORTEST: EPS**2 * (self.span[1] - self.span[0])}
         for place, value in told.items():
             self.s[place] = value
 
@@ -356,7 +357,7 @@ class NativeCourse:
         assert holding is not None
         start, h = float(s[At.TIME]), self._next()
         dense = interpolant(self.method.name, self.given, h, start)
-        narrow = NARROW * max(abs(start + h), self.span[1] - self.span[0])
+        narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])
         verdict, told = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
         if verdict is Verdict.SHORTER:
             s[At.STEP] = h / 2
@@ -462,7 +463,7 @@ class NativeCourse:
             self.s[At.END] = turn.t if turn.what is Turns.BEFORE else start + h
             self.landing = turn.which
         elif turn.what is Turns.SOON:
-            self.s[At.STEP] = SOON * h
+            self.s[At.STEP] = LATER * h
         elif turn.what is Turns.STILL or (start == self.span[0] and regimes.tried.issuperset(turn.which)):
             self._hand_over(start)
             self.for_good = True
@@ -477,7 +478,7 @@ class NativeCourse:
     def _next(self) -> float:
         """The length of the step that was looked at."""
         s = self.s
-        shortest = s[At.SHORTEST] + 10 * np.finfo(float).eps * abs(s[At.TIME])
+        shortest = s[At.SHORTEST] + 10 * EPS * abs(s[At.TIME])
         return float(min(max(s[At.STEP], shortest), s[At.LONGEST], self._left()))
 
     def _left(self) -> float:

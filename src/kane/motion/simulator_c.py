@@ -15,12 +15,13 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports, program
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
-from kane.motion.inputs.breakpoints import MOST, PLACES, RISEN, SHARE, ULPS, Clock, Turning
+from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
 from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
 from kane.motion.right_hand_side import timed
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS
+from kane.numeric.scale import LEAPS
 from kane.program.bundle import Bundle
 from kane.program.emit.c import emit_c
 from kane.program.emit.c_tables import c_number
@@ -85,7 +86,7 @@ def emit_simulator(compiled: Compiled, method: str = "dop853") -> str:
         "@PULSES@": str(len(clock.pulses)),
         "@LOOKED_AT@": str(PLACES),
         "@MOST_PULSES@": str(MOST),
-        "@RISEN@": c_number(RISEN),
+        "@RISEN@": c_number(LEAPS),
         "@SHARE@": c_number(SHARE),
         "@ULPS@": str(ULPS),
         "@LEVELS@": _levels(clock.turning),

@@ -29,11 +29,10 @@ from kane.model.plausible import largest_moment, least_moment
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
-from kane.numeric.rank import SOLVE_RANK, TAKES_PART, balance, null_direction, singular
+from kane.numeric.rank import balance, null_direction, singular
 from kane.numeric.sampling import sample
+from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
-_GONE = 1e-9
-_NEAR = 1e-4
 _SEED = 20049
 
 
@@ -76,7 +75,7 @@ def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
     free = _free_direction([[r.get(b, ZERO) for b in rates] for r in speeds.rows], values)
     if free is None:
         return
-    named = [r for r in small if r.relative <= _GONE] or small[:1]
+    named = [r for r in small if r.relative <= UNRELATED] or small[:1]
     open_ = ", ".join(str(b) for b, c in zip(rates, free, strict=True) if abs(c) > TAKES_PART)
     where = ", ".join(f"{q} = {float(values[q]):.6g}" for q in dict.fromkeys(q for r in named for q in r.coordinates))
     raise SimulationError(
@@ -118,7 +117,7 @@ def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array
 
 def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
     """What to add to the message of a motion that broke off near a singularity of W, if it did."""
-    near = [r for r in pivots(eom, values) if r.relative < _NEAR]
+    near = [r for r in pivots(eom, values) if r.relative < MOTION_RANK]
     return f"; W of q' = W u + X divides by {', '.join(map(str, near))} there" if near else ""
 
 
@@ -142,11 +141,8 @@ def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> N
     )
 
 
-_EPS = float(np.finfo(float).eps)
 _TIMES = 1000
 """So many numbers at least must lie within a time span."""
-_SLIPLESS = 1e-9
-"""Share of the speeds that a slip is made of, below which a start is without slip."""
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
@@ -235,9 +231,9 @@ def check_tolerance(name: str, value: float) -> float:
     number = finite_number("tolerance", name, value)
     if isinstance(value, bool | np.bool_) or not number > 0:
         raise SimulationError(f"Expected {name} > 0, got {value!r}. Usual tolerances are 1e-6 to 1e-12.")
-    if name == "rtol" and not _EPS <= number < 1:
+    if name == "rtol" and not EPS <= number < 1:
         raise SimulationError(
-            f"Expected rtol from {_EPS:.1e}, the spacing of numbers at 1, to below 1, got {value!r}. Usual tolerances are 1e-6 to "
+            f"Expected rtol from {EPS:.1e}, the spacing of numbers at 1, to below 1, got {value!r}. Usual tolerances are 1e-6 to "
             "1e-12."
         )
     return number
@@ -296,7 +292,7 @@ def check_events(eom: Equations, values: Array, t0: float, at: Callable[[], Mapp
         if event.name in own:
             continue
         least = (
-            _SLIPLESS * _speeds(event.quantity, at())
+            UNRELATED * _speeds(event.quantity, at())
             if isinstance(event, SlipEnd) and event.by_share
             else event.threshold
         )

@@ -17,6 +17,7 @@ from kane.expr.ops import DIV, OPS, SQRT
 from kane.expr.piecewise import Piecewise, applied
 from kane.expr.piecewise_sides import leaps
 from kane.expr.symbols import Parameter, Time
+from kane.numeric.scale import CHANGES_SIDE, ROUNDED_CHAIN
 
 _JUMPS = {OPS["sign"], OPS["less"]}
 
@@ -73,11 +74,6 @@ def _is_timed(quantity: Expr) -> bool:
     return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))
 
 
-_ZERO = 1e-12
-"""Share of its largest size along the motion below which the quantity of a switch is at the switch."""
-_MET = 1e-6
-"""Share of a threshold above it at which a slip has come to its end: the event there is located no better."""
-
 Sides = npt.NDArray[np.int8]
 
 
@@ -94,10 +90,10 @@ def sides(motion: Any) -> dict[str, Sides]:
     found = {s.text: _sign(v) for s, v in zip(turning, values, strict=False)}
     for (name, slip), speed in zip(slips, values[len(turning) :], strict=True):
         least = SLIPS * np.abs(speed).max(initial=0) if slip.threshold is None else slip.threshold
-        found[name] = (speed > (1 + _MET) * least).astype(np.int8)
+        found[name] = (speed > (1 + CHANGES_SIDE) * least).astype(np.int8)
     return found
 
 
 def _sign(values: npt.NDArray[np.float64]) -> Sides:
-    near = np.abs(values) <= _ZERO * np.abs(values).max(initial=0)
+    near = np.abs(values) <= ROUNDED_CHAIN * np.abs(values).max(initial=0)
     return np.where(near, 0, np.sign(values)).astype(np.int8)

@@ -28,6 +28,7 @@ from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import constant
 from kane.motion.right_hand_side import Routines
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, LATER, NEAR_TIME, SAME_TIME, SOON, UNRELATED
 from kane.numeric.sign_changes import MOST, SHARES, SMALL, Bracket, passages
 from kane.program.build import Task, build_program
 from kane.program.passes.rounding import rounding
@@ -35,17 +36,12 @@ from kane.program.program import Port
 
 PARTS = 8
 """In so many parts a step is looked at."""
-_TIME_TOLERANCE = 1e-12
-"""Share of a step to which the time of an event is found."""
-_GONE, _LOOSE = 1e-9, 1e-2
-"""Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
-_BESIDE, _GROWN = (8 * _TIME_TOLERANCE, 1e-5), 10.0
+_LOOSE = 1e-2
+"""How many relative tolerances of the largest that a pivot of W has been it is where it vanishes, if they are more than rounding."""
+_BESIDE, _GROWN = (8 * SAME_TIME, 1e-5), 10.0
 """Shares of a step beside a change of sign, and how many times larger a quantity is at the nearer one where that is a pole."""
-_CLOSE = 1e-3
-"""Share of a part of a step after which it shows whether a quantity falls or rises."""
-_SOON, _TINY = 1e-6, np.finfo(float).tiny
-"""What a quantity must have changed by, of what its derivative makes of it in a step, to show to which side it leaves its threshold;
-and what it is at that until then."""
+_TINY = np.finfo(float).tiny
+"""What a quantity is that leaves its threshold until it has changed enough to show to which side."""
 
 Watch = Callable[[float, Array], Array]
 Dense = Callable[[float], Array]
@@ -123,7 +119,7 @@ def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[E
     first = next((t for event, t in ordered if event.breaks), None)
     if first is None:
         return ordered, ()
-    near = 2 * _TIME_TOLERANCE * length + 4 * float(np.spacing(abs(first)))
+    near = 2 * SAME_TIME * length + 4 * float(np.spacing(abs(first)))
     return [pair for pair in ordered if pair[1] <= first + near], tuple(
         event for event, t in ordered if abs(t - first) <= near
     )
@@ -143,7 +139,7 @@ def _leaving(gaps: Callable[[Array], Array], times: Array, values: Array, leaves
         return beyond(gaps(places))
 
     shares = (times - times[0]) / (times[-1] - times[0])
-    begin = times[0] + _SOON ** (1 / order) * (times[-1] - times[0])
+    begin = times[0] + SOON ** (1 / order) * (times[-1] - times[0])
     later = begin + (times[-1] - begin) * shares
     over = np.append(at(later[:-1]), beyond(values[-1:]))
     found = passages(at, later, over, most)
@@ -167,7 +163,7 @@ def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float
     def finite(t: float) -> float:  # a pole that is hit may be NaN
         return float(np.nan_to_num(gap(t), nan=np.inf))
 
-    return float(brentq(finite, t_old, t_new, xtol=_TIME_TOLERANCE * (t_new - t_old), maxiter=1000, disp=False))
+    return float(brentq(finite, t_old, t_new, xtol=SAME_TIME * (t_new - t_old), maxiter=1000, disp=False))
 
 
 def _is_pole(gap: Callable[[float], float], t: float, times: Array, over: Array) -> bool:
@@ -214,11 +210,11 @@ def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | No
 def _valleys(size: Callable[[float], float], times: Array, sizes: Array) -> list[tuple[float, float]]:
     """Between which times `size` is smallest, in comparison with what is beside."""
     found: list[tuple[int, int]] = []
-    if sizes[0] <= sizes[1] and size(float(times[0] + _CLOSE * (times[1] - times[0]))) < sizes[0]:
+    if sizes[0] <= sizes[1] and size(float(times[0] + LATER * (times[1] - times[0]))) < sizes[0]:
         found.append((0, 1))
     least = np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] <= sizes[2:]))
     found += [(int(i), int(i) + 2) for i in least]
-    if sizes[-1] < sizes[-2] and size(float(times[-1] - _CLOSE * (times[-1] - times[-2]))) < sizes[-1]:
+    if sizes[-1] < sizes[-2] and size(float(times[-1] - LATER * (times[-1] - times[-2]))) < sizes[-1]:
         found.append((len(times) - 2, len(times) - 1))
     return [(float(times[i]), float(times[j])) for i, j in found]
 
@@ -228,7 +224,7 @@ def vanishing(
 ) -> list[Met]:
     """The pivots of W that vanish in a step where they are smallest; `largest` (events) holds the sizes that they have had."""
     met: list[Met] = []
-    gone = max(_GONE, _LOOSE * rtol)
+    gone = max(UNRELATED, _LOOSE * rtol)
     for k, event in enumerate(events):
         size = np.abs(values[:, k])
         if not isinstance(event, KinematicsEnd) or not size.min() < SMALL * largest[k]:
@@ -253,12 +249,10 @@ def _smallest(size: Callable[[float], float], start: float, end: float) -> float
     return float(found.x)
 
 
-_ROUNDING = 16 * np.finfo(float).eps
+_ROUNDING = 16 * EPS
 """Share of a quantity's terms that rounding may leave of it."""
 _STEPS = 64
 """So many steps at most add up their rounding: more are as likely to take it away."""
-_LONG = 1e-9
-"""Share of the span from which on a step is long enough to tell."""
 _ORDERS = 4
 """So many derivatives are asked to which side a quantity leaves its threshold."""
 
@@ -269,7 +263,7 @@ def that_move(met: Sequence[Met], now: Routines, times: Array, values: Array, st
     Rounding is that of its largest terms along the step, by the `states` at all places but the first, and of the steps before, each of
     which rounds the state: an error stays where the terms pass zero together.
     """
-    if not met or times[-1] - times[0] < _LONG * span:
+    if not met or times[-1] - times[0] < NEAR_TIME * span:
         return list(met)
     events, still = now.eom.events, []
     steps = min(1 + span / float(times[-1] - times[0]), _STEPS)

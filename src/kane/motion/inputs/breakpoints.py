@@ -22,12 +22,11 @@ from kane.expr.piecewise import Data, Piecewise
 from kane.expr.switching import switches, turning_on
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.numeric.arrays import Array
+from kane.numeric.scale import LEAPS, NEAR_TIME
 from kane.numeric.sign_changes import SHARES, left, passages
 
 PLACES = 2049
 """At so many times of a span an expression is looked at: a pulse shorter than between two of them is not seen."""
-RISEN = 1e-6
-"""Share of its height from which on a pulse is there."""
 SHARE, MOST = 0.5, 64
 """Share of the span that pulses take at most, and how many there are at most; else it is no pulse, and steps see it."""
 
@@ -55,7 +54,7 @@ def _in_values(times: Array, values: Array) -> set[float]:
     if not np.isfinite(values).all():
         return set()
     height = np.abs(values - np.median(values))
-    there = height > RISEN * height.max()
+    there = height > LEAPS * height.max()
     edges = np.flatnonzero(np.diff(there.astype(int), prepend=0, append=0))
     runs = edges.reshape(-1, 2).tolist()
     if there.mean() > SHARE or len(runs) > MOST:
@@ -94,9 +93,6 @@ MANY = 2000
 ULPS = 4
 """So many numbers beside a breakpoint steps end and begin: the switch surely stands on its side there."""
 
-_COARSE = 1e-9
-"""Share of a span from which on the distance of two times may be what is in the way of a step."""
-
 
 def up_to(t: float) -> float:
     """The end of a step that leads up to a breakpoint."""
@@ -111,7 +107,7 @@ def on_from(t: float) -> float:
 def told_apart(t: float, span: Span) -> str:
     """That numbers of that size are too far apart for the times of a span, in words; "" where they are not."""
     apart = math.ulp(t)
-    if apart < _COARSE * (span[1] - span[0]):
+    if apart < NEAR_TIME * (span[1] - span[0]):
         return ""
     return f"times there are {apart:.2g} s apart, and steps no shorter than ten times that. Count time from a nearer beginning"
 

@@ -21,13 +21,12 @@ from kane.motion.right_hand_side import Routines, exact, routines
 from kane.motion.solution.phases import Parts
 from kane.motion.switches import has_jumps
 from kane.numeric.arrays import Array
+from kane.numeric.scale import NEAR_TIME, ROUNDED
 from kane.program.native.machine import Settings
 
 REPEATED, VARIATIONAL = "repeated", "variational"
 """How errors are estimated."""
 _TENTH = 0.1
-_LEAST = 1e-13
-"""A relative tolerance below which rounding says more than steps."""
 _SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
 """The error, over what half the step changes, of methods of fixed steps."""
 
@@ -71,9 +70,9 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
     share = _SHARES.get(motion.method, 1.0)
     if share != 1.0:
         finer = again()
-    elif motion.rtol * _TENTH < _LEAST:
+    elif motion.rtol * _TENTH < ROUNDED:
         raise SimulationError(
-            f"Expected a motion with rtol of {_LEAST / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
+            f"Expected a motion with rtol of {ROUNDED / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
             "that differs. Compare it with a motion by another method."
         )
     else:
@@ -119,7 +118,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
     # where a phase begins there are two values: the one after it
     places = np.searchsorted(whole.t, wanted, side="right") - 1
     off = wanted - whole.t[np.clip(places, 0, len(whole.t) - 1)]
-    if np.any(np.abs(off) > 1e-9 * max(abs(begin), abs(end), end - begin)):
+    if np.any(np.abs(off) > NEAR_TIME * max(abs(begin), abs(end), end - begin)):
         raise SimulationError(
             f"Expected the motion to lead to t = {end:.9g} once more, got one that ends at {whole.t[-1]:.9g}: {whole.message}. "
             "Functions that are inputs must give the same at each call."

@@ -16,6 +16,7 @@ from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import constant
 from kane.numeric.arrays import Array
+from kane.numeric.scale import SAME_TIME
 
 Indices = npt.NDArray[np.int64]
 
@@ -81,10 +82,6 @@ def leaps(values: Array, begins: Indices) -> Array:
     return np.cumsum(steps)
 
 
-_SAME_TIME = 1e-12
-"""Share of the times by which the end of a motion and the start of the next one may differ."""
-
-
 def check_follows(first: Any, second: Any) -> None:
     """A SimulationError unless `second` is a motion of the same equations that begins where `first` ends."""
     if second.equations.derived is not first.equations.derived:
@@ -93,7 +90,7 @@ def check_follows(first: Any, second: Any) -> None:
             "load both with it; motions of other systems stay two solutions."
         )
     end, begin = float(first.t[-1]), float(second.t[0])
-    if abs(end - begin) > _SAME_TIME * max(abs(end), abs(begin), np.ptp(second.t), np.ptp(first.t)):
+    if abs(end - begin) > SAME_TIME * max(abs(end), abs(begin), np.ptp(second.t), np.ptp(first.t)):
         raise SimulationError(
             f"Expected a motion that begins at t = {end:.9g}, where the first one ends, got one from {begin:.9g}. Let it go on from "
             f"there: kn.simulate(eom, ({end:.9g}, …), start=sol), or join them in their order."
