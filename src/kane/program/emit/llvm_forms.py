@@ -59,6 +59,7 @@ def bits(value: float) -> str:
 _KINDS = {"float": "double", "int": "i64", "bool": "i1"}
 
 
+@cache
 def typed(type_: Type) -> str:
     """A type of the kernel language."""
     return Lanes(type_.width).of(_KINDS[type_.kind])
@@ -72,7 +73,7 @@ CALLS: Mapping[Op | str, str] = {
     OPS["floor"]: "llvm.floor",
 }
 """Operations that are calls, of the library or of LLVM's own functions."""
-_BINARY: Mapping[Op | str, str] = shared({n: f"f{n}" for n in ("add", "sub", "mul", "div")})
+BINARY: Mapping[Op | str, str] = shared({n: f"f{n}" for n in ("add", "sub", "mul", "div")})
 _ORDERED = (
     "{r}.a = fcmp %s {t} {0}, {1}\n{r}.b = fcmp uno {t} {0}, {0}\n"
     "{r}.c = or {b} {r}.a, {r}.b\n{r} = select {b} {r}.c, {t} {0}, {t} {1}"
@@ -131,9 +132,6 @@ def lines(
     op: Op | str, result: str, operands: Sequence[str], flags: str, type_: Type, made: Type, lane: int = 0
 ) -> list[str]:
     """The lines of an operation that is no call, on operands of which the first has a type, of a result that has another."""
-    word = _BINARY.get(op) if type_.kind == "float" else None
-    if word:  # nearly all there is, written sooner
-        return [f"{result} = {word} {flags}{typed(type_)} {operands[0]}, {operands[1]}"]
     form = _FORMS[type_.kind][op]
     return form.format(*operands, r=result, f=flags, lane=lane, **_fields(type_, made)).split("\n")
 

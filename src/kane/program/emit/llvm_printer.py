@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from kane.expr.ops import COS, DIV, REGULAR, SIN, Op
 from kane.program.emit import walk
-from kane.program.emit.llvm_forms import CALLS, Lanes, bits, divided, guard, lines, typed
+from kane.program.emit.llvm_forms import BINARY, CALLS, Lanes, bits, divided, guard, lines, typed
 from kane.program.emit.llvm_near import Near
 from kane.program.emit.printer import Printer
 from kane.program.kernel import language
@@ -76,6 +76,7 @@ class LlvmPrinter(Printer):
         super().__init__()
         self.calls, self.flags, self.shared, self.near = calls, flags, shared, near or {}
         self.type, self.lanes = language.Type("float", width), Lanes(width)
+        self.kind = self.lanes.double
         self.names = _Names(common or {})
         self.volatile: set[int] = set()
         self.late: set[language.Operand] = set()
@@ -121,7 +122,11 @@ class LlvmPrinter(Printer):
         self, name: str, op: Op | str, operands: Sequence[str], type_: language.Type, made: language.Type, lane: int = 0
     ) -> None:
         """An operation of the tables; the first operand is of a type, the result is `made`."""
-        if op in CALLS:
+        word = BINARY.get(op) if type_.kind == "float" else None
+        if word:  # nearly all there is, written sooner
+            kind = self.kind if type_ is self.type else typed(type_)
+            self.lines.append(f"  {name} = {word} {self.flags}{kind} {operands[0]}, {operands[1]}")
+        elif op in CALLS:
             self.call_function(name, CALLS[op], operands, Lanes(type_.width))
         elif op == "sum" or op == "largest":
             self.fold(name, "add" if op == "sum" else "max", operands[0], type_.width)
@@ -221,12 +226,12 @@ class LlvmPrinter(Printer):
             self.splat(name, f"{name}.shared", self.lanes)
         else:
             volatile = " volatile" if s.value in self.volatile else ""
-            self.lines.append(f"  {name} = load{volatile} {self.lanes.double}, ptr {address}, align 8")
+            self.lines.append(f"  {name} = load{volatile} {self.kind}, ptr {address}, align 8")
 
     def store(self, s: language.Store) -> None:
         """A value to memory."""
         address = self.address(s)
-        kind = self.lanes.double if isinstance(s.value, int) else typed(language.type_of(s.value))
+        kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
         self.lines.append(f"  store {kind} {self.names[s.value]}, ptr {address}, align 8")
 
     def get(self, s: language.Get) -> None:

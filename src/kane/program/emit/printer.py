@@ -32,6 +32,7 @@ class Printer:
     def __init__(self, depth: int = 1) -> None:
         self.lines: list[str] = []
         self.depth = depth
+        self._print = {kind: getattr(self, name, None) for kind, name in self.methods.items()}
 
     def add(self, *lines: str) -> None:
         """Lines of the block at hand."""
@@ -40,8 +41,9 @@ class Printer:
 
     def block(self, block: Iterable[language.Statement]) -> None:
         """The lines of statements in order."""
+        printers: Mapping[type[Any], Any] = self._print
         for s in block:
-            getattr(self, self.methods[type(s)])(s)
+            printers[type(s)](s)
 
     def indented(self, *blocks: Iterable[language.Statement]) -> None:
         """Blocks one step to the right."""
