@@ -21,11 +21,11 @@ from kane.numeric.arrays import Array
 from kane.numeric.many import Indices, Sizes, close_many, sizes
 from kane.numeric.newton import Closed, close
 from kane.numeric.rank import singular
+from kane.numeric.sampling import SEED
 from kane.numeric.scale import CLOSED, LAST_DIGIT, ONE_POSITION, ROUNDED_ROOT, STATE_RANK
 
 TRIES = (60, 400, 1600)
 """Starts that are made together: more where those before led to no branch that is meant."""
-_SEED = 20048
 _SLIDES, _NEAREST = 40, 6
 _TOLD = 6
 
@@ -100,7 +100,7 @@ class Search:
 
     def found(self, thorough: bool = False) -> Found:
         """What the tries lead to, the `thorough` ones at once."""
-        rng = np.random.default_rng(_SEED)
+        rng = np.random.default_rng(SEED)
         nearest, turned, starts = None, "", 0
         for count in TRIES[1 if thorough else 0 :]:
             starts += count
@@ -115,7 +115,7 @@ class Search:
     @cached_property
     def _size(self) -> Sizes:
         """Sizes of the free coordinates and of f."""
-        rng, n = np.random.default_rng(_SEED), len(self.start.free)
+        rng, n = np.random.default_rng(SEED), len(self.start.free)
         x = np.vstack([np.zeros(n), rng.uniform(-np.pi, np.pi, (11, n))])
         unit = unit_places(self.system, self.start.free)
         rounding = rounding_function(self.system, self.conditions, self.values)

@@ -24,11 +24,12 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, closest, starts
 from kane.numeric.rank import level, singular
+from kane.numeric.sampling import SEED
 from kane.numeric.scale import ROUNDED_CHAIN, STATE_RANK, TAKES_PART
 from kane.program.native.machine import Settings
 from kane.progress import working
 
-_TRIES, _SEED = 12, 20049
+_TRIES = 12
 KINDS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
 """Groups of values by the arguments that give them, in the order of X."""
 
@@ -179,7 +180,7 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     """
     measured, turned = task.measured, _astray(task.conditions)
     spreads = [0.2 * k for k in range(1, _TRIES)] if task.missing else []
-    tries = starts(task.start / measured.columns, task.missing, _SEED, spreads)
+    tries = starts(task.start / measured.columns, task.missing, SEED, spreads)
 
     def astray(y: Array) -> Array:
         x = y * measured.columns

@@ -19,10 +19,8 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance, singular
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
-
-_SEED = 20049
 
 
 class Vanishing(NamedTuple):
@@ -46,7 +44,7 @@ def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
     moving = [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
     if not moving:
         return []
-    usual = [abs(x) for x in sample(moving, _SEED)]
+    usual = [abs(x) for x in sample(moving, SEED)]
     rows = [
         Vanishing(p, float(v), abs(float(v)) / (scale or 1.0))
         for p, v, scale in zip(moving, evaluate(moving, values), usual, strict=True)
@@ -96,7 +94,7 @@ def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array
     A row that vanishes at this configuration alone must count as zero, whatever is left of it by rounding.
     """
     y = np.asarray(evaluate(Matrix(rows), values), dtype=float)
-    usual = np.abs(np.array(sample([x for row in rows for x in row], _SEED)).reshape(y.shape))
+    usual = np.abs(np.array(sample([x for row in rows for x in row], SEED)).reshape(y.shape))
     if not (np.all(np.isfinite(y)) and np.all(np.isfinite(usual))):
         return None
     size = balance(usual, order=(1, 0), rounding=0.0)

@@ -17,9 +17,9 @@ from kane.numeric.arrays import Array
 from kane.numeric.bounds import bounded
 from kane.numeric.many import Indices, Rounding, Sizes, sizes
 from kane.numeric.newton import Residual
+from kane.numeric.sampling import SEED
 from kane.program.bundle import Bundle
 
-_SEED = 20048
 ROWS = 16
 """How many places are looked at one by one."""
 
@@ -88,7 +88,7 @@ def rounding_function(system: System, conditions: Closure, values: Mapping[Any, 
 def usual_sizes(system: System, conditions: Closure, values: Mapping[Expr, Any]) -> Sizes:
     """How large coordinates and the terms of f are by their nature, all other symbols at `values`."""
     function, n = many_function(system, conditions, values), len(system.coordinates)
-    x = np.vstack([np.zeros(n), np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (11, n))])
+    x = np.vstack([np.zeros(n), np.random.default_rng(SEED).uniform(-np.pi, np.pi, (11, n))])
     rounding = rounding_function(system, conditions, values)
     return sizes(lambda x, _: function(x), x, unit_places(system, range(n)), rounding)
 

@@ -22,10 +22,9 @@ from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.many import ClosedMany, Indices, Residuals, close_many, close_most, sizes
 from kane.numeric.named import finite_number, named_values
-from kane.numeric.sampling import HIGH, LOW, values_of
+from kane.numeric.sampling import HIGH, LOW, SEED, values_of
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY
 
-_SEED = 20322
 _TRIES = (12, 60, 300, 1500)
 """How many starts are made together: more where none of those before was closed."""
 _FEW, _MORE = 6, 1500
@@ -88,7 +87,7 @@ def configurations(
     system: System,
     roots: Sequence[Expr],
     near: Mapping[Symbol, float] | None = None,
-    seed: int = _SEED,
+    seed: int = SEED,
     conditions: Closure | None = None,
 ) -> Configurations:
     """Values of every symbol below `roots` at configurations that satisfy the constraints, if those can be reached.
