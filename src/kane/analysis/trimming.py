@@ -14,7 +14,7 @@ from kane.analysis.magnitudes import share
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.state import check_equations, entries, open_shares
 from kane.analysis.tangents import perturbations
-from kane.dynamics.constraints.branches import branches, told, turned_function
+from kane.dynamics.constraints.manifold import branches, manifold, turned_closures
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
@@ -191,7 +191,7 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     left = _shares(task.conditions, x)
     if not left.max(initial=0) <= tolerance:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
-    away = told(branches(task.conditions.eom.system), turned(x))
+    away = turned_closures(branches(task.conditions.eom.system), turned(x))
     if away:
         raise SimulationError(
             f"Expected a steady motion on the branch that the closures mean, got {away}. Guess coordinates on that branch: "
@@ -224,12 +224,12 @@ def _plain(task: Problem, best: Closed) -> Array:
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     """By what angles closures are turned at X."""
     eom = conditions.eom
-    system, nq, width = eom.system, len(eom.coordinates), len(eom.state)
+    constraints, nq, width = manifold(eom.system), len(eom.coordinates), len(eom.state)
     rest = [*eom.inputs, *eom.parameters, time]
 
     def angles(x: Array) -> Array:
         values: dict[Expr, Any] = dict(zip(rest, [*x[width:].tolist(), conditions.t], strict=True))
-        return turned_function(system, values)(x[:nq])
+        return constraints.at(values).turned(x[:nq])
 
     return angles
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import closure
 from kane.dynamics.constraints.configurations import Configurations
+from kane.dynamics.constraints.manifold import manifold
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, constant_value
@@ -32,7 +32,7 @@ _STEADY = (Coordinate, Time)
 
 def _check_affine(system: System) -> None:
     """Constraints with one and the same gradient everywhere contradict each other everywhere, or nowhere."""
-    conditions = closure(system)
+    conditions = manifold(system)
     plain = [
         k
         for k, (f, row) in enumerate(zip(conditions.f, conditions.gradient.rows, strict=True))
