@@ -6,7 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "blocks": "Blocks",
+        "assembly": "Blocks sum_of",
         "constraints.branches": "branches turned_function",
         "constraints.choice": "chosen compared ranks",
         "constraints.closure": "ROWS closure in_rows",
@@ -46,7 +46,6 @@ __getattr__ = offered(
         "routes.squares": "squares",
         "routes.trees": "tree_with_reactions",
         "routes.trial": "are_slender",
-        "terms": "sum_of",
         "trees.": "inverse_dynamics",
         "trees.energy": "kinetic_energy_along_tree",
     },

@@ -14,9 +14,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from kane.dynamics.assembly import Term, met_by, sum_of
 from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
-from kane.dynamics.terms import Term, met, sum_of
 from kane.errors import Attributes, SpeedsError, none_of
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr, postorder
@@ -128,7 +128,7 @@ def _contributing(
     kept: list[Contribution] = []
     idle: list[Source] = []
     for source, terms in table.items():
-        products = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met(terms, speed)]
+        products = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met_by(terms, speed)]
         if vanish([sum_of(c.term for c in products)], derived):
             idle.append(source)
         else:

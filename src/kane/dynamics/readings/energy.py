@@ -16,6 +16,7 @@ force depends on q_s or acts along it (sec. 7.4).
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.bodies import Moving, Turning
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.lazy import LazyMapping
@@ -24,7 +25,6 @@ from kane.dynamics.readings.values import time_derivative as derivative_along_mo
 from kane.dynamics.readings.values import without_rates
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
-from kane.dynamics.terms import sum_of
 from kane.dynamics.trees import energy as trees
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, neg, sub

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A potential energy from the forces: V with F_r = −Σ_s ∂V/∂q_s W_sr, or the reason why there is none.
+"""A potential energy from the forces: V with F_r = −Σ_s ∂V/∂q_s W_sr, or why there is none; a declared one against its forces.
 
 (Kane & Levinson 1985, sec. 5.1.) Whatever the speeds are, the forces Q_s of the rates decide: V exists where ∂Q_s/∂q_t = ∂Q_t/∂q_s. It
 is integrated along lines, one a coordinate,
@@ -9,9 +9,13 @@ is integrated along lines, one a coordinate,
 in closed form or by Gauss's rule, and differentiated back. Constraints C q̇ + c = 0 let forces be changed: Q + Cᵀλ does the same work.
 Along motions that they allow dQ + Σ λ_k dC_k must vanish. Where no λ does that, at some configuration, there is no V. Else λ is
 such that some coordinates have no force, or solved for from that condition.
+
+A declared potential is compared at random states, Σ F·∂v/∂q̇ + Σ T·∂ω/∂q̇ = −∂V/∂q; where there are constraints, at configurations that
+satisfy them, but for what is along a constraint's force.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice
 from typing import Any, NamedTuple
@@ -19,14 +23,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane import show
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
-from kane.dynamics.terms import sum_of
-from kane.errors import KaneError, PotentialError, cut
+from kane.errors import KaneError, KaneWarning, PotentialError, cut
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.collect import factored
 from kane.expr.count import price
-from kane.expr.differentiation import diff
+from kane.expr.differentiation import diff, time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.expand import expanded
 from kane.expr.immutable import Immutable
@@ -36,22 +40,28 @@ from kane.expr.size import size
 from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.expr.visit import substituted
+from kane.kinematics.sample import Sample
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
+from kane.numeric.bounds import ROUNDING, bounded
 from kane.numeric.legendre import gauss
+from kane.numeric.sampling import draw
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
 
 NODES = 20
 """Of Gauss's rule."""
 
 
-class Integral(NamedTuple):
+class LineIntegral(NamedTuple):
     """A potential, and the symbols along which Gauss's rule was taken."""
 
     value: Expr
     by_rule: tuple[Symbol, ...]
 
 
-def line_integral(slopes: Sequence[Expr], symbols: Sequence[Symbol], base: Expr = ZERO) -> Integral:
+def line_integral(slopes: Sequence[Expr], symbols: Sequence[Symbol], base: Expr = ZERO) -> LineIntegral:
     """V from its `slopes` in the `symbols`, zero where these are the base, but for a constant of the first part."""
     total, by_rule = ZERO, []
     for k, (p, x) in enumerate(zip(slopes, symbols, strict=True)):
@@ -63,7 +73,7 @@ def line_integral(slopes: Sequence[Expr], symbols: Sequence[Symbol], base: Expr 
         elif any(s in set(symbols[:k]) for s in free_symbols([part])):
             part = sub(part, substituted(part, {x: base}))
         total = add(total, part)
-    return Integral(_short(total), tuple(by_rule))
+    return LineIntegral(_short(total), tuple(by_rule))
 
 
 def _by_gauss(e: Expr, x: Symbol, base: Expr) -> Expr:
@@ -89,7 +99,7 @@ Held = tuple[tuple[Coordinate, ...], Exprs]
 
 _SETS, _FEW = 24, 4
 """Sets of coordinates that are tried as those that V does without, and as those that the others give."""
-_SEEN = 8
+_CONFIGURATIONS = 8
 """Configurations at which constraints are looked at."""
 _SLACK = 1e-7
 
@@ -104,7 +114,7 @@ def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> No
     own = places(whole, unit=[s.coordinates for s in derived.system.euler_parameters])
     if derived.constraints.constraints:
         at = derived.compared.at
-        own = places(whole, [at.at(k) for k in range(min(at.count, _SEEN))])
+        own = places(whole, [at.at(k) for k in range(min(at.count, _CONFIGURATIONS))])
     c = measured([x for row in rows for x in row], own).reshape(len(own), len(rows), n)
     tables = [measured([diff(f[i], x) for i in range(n) for x in q], own) for f in (forces, *rows)]
     alone: list[int] = []
@@ -384,3 +394,101 @@ def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Pl
     finite = np.isfinite(values).all(axis=1)
     whole = np.nan_to_num(sizes).reshape(len(at), len(q), 2).sum(axis=2)
     return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > _RULE * whole))[finite].any()
+
+
+_STATE_SEED, _STATES = 20091, 6
+_WIDE = 1.2
+_DIFFERS = 1e-6
+"""Share of its terms by which a generalized force may differ from the potential's, beside what rounding leaves."""
+
+
+def check_potentials(derived: Derived) -> None:
+    """Warn of each load whose potential is not that of its forces: its work would be wrong, and so the energy."""
+    loads = [load for load in derived.system.loads if load.potential is not None]
+    samples = list(_samples(derived)) if loads else []
+    for load in loads:
+        found = [at for sample, a in samples if (at := _differs(load, sample, a, derived.system.inertial)) is not None]
+        if any(found):
+            warnings.warn(
+                f"Expected the potential of {load.name!r} to be that of its forces, F·v + T·ω = −dV/dt, got another one: they differ "
+                "at random states. The motion is right, its energy and work are not. Correct the potential's sign or factor, or leave "
+                "it out: the work of the forces then counts as power.",
+                KaneWarning,
+                stacklevel=3,
+            )
+
+
+def _samples(derived: Derived) -> Iterable[tuple[Sample, Array | None]]:
+    """States at which loads are looked at, with A there, None without constraints."""
+    if derived.constraints.constraints:
+        places = derived.compared.at
+        for k in range(min(places.count, _STATES)):
+            yield Sample(derived.kinematical, _STATE_SEED + k, _drawn(derived, k, places.at(k))), derived.compared.a[k]
+        return
+    for k in range(_STATES):
+        yield Sample(derived.kinematical, _STATE_SEED + k, _drawn(derived, k, {})), None
+
+
+def _drawn(derived: Derived, k: int, known: Mapping[Symbol, float]) -> dict[Expr, Any]:
+    """Coordinates and speeds on both sides of zero in every other state: what is switched there is seen in both positions."""
+    low = -_WIDE if k % 2 else 0.3
+    moving: dict[Expr, Any] = {
+        s: draw(_STATE_SEED + k, s, low, _WIDE) for s in (*derived.system.coordinates, *derived.speeds)
+    }
+    defaults: dict[Expr, Any] = {p: p.default for p in derived.system.parameters if p.default is not None}
+    return {**moving, **defaults, **dict(known.items())}
+
+
+def _differs(load: Load, sample: Sample, a: Array | None, inertial: Frame) -> bool | None:
+    """Whether the potential's generalized forces are others than the load's; None where a number is not finite."""
+    assert load.potential is not None
+    slope = time_derivative(load.potential)
+    width = len(sample.speeds.rates) + 1
+    steep, error = (np.broadcast_to(x, (width,)) for x in bounded([slope], _numbers(sample, [slope]))[0])
+    held = steep[:-1] - steep[-1]
+    pushed, size, left = np.zeros(width - 1), np.abs(held), error[:-1] + error[-1]
+    acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
+    for place, force in acting:
+        velocity = _motion(place, inertial)
+        motion, moved = _in_root(sample, velocity, _numbers(sample, velocity.scalars()), width)
+        pull, off = _in_root(sample, force, {s: _number(sample, s) for s in free_symbols(force.scalars())})
+        partial = motion[:, :-1] - motion[:, -1:]
+        pushed, size = pushed + pull[:, 0] @ partial, size + np.abs(pull[:, 0]) @ np.abs(partial)
+        left = left + np.abs(pull).sum() * (moved[:-1] + moved[-1]) + off[0] * np.abs(partial).sum(axis=0)
+    gap, left = pushed + held, np.nan_to_num(left, posinf=0.0)
+    if not (np.isfinite(gap).all() and np.isfinite(size).all()):
+        return None
+    if a is None or not len(a):
+        return bool((np.abs(gap) > _DIFFERS * size + left).any())
+    w = sample.inverse
+    own, whole = gap @ w, (size + left / _DIFFERS) @ np.abs(w)
+    left = own - np.linalg.lstsq(a.T, own, rcond=None)[0] @ a
+    return bool((np.abs(left) > _DIFFERS * whole.max(initial=0)).any())
+
+
+def _motion(place: Point | Frame, inertial: Frame) -> Vector:
+    return place.velocity(inertial) if isinstance(place, Point) else place.angular_velocity(inertial)
+
+
+def _numbers(sample: Sample, exprs: Iterable[Expr]) -> dict[Symbol, Any]:
+    """Values of the symbols, those of rates with an entry a rate and one for all at rest."""
+    symbols = free_symbols(exprs)
+    return dict(zip(symbols, sample.numbers(symbols), strict=True))
+
+
+def _in_root(sample: Sample, v: Vector, values: Mapping[Symbol, Any], width: int = 1) -> tuple[Array, Array]:
+    """Measure numbers along the root's axes (3 × width), and how far rounding may carry any of them (width)."""
+    total, error = np.zeros((3, width)), np.zeros(width)
+    for frame, triple in v.parts:
+        parts = [[np.broadcast_to(x, (width,)) for x in pair] for pair in bounded(triple, values)]
+        numbers, bounds = np.swapaxes(np.array(parts), 0, 1)
+        total = total + sample.turn(frame) @ numbers
+        error = error + (bounds + len(frame.lineage) * ROUNDING * np.abs(numbers)).sum(axis=0)
+    return total, error
+
+
+def _number(sample: Sample, s: Symbol) -> float:
+    if isinstance(s, Coordinate | Speed):
+        return float(sample.values[s])
+    (value,) = sample.numbers([s])
+    return float(value) if np.ndim(value) == 0 else draw(sample.seed, s)
