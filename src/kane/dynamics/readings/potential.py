@@ -46,6 +46,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.bounds import ROUNDING, bounded
 from kane.numeric.legendre import gauss
 from kane.numeric.sampling import draw
+from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -101,7 +102,6 @@ _SETS, _FEW = 24, 4
 """Sets of coordinates that are tried as those that V does without, and as those that the others give."""
 _CONFIGURATIONS = 8
 """Configurations at which constraints are looked at."""
-_SLACK = 1e-7
 
 
 def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> None:
@@ -125,7 +125,7 @@ def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> No
         free = _null(c[k])
         inside = np.triu_indices(free.shape[1], 1)
         within = [(free.T @ t @ free)[inside] for t in turns]
-        bound = _SLACK * np.linalg.norm(
+        bound = ROUNDED_ROOT * np.linalg.norm(
             (np.abs(free).T @ (2 * np.abs(tables[0][k].reshape(n, n))) @ np.abs(free))[inside]
         )
         others = np.array(within[1:]).reshape(len(rows), -1).T
@@ -148,7 +148,7 @@ def _not_allowed(names: str, q: Sequence[Coordinate], at: Place) -> str:
 
 def _null(c: Array) -> Array:
     _, s, v = np.linalg.svd(c)
-    rank = int((s > 1e-9 * s.max(initial=0)).sum())
+    rank = int((s > STATE_RANK * s.max(initial=0)).sum())
     return np.asarray(v[rank:].T)
 
 
@@ -223,7 +223,7 @@ def _independent(table: Array, count: int) -> list[int] | None:
     for _ in range(count):
         sizes = np.linalg.norm(left, axis=1) if len(left) else np.zeros(0)
         k = int(np.argmax(sizes)) if len(sizes) else -1
-        if k < 0 or not sizes[k] > _SLACK * np.abs(table).max():
+        if k < 0 or not sizes[k] > ROUNDED_ROOT * np.abs(table).max():
             return None
         chosen.append(k)
         along = left[k] / sizes[k]
@@ -231,8 +231,6 @@ def _independent(table: Array, count: int) -> list[int] | None:
     return chosen
 
 
-_RULE = 1e-12
-"""Share of all terms below which a difference is what integration by a rule leaves."""
 _LEAST = 2
 """Places at which numbers must be finite."""
 
@@ -393,13 +391,11 @@ def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Pl
     sizes = measured([size(e, memo) for pair in zip(slopes, forces, strict=True) for e in pair], at)
     finite = np.isfinite(values).all(axis=1)
     whole = np.nan_to_num(sizes).reshape(len(at), len(q), 2).sum(axis=2)
-    return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > _RULE * whole))[finite].any()
+    return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > ROUNDED_CHAIN * whole))[finite].any()
 
 
 _STATE_SEED, _STATES = 20091, 6
 _WIDE = 1.2
-_DIFFERS = 1e-6
-"""Share of its terms by which a generalized force may differ from the potential's, beside what rounding leaves."""
 
 
 def check_potentials(derived: Derived) -> None:
@@ -459,11 +455,11 @@ def _differs(load: Load, sample: Sample, a: Array | None, inertial: Frame) -> bo
     if not (np.isfinite(gap).all() and np.isfinite(size).all()):
         return None
     if a is None or not len(a):
-        return bool((np.abs(gap) > _DIFFERS * size + left).any())
+        return bool((np.abs(gap) > SIX_DIGITS * size + left).any())
     w = sample.inverse
-    own, whole = gap @ w, (size + left / _DIFFERS) @ np.abs(w)
+    own, whole = gap @ w, (size + left / SIX_DIGITS) @ np.abs(w)
     left = own - np.linalg.lstsq(a.T, own, rcond=None)[0] @ a
-    return bool((np.abs(left) > _DIFFERS * whole.max(initial=0)).any())
+    return bool((np.abs(left) > SIX_DIGITS * whole.max(initial=0)).any())
 
 
 def _motion(place: Point | Frame, inertial: Frame) -> Vector:

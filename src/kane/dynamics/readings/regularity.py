@@ -30,7 +30,8 @@ from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Mask
 from kane.numeric.places import First, first_place
-from kane.numeric.rank import STATE_RANK, balanced
+from kane.numeric.rank import balanced
+from kane.numeric.scale import CLOSED, SIX_DIGITS, STATE_RANK
 
 
 def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
@@ -59,10 +60,6 @@ def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
     return ""
 
 
-MISSED = 1e-6
-"""Share of the terms of a constraint above which speeds miss it: below, six digits of them are right."""
-NOISE = 1e-10
-"""What may be missed of the size of a constraint's terms, sines and cosines taken as 1: ten digits of q and of the fastest u."""
 _NONE_FREE = "The constraints give all speeds: leave them out."
 
 
@@ -97,7 +94,7 @@ def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
         if all(s in known or _has_default(s) for s in free_symbols([rate])):
             terms = largest([*map(mul, a, speeds), b])
             left = add(size(rate, memo), mul(largest(size(x, memo) for x in a), fastest))
-            limit = add(mul(constant(MISSED), terms), mul(constant(NOISE), left))
+            limit = add(mul(constant(SIX_DIGITS), terms), mul(constant(CLOSED), left))
             rows.append((constraint.name, rate, limit))
     return rows
 
