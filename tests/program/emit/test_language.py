@@ -10,7 +10,7 @@ from kane.gallery import pendulums, rolling_disk
 from kane.program import (
     VECTORS,
     Compute,
-    Load,
+    Read,
     SinCos,
     Style,
     function_of,
@@ -49,7 +49,7 @@ def emitter(style):
 
 
 def line(s, values):
-    if isinstance(s, Load):
+    if isinstance(s, Read):
         return f"{values[s.value]} := load {s.base} {s.place}"
     if isinstance(s, Compute):
         return SPELLING[s.op].format(values[s.value], *(values[a] for a in s.arguments))

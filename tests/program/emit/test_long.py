@@ -10,7 +10,7 @@ import kane as kn
 from benchmarks.random_trees import random_tree
 from kane.expr import COS, SIN
 from kane.gallery import pendulums
-from kane.program import REACH, Load, SinCos, Store, Style, function_of, gathered, pieces, pointed, statements
+from kane.program import REACH, Read, SinCos, Style, Write, function_of, gathered, pieces, pointed, statements
 
 SYSTEMS = {
     "angles of angles": lambda: pendulums.system(60, relative=True),
@@ -74,7 +74,7 @@ places = st.lists(st.tuples(st.sampled_from(["x", "<w>"]), st.integers(0, 400), 
 @given(places)
 def test_every_place_has_one_pointer(drawn):
     """Pointer and offset give the place; most are within reach, all if they fit under as many pointers as there are."""
-    body = [(Store if late else Load)(k, base, place) for k, (base, place, late) in enumerate(drawn)]
+    body = [(Write if late else Read)(k, base, place) for k, (base, place, late) in enumerate(drawn)]
     near = pointed(body)
     assert set(near) == {s.base for s in body}
     assert sum(len(own.places) for own in near.values()) <= 8

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from kane import Settings
-from kane.program import ArrayOf, CompiledKernel, Kernel, Number, emit_kernel_c, emit_kernel_numpy
+from kane.program import ArrayOf, CompiledKernel, Integer, Kernel, emit_kernel_c, emit_kernel_numpy
 from tests.program.emitted import library, module
 
 HEAD = "#include <math.h>\n#include <stdint.h>\n"
@@ -27,7 +27,7 @@ def in_c(kernel: Kernel, source: Path, *options: str):
     loaded = library(HEAD + emit_kernel_c(kernel), source, *(options or C))
     function = getattr(loaded, kernel.name)
     function.restype = ctypes.c_int64
-    function.argtypes = [ctypes.c_int64 if isinstance(a, Number) else ctypes.c_void_p for a in kernel.arguments]
+    function.argtypes = [ctypes.c_int64 if isinstance(a, Integer) else ctypes.c_void_p for a in kernel.arguments]
 
     def call(given):
         passed = [given[a.name] for a in kernel.arguments]

@@ -15,7 +15,7 @@ import kane as kn
 from kane import Handle, Settings
 from kane.errors import KaneWarning, ProgramError
 from kane.gallery.pendulums import system as chain
-from kane.program import Library, Target, compile_text, emit_llvm, machine, object_code, store, target
+from kane.program import Library, Processor, compile_text, emit_llvm, machine, object_code, store, target
 from tests.program.child import child
 
 SQUARE = """
@@ -58,7 +58,7 @@ class TestTarget:
     @pytest.mark.parametrize("cpu", ["skylake-avx512", "i386", "apple-m1", "no-such", "", "Host", "native", "x86-64"])
     def test_another_processor_is_refused(self, cpu, monkeypatch):
         known = machine.host()
-        monkeypatch.setattr(machine, "host", lambda: Target(known.triple, "this-one", known.features))
+        monkeypatch.setattr(machine, "host", lambda: Processor(known.triple, "this-one", known.features))
         with pytest.raises(ProgramError, match=f'Expected cpu to be "host", "generic" or .*, got {cpu!r}'):
             target(cpu)
         with pytest.raises(ProgramError, match="cannot run here"):
@@ -71,24 +71,24 @@ class TestTarget:
 
     def test_generic_where_llvm_does_not_know_the_host(self, monkeypatch):
         """LLVM then calls the host "generic" too, and yet lists its features."""
-        monkeypatch.setattr(machine, "host", lambda: Target("x86_64-unknown-linux-gnu", "generic", "+avx,+avx512f"))
+        monkeypatch.setattr(machine, "host", lambda: Processor("x86_64-unknown-linux-gnu", "generic", "+avx,+avx512f"))
         assert target("generic").features == ""
         assert target("host").lanes == 8
 
     @pytest.mark.parametrize(("features", "lanes"), [("", 2), ("+avx", 4), ("+avx,-avx512f", 4), ("+avx,+avx512f", 8)])
     def test_lanes(self, features, lanes):
-        assert Target("", "", features).lanes == lanes
+        assert Processor("", "", features).lanes == lanes
 
 
 class TestFeatures:
     def test_added_to_the_generic_processor(self, monkeypatch):
-        monkeypatch.setattr(machine, "host", lambda: Target("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
-        assert target("generic", "+avx2, +fma") == Target("t", "generic", "+avx2,+fma")
+        monkeypatch.setattr(machine, "host", lambda: Processor("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
+        assert target("generic", "+avx2, +fma") == Processor("t", "generic", "+avx2,+fma")
         assert target("generic", "+avx2").lanes == 4
 
     @pytest.mark.parametrize("feature", ["+avx512f", "+no-such", "avx2", "-no-such", "-avx2", "-sse2", "+"])
     def test_one_that_the_host_lacks_is_refused(self, feature, monkeypatch):
-        monkeypatch.setattr(machine, "host", lambda: Target("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
+        monkeypatch.setattr(machine, "host", lambda: Processor("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
         message = f'Expected features that this processor has, each as "+name", got {feature}. It has avx, avx2, fma.'
         with pytest.raises(ProgramError, match=re.escape(message)):
             target("generic", f"+avx2,{feature}")
@@ -158,7 +158,7 @@ class TestObject:
 
     def test_unknown_triple(self):
         with pytest.raises(ProgramError, match="no-such"):
-            object_code(SQUARE, Target("no-such-triple", "", ""))
+            object_code(SQUARE, Processor("no-such-triple", "", ""))
 
 
 class TestLink:
@@ -213,8 +213,8 @@ class TestCache:
         keys = []
         monkeypatch.setattr(store, "read", lambda key: keys.append(key) or b"")
         monkeypatch.setattr(machine, "Library", lambda image, symbols: None)
-        compile_text("a", Target("t", "c", "f"), [])
-        compile_text("a", Target("t", "c", "f"), [])
+        compile_text("a", Processor("t", "c", "f"), [])
+        compile_text("a", Processor("t", "c", "f"), [])
         if what == "versions":
             monkeypatch.setattr(machine, "versions", lambda: ("llvmlite 9", "LLVM 99"))
         if what == "options":
@@ -222,7 +222,7 @@ class TestCache:
         given = {"text": "a", "triple": "t", "cpu": "c", "features": "f"}
         if what in given:
             given[what] = "other"
-        compile_text(given["text"], Target(given["triple"], given["cpu"], given["features"]), [])
+        compile_text(given["text"], Processor(given["triple"], given["cpu"], given["features"]), [])
         assert keys[0] == keys[1] != keys[2]
 
     @pytest.mark.parametrize("text", [OTHER, UNMET])

@@ -24,7 +24,7 @@ from kane.program.emit.names import (
 )
 from kane.program.emit.sincos import c_sincos
 from kane.program.emit.walk import RESULTS, VECTORS, Function, Style, function_of, hoisting, pieces, statements
-from kane.program.kernel.language import Argument, ArrayOf, Compute, Kernel, Load, Number, SinCos, Statement, Store
+from kane.program.kernel.language import Argument, ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
 from kane.program.program import Port, Program
 
 _NO_FAST_MATH = """\
@@ -103,14 +103,14 @@ def emit_kernel_c(kernel: Kernel) -> str:
         printer.add(f"{KINDS[c.type.kind]} cell_{c.name}{extent(c.type)} = {zero};")
     printer.block(kernel.body)
     arguments = ", ".join(map(_argument, kernel.arguments))
-    unused = [f"    (void){a.name};" for a in kernel.arguments if not isinstance(a, Number)]
-    unused += [f"    (void)v{a.value};" for a in kernel.arguments if isinstance(a, Number)]
+    unused = [f"    (void){a.name};" for a in kernel.arguments if not isinstance(a, Integer)]
+    unused += [f"    (void)v{a.value};" for a in kernel.arguments if isinstance(a, Integer)]
     back = f"    return cell_{kernel.result.name};"
     return "\n".join([f"int64_t {kernel.name}({arguments})", "{", *unused, *printer.lines, back, "}", ""])
 
 
 def _argument(a: Argument) -> str:
-    if isinstance(a, Number):
+    if isinstance(a, Integer):
         return f"int64_t v{a.value}"
     if isinstance(a, ArrayOf):
         return f"double *restrict {a.name}"
@@ -204,12 +204,12 @@ def _definition(file: CFile, f: CFunction, style: Style, called: set[str]) -> st
 
 def _used(file: CFile, body: Sequence[Statement]) -> set[str]:
     """The arguments that a piece uses."""
-    bases = {s.base for s in body if isinstance(s, Load | Store)}
+    bases = {s.base for s in body if isinstance(s, Read | Write)}
     ports = [port for port in file.program.ports for _ in port.symbols]
     scalars = {i: port.name for i, port in enumerate(ports) if port.scalar}
     for s in body:
         read = s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else ()
-        read = (s.value,) if isinstance(s, Store) else read
+        read = (s.value,) if isinstance(s, Write) else read
         bases.update(scalars[i] for i in read if i in scalars)
     return {file.names.arguments[base] for base in bases}
 

@@ -59,7 +59,7 @@ class CPrinter(NamedPrinter):
         """A scalar operand, or the lane of another one."""
         if isinstance(operand, int):
             return self.names[operand]
-        if not isinstance(operand, language.Constant):
+        if not isinstance(operand, language.Immediate):
             return f"v{operand}{f'[{lane}]' * (operand.type.width > 1)}"
         if isinstance(operand.value, tuple):
             numbers = ", ".join(decimal(v, "NAN", "INFINITY") for v in operand.value)
@@ -76,7 +76,7 @@ class CPrinter(NamedPrinter):
         else:
             self.add(f"{KINDS[type_.kind]} v{value}{extent(type_)};", f"{_each(type_)}{name} = {text};")
 
-    def at(self, place: language.Place | language.Load | language.Store, type_: language.Type) -> str:
+    def at(self, place: language.Address | language.Read | language.Write, type_: language.Type) -> str:
         """What stands at a place, or at its lane k."""
         index = str(place.place) if isinstance(place.place, int) else self.text(place.place)
         return f"{self.vectors.get(place.base, place.base)}[{index}{' + k' * (type_.width > 1)}]"
@@ -115,11 +115,11 @@ class CPrinter(NamedPrinter):
             self.add(f"double {sine}, {cosine};", f"kane_sincos({self.names[angle]}, &{sine}, &{cosine});")
         self.helpers.add(function)
 
-    def load(self, s: language.Load) -> None:
+    def load(self, s: language.Read) -> None:
         """A value from an array."""
         self.define(s.value, self.at(s, language.type_of(s.value)))
 
-    def store(self, s: language.Store) -> None:
+    def store(self, s: language.Write) -> None:
         """A value to an array."""
         type_, comment = language.type_of(s.value), f" /* {c_comment(s.label)} */" if s.label else ""
         self.add(f"{_each(type_)}{self.at(s, type_)} = {self.text(s.value)};{comment}")
@@ -133,9 +133,11 @@ class CPrinter(NamedPrinter):
         lane = "[k]" * (s.cell.type.width > 1)
         self.add(f"{_each(s.cell.type)}cell_{s.cell.name}{lane} = {self.text(s.value)};")
 
-    def call(self, s: language.Call) -> None:
+    def call(self, s: language.CallRoutine) -> None:
         """A routine that the kernel was given."""
-        given = [f"&{self.at(a, language.INT)}" if isinstance(a, language.Place) else self.text(a) for a in s.arguments]
+        given = [
+            f"&{self.at(a, language.INT)}" if isinstance(a, language.Address) else self.text(a) for a in s.arguments
+        ]
         self.add(f"{s.callee.name}({', '.join(given)});")
 
     def choice(self, s: language.If) -> None:

@@ -4,7 +4,7 @@
 The functions of Programs are, for each Program, `hoist(parameters, h)`, and for each routine
 
     <name>(ports, h, out)       the kernel
-    <name>.call(block)          one evaluation in a caller's private block (see `Block`)
+    <name>.call(block)          one evaluation in a caller's private block (see `BlockLayout`)
     <name>.batch(n, …)          many, with a stride in rows for each port
 
 Vectors are passed as pointers to doubles. Sines and cosines of angles that are known at the same time are computed side by side
@@ -23,7 +23,7 @@ from kane.program.emit.llvm_limbs import limbs_body
 from kane.program.emit.llvm_near import Near, pointed
 from kane.program.emit.llvm_printer import FEW, Calls, LlvmPrinter, vector
 from kane.program.emit.sincos import llvm_sincos
-from kane.program.kernel.language import ArrayOf, Compute, Kernel, Load, Number, SinCos, Statement, Store
+from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
 from kane.program.passes.split import WHOLE
 from kane.program.program import Program, Routine
 
@@ -37,7 +37,7 @@ def emit_llvm(programs: Sequence[Program], contract: bool = True, lanes: int = 4
 
     `contract` allows a·b + c in one rounding, `lanes` is the width of the machine's vectors in doubles.
     """
-    module = _Module(contract, lanes)
+    module = _LlvmModule(contract, lanes)
     texts = [helpers()]
     for program, hoist in zip(programs, hoists(programs), strict=True):
         texts.append(module.function(program, walk.hoisting(program), hoist, WHOLE))
@@ -53,7 +53,7 @@ def emit_wide(program: Program, routine: Routine, width: int, contract: bool = T
     Of ports of the tier "parameter", and of h, a number stands for all states; of the others, and of the results, each number is
     `width` doubles side by side, one a state.
     """
-    module = _Module(contract, 1, width)
+    module = _LlvmModule(contract, 1, width)
     return module.text(
         [module.function(program, walk.function_of(program, routine), wide_name(routine.name, width), WHOLE)]
     )
@@ -68,7 +68,7 @@ def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
     printer.block(kernel.body)
     arguments = ", ".join(
         f"i64 {printer.names[a.value]}"
-        if isinstance(a, Number)
+        if isinstance(a, Integer)
         else f"ptr noalias {vector(a.name)}"
         if isinstance(a, ArrayOf)
         else f"ptr %{a.name}"
@@ -90,7 +90,7 @@ def wide_name(routine: str, width: int) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class _Module:
+class _LlvmModule:
     """The functions so far, of `width` states at once; sines are up to `lanes` side by side."""
 
     contract: bool
@@ -153,7 +153,7 @@ class _Module:
             return body
         read = {a for s in body for a in _read(s)}
         ports = enumerate(port for port in program.ports for _ in port.symbols)
-        return [*(Load(i, port.name, 0) for i, port in ports if port.scalar and i in read), *body]
+        return [*(Read(i, port.name, 0) for i, port in ports if port.scalar and i in read), *body]
 
 
 def _definition(head: str, lines: Sequence[str], attributes: str = "") -> str:
@@ -185,7 +185,7 @@ def _read(s: Statement) -> Sequence[object]:
     """The values that a statement of a Program reads."""
     if isinstance(s, Compute):
         return s.arguments
-    return s.angles if isinstance(s, SinCos) else (s.value,) if isinstance(s, Store) else ()
+    return s.angles if isinstance(s, SinCos) else (s.value,) if isinstance(s, Write) else ()
 
 
 def _signature(arguments: Iterable[tuple[str, str]]) -> str:

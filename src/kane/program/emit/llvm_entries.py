@@ -20,7 +20,7 @@ LANES = Lanes(4)
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class BlockLayout:
     """Where each port's values, in the ports' order, and each other section of the block of `<name>.call` begin, in doubles."""
 
     ports: tuple[int, ...]
@@ -31,7 +31,7 @@ class Block:
     size: int
 
 
-def block(program: Program, routine: Routine) -> Block:
+def block(program: Program, routine: Routine) -> BlockLayout:
     """The layout of the routine's block.
 
     Without parameters too there is room for one: reciprocals of constants are hoisted, and "as hoisted" says whether they are.
@@ -49,7 +49,7 @@ def block(program: Program, routine: Routine) -> Block:
     h = hoisted + width
     out = h + LANES.padded(len(program.kept))
     size = out + LANES.padded(max(1, len(routine.results)))
-    return Block(tuple(at[port.name] for port in program.ports), parameters, hoisted, h, out, size)
+    return BlockLayout(tuple(at[port.name] for port in program.ports), parameters, hoisted, h, out, size)
 
 
 def helpers() -> str:

@@ -11,7 +11,7 @@ from kane.expr.ops import ADD, COS, DIV, MUL, SIN, Op
 from kane.program.emit import walk
 from kane.program.emit.llvm_forms import Lanes
 from kane.program.emit.llvm_printer import LlvmPrinter, vector
-from kane.program.kernel.language import FLOAT, Load, Store, Type
+from kane.program.kernel.language import FLOAT, Read, Type, Write
 from kane.program.program import Operand, Pack, Program
 
 Signs: TypeAlias = tuple[int, ...]
@@ -24,7 +24,7 @@ def limbs_body(program: Program, function: walk.Function, packs: Sequence[Pack],
         limbs.reach(i)
     for place, i in enumerate(function.results):
         limbs.scalar(i)
-        printer.store(Store(i, walk.RESULTS, place))
+        printer.store(Write(i, walk.RESULTS, place))
     return printer.lines
 
 
@@ -72,7 +72,7 @@ class _Limbs:
         if i in names:
             return names[i]
         if i in self.sources:
-            self.printer.load(Load(i, *self.sources[i]))
+            self.printer.load(Read(i, *self.sources[i]))
             return names[i]
         pack, k = self.home[i]
         lanes, signs = self.vectors[pack.values]

@@ -54,7 +54,7 @@ class _Names(dict[language.Operand, str]):
     def __missing__(self, value: language.Operand) -> str:
         if isinstance(value, int):
             return self.common[value]
-        if not isinstance(value, language.Constant):
+        if not isinstance(value, language.Immediate):
             return f"%v{value}"
         if isinstance(value.value, tuple):
             return Lanes(len(value.value)).numbers(value.value)
@@ -201,7 +201,7 @@ class LlvmPrinter(Printer):
 
     # ------------------------------------------------------------------------------------------------------- memory
 
-    def address(self, s: language.Load | language.Store | language.Place) -> str:
+    def address(self, s: language.Read | language.Write | language.Address) -> str:
         """The name of an address, after the line that computes it."""
         place, inbounds, base = s.place, " inbounds", vector(s.base)
         if isinstance(place, int):
@@ -215,7 +215,7 @@ class LlvmPrinter(Printer):
         self.lines.append(f"  {name} = getelementptr{inbounds} double, ptr {base}, i64 {index}")
         return name
 
-    def load(self, s: language.Load) -> None:
+    def load(self, s: language.Read) -> None:
         """A value from memory."""
         address, name = self.address(s), f"%v{s.value}"
         self.names[s.value] = name
@@ -228,7 +228,7 @@ class LlvmPrinter(Printer):
             volatile = " volatile" if s.value in self.volatile else ""
             self.lines.append(f"  {name} = load{volatile} {self.kind}, ptr {address}, align 8")
 
-    def store(self, s: language.Store) -> None:
+    def store(self, s: language.Write) -> None:
         """A value to memory."""
         address = self.address(s)
         kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
@@ -244,9 +244,9 @@ class LlvmPrinter(Printer):
 
     # ------------------------------------------------------------------------------------------------------ control
 
-    def call(self, s: language.Call) -> None:
+    def call(self, s: language.CallRoutine) -> None:
         """A routine that the kernel was given."""
-        given = [f"ptr {self.address(a)}" if isinstance(a, language.Place) else self.typed(a) for a in s.arguments]
+        given = [f"ptr {self.address(a)}" if isinstance(a, language.Address) else self.typed(a) for a in s.arguments]
         self.add(f"call void %{s.callee.name}({', '.join(given)})")
 
     def labels(self, *names: str) -> list[str]:
@@ -303,6 +303,6 @@ def _divisors(body: Sequence[language.Statement]) -> set[language.Operand]:
     for s in body if guarded else ():
         if isinstance(s, language.Compute):
             guarded.difference_update(s.arguments[:1] if s.op is DIV else s.arguments)
-        elif isinstance(s, language.Store):
+        elif isinstance(s, language.Write):
             guarded.discard(s.value)
     return guarded

@@ -63,13 +63,13 @@ class NumPyPrinter(NamedPrinter):
         """An operand; constants of kernels are NumPy's numbers, as Python's own refuse to divide by zero."""
         if isinstance(operand, int):
             return self.names[operand]
-        if not isinstance(operand, language.Constant):
+        if not isinstance(operand, language.Immediate):
             return f"v{operand}"
         if isinstance(operand.value, tuple):
             return f"np.array([{', '.join(map(python_number, operand.value))}])"
         return str(operand.value) if operand.type.kind == "int" else f"np.float64({python_number(operand.value)})"
 
-    def at(self, s: language.Load | language.Store) -> str:
+    def at(self, s: language.Read | language.Write) -> str:
         """What stands at a place: of Programs on the last axis."""
         base = self.vectors.get(s.base, s.base)
         if isinstance(s.place, int):
@@ -91,11 +91,11 @@ class NumPyPrinter(NamedPrinter):
             operands = [f"np.float64({o})" for o in operands]
         self.add(f"{name} = {_FORMS[s.op].format(*operands, lane=s.lane)}")
 
-    def load(self, s: language.Load) -> None:
+    def load(self, s: language.Read) -> None:
         """A value from an array."""
         self.add(f"{self.text(s.value)} = {self.at(s)}{'.copy()' * (language.type_of(s.value).width > 1)}")
 
-    def store(self, s: language.Store) -> None:
+    def store(self, s: language.Write) -> None:
         """A value to an array."""
         comment = f"  # {python_comment(s.label)}" if s.label else ""
         self.add(f"{self.at(s)} = {self.text(s.value)}{comment}")
@@ -108,10 +108,11 @@ class NumPyPrinter(NamedPrinter):
         """A value to a cell."""
         self.add(f"cell_{s.cell.name} = {self.text(s.value)}")
 
-    def call(self, s: language.Call) -> None:
+    def call(self, s: language.CallRoutine) -> None:
         """A routine, which is given arrays from a place on."""
         given = [
-            f"{a.base}[{self.text(a.place)} :]" if isinstance(a, language.Place) else self.text(a) for a in s.arguments
+            f"{a.base}[{self.text(a.place)} :]" if isinstance(a, language.Address) else self.text(a)
+            for a in s.arguments
         ]
         self.add(f"{s.callee.name}({', '.join(given)})")
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.expr.ops import COS, SIN, Op
-from kane.program.kernel.language import Compute, Load, SinCos, Statement, Store
+from kane.program.kernel.language import Compute, Read, SinCos, Statement, Write
 from kane.program.passes.gather import gathered
 from kane.program.passes.split import CHUNK, WHOLE, Chunk, Split, split
 from kane.program.program import Port, Program, Routine
@@ -119,7 +119,7 @@ class _Walk:
         for i in values:
             if i in self.sources and i not in self.ready:
                 self.ready.add(i)
-                self.done.append(Load(i, *self.sources[i]))
+                self.done.append(Read(i, *self.sources[i]))
 
     def read_all(self) -> None:
         """Read everything that the piece needs: inputs and hoisted values by number, then slots."""
@@ -181,4 +181,4 @@ class _Walk:
         for place in places:
             self.read(i)
             label = "" if base == WORK else self.function.labels[place]
-            self.done.append(Store(i, base, place, label))
+            self.done.append(Write(i, base, place, label))

@@ -34,7 +34,7 @@ FLOAT, INT, BOOL = Type("float"), Type("int"), Type("bool")
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class Immediate:
     """A number, or one for each lane."""
 
     type: Type
@@ -52,7 +52,7 @@ class Value:
         return str(self.number)
 
 
-Operand: TypeAlias = Constant | Value | int
+Operand: TypeAlias = Immediate | Value | int
 """Of kernels a value or constant, of Programs the number of a value."""
 
 
@@ -77,7 +77,7 @@ class ArrayOf:
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class Integer:
     """An argument: an integer; `value` is what it is called in the body."""
 
     name: str
@@ -92,7 +92,7 @@ class Callee:
     takes: tuple[Literal["float", "array"], ...]
 
 
-Argument: TypeAlias = ArrayOf | Number | Callee
+Argument: TypeAlias = ArrayOf | Integer | Callee
 
 
 class Compute(NamedTuple):
@@ -111,14 +111,14 @@ class SinCos(NamedTuple):
     values: tuple[dict[Op, int], ...]
 
 
-class Place(NamedTuple):
+class Address(NamedTuple):
     """The doubles of an array from an index on; in Programs the index is known."""
 
     base: str
     place: Operand
 
 
-class Load(NamedTuple):
+class Read(NamedTuple):
     """`value` = the doubles of `base` from `place` on."""
 
     value: Operand
@@ -126,7 +126,7 @@ class Load(NamedTuple):
     place: Operand
 
 
-class Store(NamedTuple):
+class Write(NamedTuple):
     """The doubles of `base` from `place` on become those of `value`."""
 
     value: Operand
@@ -175,14 +175,14 @@ class Count(NamedTuple):
     few: bool = False
 
 
-class Call(NamedTuple):
+class CallRoutine(NamedTuple):
     """A routine is called with numbers and places."""
 
     callee: Callee
-    arguments: tuple[Operand | Place, ...]
+    arguments: tuple[Operand | Address, ...]
 
 
-Statement: TypeAlias = Compute | SinCos | Load | Store | Get | Put | If | While | Count | Call
+Statement: TypeAlias = Compute | SinCos | Read | Write | Get | Put | If | While | Count | CallRoutine
 Block: TypeAlias = tuple[Statement, ...]
 
 

@@ -89,7 +89,7 @@ def verified_kernel(kernel: language.Kernel) -> language.Kernel:
     if kernel.result.type != language.INT or kernel.result not in kernel.cells:
         raise _wrong(kernel, "one of its cells, an integer, as result", str(kernel.result))
     _Check(kernel).block(
-        kernel.body, {a.value.number: a.value for a in kernel.arguments if isinstance(a, language.Number)}
+        kernel.body, {a.value.number: a.value for a in kernel.arguments if isinstance(a, language.Integer)}
     )
     return kernel
 
@@ -98,36 +98,29 @@ def _wrong(kernel: language.Kernel, expected: str, got: str) -> ProgramError:
     return ProgramError(f"Expected {expected} in the kernel {kernel.name!r}, got {got}.")
 
 
-_READS: dict[type[Any], Callable[[Any], Sequence[language.Operand]]] = {
-    language.Compute: lambda s: s.arguments,
-    language.Load: lambda s: (s.place,),
-    language.Store: lambda s: (s.place, s.value),
-    language.Get: lambda s: (),
-    language.Put: lambda s: (s.value,),
-    language.Call: lambda s: [a.place if isinstance(a, language.Place) else a for a in s.arguments],
-    language.If: lambda s: (s.condition,),
-    language.Count: lambda s: (s.start, s.stop),
-    language.While: lambda s: (),
+_Typed: TypeAlias = tuple[language.Type | None, language.Operand]
+_TYPES: dict[type[Any], Callable[[Any], tuple[Sequence[_Typed], Sequence[_Typed]]]] = {
+    language.Compute: lambda s: (
+        [(None, a) for a in s.arguments],
+        [(result_type(s.op, list(map(language.type_of, s.arguments))), s.value)],
+    ),
+    language.Read: lambda s: ([(language.INT, s.place)], [(_doubles(s.value), s.value)]),
+    language.Write: lambda s: ([(language.INT, s.place), (_doubles(s.value), s.value)], []),
+    language.Get: lambda s: ([], [(s.cell.type, s.value)]),
+    language.Put: lambda s: ([(s.cell.type, s.value)], []),
+    language.CallRoutine: lambda s: (
+        [(language.INT, a.place) if isinstance(a, language.Address) else (None, a) for a in s.arguments],
+        [],
+    ),
+    language.If: lambda s: ([(language.BOOL, s.condition)], []),
+    language.Count: lambda s: ([(language.INT, s.start), (language.INT, s.stop)], [(language.INT, s.counter)]),
+    language.While: lambda s: ([], []),
 }
-"""The operands of a statement, but for those of its blocks and of a loop's condition."""
-_TYPES: dict[type[Any], Callable[[Any], Sequence[tuple[language.Type, language.Operand]]]] = {
-    language.Compute: lambda s: [(result_type(s.op, list(map(language.type_of, s.arguments))), s.value)],
-    language.Load: lambda s: [
-        (language.Type("float", language.type_of(s.value).width), s.value),
-        (language.INT, s.place),
-    ],
-    language.Store: lambda s: [
-        (language.Type("float", language.type_of(s.value).width), s.value),
-        (language.INT, s.place),
-    ],
-    language.Get: lambda s: [(s.cell.type, s.value)],
-    language.Put: lambda s: [(s.cell.type, s.value)],
-    language.Call: lambda s: [(language.INT, a.place) for a in s.arguments if isinstance(a, language.Place)],
-    language.If: lambda s: [(language.BOOL, s.condition)],
-    language.Count: lambda s: [(language.INT, s.counter), (language.INT, s.start), (language.INT, s.stop)],
-    language.While: lambda s: [],
-}
-"""What is of which type in a statement."""
+"""What a statement reads, but for its blocks and the condition of a loop, and what it defines; each with the type that it must have."""
+
+
+def _doubles(value: language.Operand) -> language.Type:
+    return language.Type("float", language.type_of(value).width)
 
 
 class _Check:
@@ -136,19 +129,20 @@ class _Check:
     def __init__(self, kernel: language.Kernel) -> None:
         self.kernel = kernel
         self.arrays = {a.name for a in kernel.arguments if isinstance(a, language.ArrayOf)}
-        self.defined = {a.value.number for a in kernel.arguments if isinstance(a, language.Number)}
+        self.defined = {a.value.number for a in kernel.arguments if isinstance(a, language.Integer)}
 
     def block(self, block: language.Block, known: dict[int, language.Value]) -> dict[int, language.Value]:
         """A block, with the values that are known before it; those that are known at its end."""
         known = dict(known)
         for s in block:
-            if type(s) not in _READS:
+            if type(s) not in _TYPES:
                 raise _wrong(self.kernel, "statements of kernels", type(s).__name__)
-            for operand in _READS[type(s)](s):
-                self.operand(operand, known)
             self.names(s)
-            for expected, operand in _TYPES[type(s)](s):
-                if language.type_of(operand) != expected:
+            operands, values = _TYPES[type(s)](s)
+            for _, operand in operands:
+                self.operand(operand, known)
+            for expected, operand in (*operands, *values):
+                if expected not in (None, language.type_of(operand)):
                     raise _wrong(self.kernel, str(expected), f"{language.type_of(operand)} in {type(s).__name__}")
             if isinstance(s, language.If):
                 self.block(s.then, known)
@@ -163,8 +157,9 @@ class _Check:
                 self.block(s.body, inside)
             elif isinstance(s, language.Count):
                 self.block(s.body, known | self.define(s.counter))
-            elif isinstance(s, language.Compute | language.Load | language.Get):
-                known |= self.define(s.value)
+            else:
+                for _, value in values:
+                    known |= self.define(value)
         return known
 
     def define(self, value: language.Operand) -> dict[int, language.Value]:
@@ -180,7 +175,7 @@ class _Check:
 
     def operand(self, operand: language.Operand, known: dict[int, language.Value]) -> None:
         """A value that is known as what it is, or a constant that has a number for each lane."""
-        if isinstance(operand, language.Constant):
+        if isinstance(operand, language.Immediate):
             if isinstance(operand.value, tuple) != (operand.type.width > 1):
                 raise _wrong(self.kernel, f"a number for each lane of {operand.type}", str(operand.value))
         elif isinstance(operand, int) or known.get(operand.number) != operand:
@@ -190,12 +185,12 @@ class _Check:
         """Arrays, cells and routines are the kernel's, and a routine takes what it is given."""
         if isinstance(s, language.Get | language.Put) and s.cell not in self.kernel.cells:
             raise _wrong(self.kernel, "cells of its own", s.cell.name)
-        places = s.arguments if isinstance(s, language.Call) else (s,)
-        for base in (a.base for a in places if isinstance(a, language.Load | language.Store | language.Place)):
+        places = s.arguments if isinstance(s, language.CallRoutine) else (s,)
+        for base in (a.base for a in places if isinstance(a, language.Read | language.Write | language.Address)):
             if base not in self.arrays:
                 raise _wrong(self.kernel, "arrays of its own", base)
-        if isinstance(s, language.Call):
-            kinds = tuple("array" if isinstance(a, language.Place) else str(language.type_of(a)) for a in s.arguments)
+        if isinstance(s, language.CallRoutine):
+            kinds = tuple("array" if isinstance(a, language.Address) else str(language.type_of(a)) for a in s.arguments)
             if s.callee not in self.kernel.arguments or kinds != s.callee.takes:
                 expected = ", ".join(s.callee.takes)
                 raise _wrong(self.kernel, f"a routine of its own, {s.callee.name}({expected})", ", ".join(kinds))

@@ -12,7 +12,7 @@ from kane.errors import ProgramError
 from kane.numeric.arrays import Array
 from kane.program.emit.llvm import emit_kernel_llvm, emit_wide, wide_name
 from kane.program.emit.llvm_entries import block
-from kane.program.kernel.language import Argument, ArrayOf, Kernel, Number
+from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine import Library, Settings, compile_text, target
 
@@ -116,7 +116,7 @@ class CompiledKernel:
         on = target(settings.cpu, settings.features)
         text = emit_kernel_llvm(kernel, settings.contract)
         library = compile_text(text, on, [kernel.name], settings.cache, loops=True)
-        kinds = [_INTEGER if isinstance(a, Number) else _POINTER for a in kernel.arguments]
+        kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
         self._function = library.function(kernel.name, _INTEGER, *kinds)
 
     def __call__(self, given: Mapping[str, Array | int | Entry | Hook]) -> int:
@@ -148,7 +148,7 @@ class Bound:
     def __init__(self, function: Any, kernel: Kernel, given: Mapping[str, Array | int | Entry | Hook]) -> None:
         self._function, self._given = function, given
         self._passed = [_passed(a, given.get(a.name)) for a in kernel.arguments]
-        self._places = {a.name: k for k, a in enumerate(kernel.arguments) if isinstance(a, Number)}
+        self._places = {a.name: k for k, a in enumerate(kernel.arguments) if isinstance(a, Integer)}
 
     def __call__(self, **integers: int) -> int:
         """What the kernel returns."""
@@ -158,14 +158,14 @@ class Bound:
 
 
 def _passed(argument: Argument, given: Array | int | Entry | Hook | None) -> int:
-    if isinstance(argument, Number) and isinstance(given, int):
+    if isinstance(argument, Integer) and isinstance(given, int):
         return given
     if isinstance(argument, ArrayOf) and isinstance(given, np.ndarray):
         if given.dtype == np.float64 and given.flags.c_contiguous and given.flags.writeable:
             return int(given.ctypes.data)
-    elif not isinstance(argument, Number | ArrayOf) and isinstance(given, Entry | Hook):
+    elif not isinstance(argument, Integer | ArrayOf) and isinstance(given, Entry | Hook):
         return given.address
-    kind = "an integer" if isinstance(argument, Number) else "an array of doubles without gaps, to be written to"
+    kind = "an integer" if isinstance(argument, Integer) else "an array of doubles without gaps, to be written to"
     raise ProgramError(
-        f"Expected {kind if isinstance(argument, Number | ArrayOf) else 'a routine'} as {argument.name}, got {given!r}."
+        f"Expected {kind if isinstance(argument, Integer | ArrayOf) else 'a routine'} as {argument.name}, got {given!r}."
     )

@@ -50,7 +50,7 @@ class Settings(Attributes):
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class Processor:
     """The processor to compile for: LLVM's name of it and its features ("+avx2,+fma,…")."""
 
     triple: str
@@ -113,10 +113,10 @@ LEVELS = {"x86-64-v2": _V2, "x86-64-v3": _V3, "x86-64-v4": f"{_V3},+avx512bw,+av
 
 
 @cache
-def host() -> Target:
+def host() -> Processor:
     """The machine that runs this process, or the lesser one that KANE_CPU names."""
     llvm = _llvm()
-    here = Target(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+    here = Processor(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
     level = os.environ.get("KANE_CPU", "")
     if not level:
         return here
@@ -127,10 +127,10 @@ def host() -> Target:
             f"Expected the environment variable KANE_CPU as a processor that {here.cpu} can stand for, one of "
             f"{', '.join(usable) or 'none'}, got {level!r}. Leave it unset for the processor itself."
         )
-    return Target(here.triple, level, LEVELS[level])
+    return Processor(here.triple, level, LEVELS[level])
 
 
-def target(cpu: str = "host", features: str = "") -> Target:
+def target(cpu: str = "host", features: str = "") -> Processor:
     """The host, or with `cpu` "generic" what it shares with every machine of its kind, and `features` ("+avx2,+fma").
 
     Raises
@@ -140,7 +140,7 @@ def target(cpu: str = "host", features: str = "") -> Target:
     """
     here = host()
     if cpu == "generic":  # first: LLVM also calls processors so that it does not know
-        chosen = Target(here.triple, "generic", "")
+        chosen = Processor(here.triple, "generic", "")
     elif cpu in ("host", here.cpu):
         chosen = here
     else:
@@ -157,7 +157,7 @@ def target(cpu: str = "host", features: str = "") -> Target:
             f'Expected features that this processor has, each as "+name", got {", ".join(missing)}. It has '
             f"{', '.join(sorted(f[1:] for f in own))}."
         )
-    return Target(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *asked) if f))
+    return Processor(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *asked) if f))
 
 
 class Library:
@@ -193,7 +193,7 @@ class Library:
         return function
 
 
-def compile_text(text: str, on: Target, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
+def compile_text(text: str, on: Processor, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
     """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
     options = [*(f"{name}={value}" for name, value in _options(text).items()), *(["loops"] if loops else [])]
     key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
@@ -224,7 +224,7 @@ def _options(text: str) -> dict[str, Any]:
     return _OPTIONS | {"opt": 1} if len(text) > _LONG else _OPTIONS
 
 
-def object_code(text: str, on: Target, loops: bool = False) -> bytes:
+def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
     """The object file of an LLVM module.
 
     Raises
