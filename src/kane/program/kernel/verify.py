@@ -116,7 +116,7 @@ _TYPES: dict[type[Any], Callable[[Any], tuple[Sequence[_Typed], Sequence[_Typed]
     language.Count: lambda s: ([(language.INT, s.start), (language.INT, s.stop)], [(language.INT, s.counter)]),
     language.While: lambda s: ([], []),
 }
-"""What a statement reads, but for its blocks and the condition of a loop, and what it defines; each with the type that it must have."""
+"""What a statement reads, but for its blocks and the condition of a loop, and what it defines, with the types that these must have."""
 
 
 def _doubles(value: language.Operand) -> language.Type:
