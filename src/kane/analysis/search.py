@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import Entries
+from kane.analysis.state_checks import Entries
 from kane.dynamics.constraints.branches import branches, told, turned_function
 from kane.dynamics.constraints.closure import Closure, many_function, rounding_function, unit_places
 from kane.expr.node import Expr

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import check_equations
 from kane.dynamics.readings.values import parameter_values
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
 from kane.errors import KaneWarning, SimulationError
 from kane.motion.beams import warn_of_beams
 from kane.motion.checking import check_drifts, checking_functions

@@ -11,8 +11,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kane.analysis.solution_branches import Branch
-from kane.analysis.stability import GROWS
+from kane.analysis.solution_branches import GROWS, Branch
 from kane.errors import SimulationError
 from kane.numeric.arrays import Array
 from kane.present.labels import label as label_of

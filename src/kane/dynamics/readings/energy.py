@@ -13,7 +13,7 @@ from kane.dynamics.trees import energy as trees
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import State, Time, input_of
+from kane.expr.symbols import StateVariable, Time, input_of
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.motion import acceleration_form, velocity_form
 from kane.model.loads import Load
@@ -113,7 +113,7 @@ def _is_still(derived: Derived) -> bool:
 
 def depends_on_time(e: Expr) -> bool:
     """Whether the time, an input or a further state is in an expression."""
-    return any(isinstance(s, Time | State) or input_of(s) is not None for s in free_symbols([e]))
+    return any(isinstance(s, Time | StateVariable) or input_of(s) is not None for s in free_symbols([e]))
 
 
 def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:

@@ -25,7 +25,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Time,
     input_of,
     rate,
@@ -35,7 +35,7 @@ from kane.expr.visit import substituted
 from kane.model.system import System
 from kane.numeric.named import finite_number, named_values
 
-_PLAIN = Coordinate | Speed | State | Parameter | Time
+_PLAIN = Coordinate | Speed | StateVariable | Parameter | Time
 
 
 def without_rates(derived: Derived, root: Expr) -> Expr:
@@ -47,7 +47,7 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
     second: dict[Expr, Expr] = {
         s: derived.system.states[s.place]
         for s in free_symbols(roots)
-        if isinstance(s, Rate) and isinstance(s.place, State) and s.place in derived.system.states
+        if isinstance(s, Rate) and isinstance(s.place, StateVariable) and s.place in derived.system.states
     }
     second |= {
         s: time_derivative(derived, s.place)
@@ -55,7 +55,11 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
         if isinstance(s, Rate)
         and (
             isinstance(s.place, QuasiRate)
-            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | State) and input_of(s) is None)
+            or (
+                isinstance(s.place, Rate)
+                and not isinstance(s.place.place, Speed | StateVariable)
+                and input_of(s) is None
+            )
         )
     }
     if second:
