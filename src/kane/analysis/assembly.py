@@ -16,7 +16,7 @@ from typing import Any, Literal, overload
 import numpy as np
 
 from kane.analysis.search import Found, Search
-from kane.analysis.state_checks import GIVEN, Entries, entries, misses
+from kane.analysis.state_checks import Entries, entries, misses
 from kane.analysis.tangents import turning
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
@@ -33,7 +33,8 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed
 from kane.numeric.projection import least_squares
-from kane.numeric.rank import DERIVE_RANK, ROUNDING, STATE_RANK, balance, singular
+from kane.numeric.rank import balance, singular
+from kane.numeric.scale import DERIVE_RANK, GIVEN, ROUNDED, ROUNDED_ROOT, STATE_RANK
 from kane.progress import working
 
 _TOLD = 6
@@ -135,9 +136,6 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     together = f"{', '.join(names)}{' together' if len(names) > 1 else ''}"
     return Held((together,) * len(b), b, -b @ (y @ (first / scaled.columns[0]) + z), np.eye(len(y)), np.zeros(len(y)))
 
-
-_ROUNDING = 1e-7
-"""Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
 
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 
@@ -339,7 +337,7 @@ def _not_closed(search: Search, found: Found) -> str:
 def _undetermined(block: Array, start: Entries, names: Sequence[str], among: Sequence[int]) -> tuple[list[str], int]:
     """Which `among` what is free may still move where `block` holds the rest; and how many values are too few."""
     directions = singular(block).kernel(STATE_RANK)
-    open_ = np.abs(directions).max(axis=0, initial=0) > 1e-7
+    open_ = np.abs(directions).max(axis=0, initial=0) > ROUNDED_ROOT
     return [names[i] for i, x in zip(start.free, open_, strict=True) if x and i in among], len(directions)
 
 
@@ -359,11 +357,11 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
     # what a unit of each does: metres and radians per second compare by that
     pace = np.abs(rows).max(axis=0, initial=0)
-    pace = np.where(pace > ROUNDING * pace.max(initial=0), pace, 1.0)
+    pace = np.where(pace > ROUNDED * pace.max(initial=0), pace, 1.0)
     rows, x = rows / pace, start.values * pace
     size = np.abs(rows).max(axis=1, initial=0)
     # a row that vanishes here but for rounding holds nothing
-    scale = np.maximum(size, max(_ROUNDING * size.max(initial=0), np.finfo(float).tiny))
+    scale = np.maximum(size, max(ROUNDED_ROOT * size.max(initial=0), np.finfo(float).tiny))
     free = list(start.free)
     if free:
         block = rows[:, free] / scale[:, None]

@@ -19,6 +19,7 @@ from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissing
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.rank import singular
+from kane.numeric.scale import EPS, UNRELATED
 
 _LINK = 1e-9
 
@@ -253,9 +254,7 @@ class Linear(Attributes):
         return f"Linear({', '.join(self.states)}; eigenvalues {values})"
 
 
-_SHARE = 1e-8
-"""Share of the terms up to which damping and gyroscopic terms are those of rounding."""
-_ROUNDING = 16 * np.finfo(float).eps
+_ROUNDING = 16 * EPS
 """Share of the largest λ, a coordinate, that rounding leaves of a λ that vanishes."""
 
 
@@ -345,12 +344,12 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     scale = np.sqrt(np.diag(m))
     unit = np.outer(scale, scale)
     stiff = np.abs(k / unit).max(initial=0.0)
-    if np.abs(c / unit).max(initial=0.0) > _SHARE * np.sqrt(stiff):
+    if np.abs(c / unit).max(initial=0.0) > UNRELATED * np.sqrt(stiff):
         raise SimulationError(
             "Expected equations without damping and gyroscopic terms for normal modes, got C with "
             f"{np.abs(c).max():.3g}. linear.modes has the complex modes; second_order() has C."
         )
-    if np.abs((k - k.T) / unit).max(initial=0.0) > _SHARE * stiff:
+    if np.abs((k - k.T) / unit).max(initial=0.0) > UNRELATED * stiff:
         raise SimulationError(
             "Expected a symmetric K for normal modes, got one of forces without a potential energy. linear.modes has "
             "the complex modes."

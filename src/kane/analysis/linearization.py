@@ -20,7 +20,7 @@ from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.one_sided import Piece
 from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams
-from kane.analysis.state_checks import GIVEN, StateArrays, misses
+from kane.analysis.state_checks import StateArrays, misses
 from kane.analysis.tangents import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import unsolved
@@ -40,6 +40,7 @@ from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
 from kane.numeric.sampling import values_of
+from kane.numeric.scale import GIVEN
 from kane.program.native.machine import Settings
 from kane.progress import working
 

@@ -52,7 +52,8 @@ from kane.expr.size import Sizes, size
 from kane.expr.switching import Switch, on_sides
 from kane.expr.symbols import Parameter, Symbol
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.rank import ROUNDING, balance
+from kane.numeric.rank import balance
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SIX_DIGITS, UNRELATED
 from kane.program.bundle import Bundle, Shaped
 
 R = TypeVar("R")
@@ -112,12 +113,8 @@ class OneSided:
 
 _MOST = 6
 """Switches of which all sides are looked at together; of more, all on one side, and each of them on the other."""
-_OPEN = 1e-9
-"""Least share by which a direction must lead away from every switch, their slopes being 1 at most."""
 _NEAR = (2.0**-16, 2.0**-24, 2.0**-32)
 """Distances at which a piece is looked at whose derivative has no value at the corner itself."""
-_GONE = 1e-6
-"""Share of what it is at the first of them, below which its limit is zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +208,7 @@ def _limit(series: Sequence[Array]) -> Array:
     with np.errstate(all="ignore"):
         limit = last - two**2 / (two - one)
     limit = np.where((np.abs(two) < np.abs(one)) & np.isfinite(limit), limit, last)
-    return np.where(np.abs(limit) <= _GONE * np.abs(first), 0.0, limit)
+    return np.where(np.abs(limit) <= SIX_DIGITS * np.abs(first), 0.0, limit)
 
 
 def _built(corner: Corner, state: StateArrays, numbers: OneSided) -> Piece | None:
@@ -237,7 +234,7 @@ def _leaving(rows: Array, moves: Array) -> Array:
     """∇c along the changes that are allowed, what rounding leaves of zero being zero; what c does not hold need not be finite."""
     terms = np.where(rows[:, :, None] == 0, 0.0, rows[:, :, None] * moves[None])
     found = terms.sum(axis=1)
-    return np.asarray(np.where(np.abs(found) <= ROUNDING * np.abs(terms).sum(axis=1), 0.0, found))
+    return np.asarray(np.where(np.abs(found) <= ROUNDED * np.abs(terms).sum(axis=1), 0.0, found))
 
 
 def _direction(rows: Array) -> Array | None:
@@ -254,17 +251,13 @@ def _direction(rows: Array) -> Array | None:
         above = np.hstack([-scaled.matrix, np.ones((len(rows), 1))])
         best = linprog([*[0.0] * width, -1.0], above, np.zeros(len(rows)), bounds=[(-1, 1)] * width + [(None, 1)])
         found = np.asarray(best.x if best.success else np.zeros(width + 1), dtype=np.float64)
-        if not found[-1] > _OPEN:
+        if not found[-1] > UNRELATED:
             return None
         d = found[:-1]
     d = d / scaled.columns[0]
     return np.asarray(d / np.abs(d).max())
 
 
-_NOTHING = 1e-11
-"""Share of the largest slopes, by rows and columns, up to which two sides are the same."""
-_SAME = 1e-9
-"""Share of two values up to which they are the same."""
 _AS_ZERO = 1e-4
 """Share of a tolerance by which a steady state that was solved for is off."""
 
@@ -353,7 +346,7 @@ def different_slopes(every: Sequence[Piece]) -> Mask:
     scaled = table / (scale.rows * scale.columns)
     blur = np.array([np.broadcast_to(p.blur, table.shape[1:]) for p in every]) / (scale.rows * scale.columns)
     with np.errstate(invalid="ignore"):
-        apart = ~(np.abs(scaled[:, None] - scaled[None]) <= _NOTHING + blur[:, None] + blur[None])
+        apart = ~(np.abs(scaled[:, None] - scaled[None]) <= ROUNDED_SUM + blur[:, None] + blur[None])
     both = ~finite[:, None] & ~finite[None]
     return np.asarray(
         (apart & ~both).any(axis=(2, 3)) | (alike[:, None] != alike[None]) | ~alike[:, None] & ~alike[None]
@@ -370,7 +363,7 @@ def _different_levels(sides: Sides) -> Mask:
     shape = every[0].slopes.shape
     slopes = np.array([p.slopes if p.slopes.shape == shape else every[0].slopes for p in every])
     apart = np.abs(level[:, None] - level[None])
-    noise = _SAME * (np.abs(level[:, None]) + np.abs(level[None]))
+    noise = EQUAL * (np.abs(level[:, None]) + np.abs(level[None]))
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.array([np.abs(p.gradients) for p in every]).max(axis=0)
         step = np.where(reach > 0, sides.corner.slack[:, None] / reach, 0.0).max(axis=0, initial=0)

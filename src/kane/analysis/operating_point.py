@@ -22,16 +22,18 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_squares, of_unit_length, row_sizes
+from kane.numeric.scale import LAST_DIGIT
 
-_CLOSED, _ROUNDS = 1e-15, 4
-"""Share of the largest terms at which no further steps are tried, and how many there are."""
+_ROUNDS = 4
+"""Steps at most."""
 
 
 def state_from(eom: Equations, arrays: StateArrays) -> State:
     """The values by symbol."""
     q, u, a = np.split(arrays.x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-    groups = (eom.coordinates, q), (eom.speeds, u), (eom.states, a), (eom.parameters, arrays.p), (eom.inputs, arrays.r)
-    return State(*(dict(zip(symbols, values.tolist(), strict=True)) for symbols, values in groups), t=arrays.t)
+    pairs = (eom.coordinates, q), (eom.speeds, u), (eom.states, a), (eom.parameters, arrays.p), (eom.inputs, arrays.r)
+    groups = (dict(zip(symbols, values.tolist(), strict=True)) for symbols, values in pairs)
+    return State(**dict(zip(("q", "u", "states", "parameters", "inputs"), groups, strict=True)), t=arrays.t)
 
 
 def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
@@ -76,7 +78,7 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
 
     start = of_unit_length(state.x, perturbed.sets), values
     size = row_sizes(values.matrix[:n, :n], values.constraints(n)[: len(values.configuration)])
-    limit = _CLOSED * (values.configuration_terms / size).max(initial=0)
+    limit = LAST_DIGIT * (values.configuration_terms / size).max(initial=0)
     x, values = improved(start, lambda at: np.abs(at[1].configuration / size).max(initial=0), closer, limit, _ROUNDS)
     if values.motion.any():
         eom.evaluate(list(eom.speeds), state_from(eom, replace(state, x=x)))  # says which constraints they miss

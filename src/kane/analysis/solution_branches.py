@@ -23,19 +23,16 @@ from kane.equations.numeric import Numeric
 from kane.equations.state import GROUPS, State, state_of
 from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut, none_of
 from kane.expr.symbols import Symbol
-from kane.numeric.arclength import CLOSED, Curve, Path
+from kane.numeric.arclength import Curve, Path
 from kane.numeric.arrays import Array, Complex
+from kane.numeric.scale import CLOSED, ROUNDED, ROUNDED_ROOT
 from kane.program.native.machine import Settings
 from kane.progress import far, working
 
 Middle = Callable[[Array, Array], Array | None]
 Spectrum = Callable[[Array], Complex]
 
-GROWS = 1e-7
-"""Real part, over the largest eigenvalue, above which a mode grows: below it is what rounding leaves of zero."""
-_BISECTIONS, _CLOSE = 60, 1e-13
-_ALIKE = 1e-7
-"""Distance along the branch below which two crossings of equal frequency are one."""
+_BISECTIONS = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +84,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
     spectrum : the eigenvalues at a point
     """
     size = max((float(np.abs(r).max(initial=0)) for r in roots), default=0.0)
-    least = GROWS * size
+    least = ROUNDED_ROOT * size
     crossings = []
     for k, (first, last) in enumerate(pairwise(roots)):
         before, after = tracked([first, last])
@@ -108,7 +105,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
 def _same(one: Change, other: Change, least: float) -> bool:
     """Whether two changes are those of a pair."""
     apart = np.linalg.norm(one.y - other.y)
-    return bool(one.grows == other.grows and apart < _ALIKE and abs(one.root - other.root) <= 10 * least)
+    return bool(one.grows == other.grows and apart < ROUNDED_ROOT and abs(one.root - other.root) <= 10 * least)
 
 
 def _bisected(
@@ -120,7 +117,7 @@ def _bisected(
     """
     level = 0.0 if min(abs(a[1][k].real), abs(b[1][k].real)) > least else least
     for _ in range(_BISECTIONS):
-        y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > _CLOSE else None
+        y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > ROUNDED else None
         if y is None:
             break
         # in the order of those before and after: the modes together, so that none takes another's place
@@ -132,7 +129,7 @@ def _bisected(
             a = y, roots
     y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
     frequency = abs(roots[k].imag)
-    if np.linalg.norm(b[0] - a[0]) <= 10 * _CLOSE and abs(b[1][k].real - a[1][k].real) > 100 * least:
+    if np.linalg.norm(b[0] - a[0]) <= 10 * ROUNDED and abs(b[1][k].real - a[1][k].real) > 100 * least:
         return y, complex(roots[k])  # a switch takes it across
     return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
 
@@ -144,12 +141,8 @@ def _matched(row: Complex, distance: Array) -> Complex:
     """
     from scipy.optimize import linear_sum_assignment
 
-    least = GROWS * np.abs(row).max(initial=0)
+    least = ROUNDED_ROOT * np.abs(row).max(initial=0)
     return np.asarray(row[linear_sum_assignment(distance + least * (distance > least))[1]])
-
-
-_ROUNDED = 1e-14
-"""Share of what counts as 1 below which a value of a point is zero but for rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -353,7 +346,7 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
 
     def at(y: Array) -> tuple[State, Linear, str]:
         far(lambda: f"linearizing at {unknowns.where(y)}")
-        y = np.where(np.abs(y) <= _ROUNDED, 0.0, y)
+        y = np.where(np.abs(y) <= ROUNDED, 0.0, y)
         point = state_from(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
         at_point, corner = _linear(lin, point, independent, lambda: beside(y))
         gone = [n for n in (*at_point.coordinates, *at_point.further) if n not in kept]

@@ -30,14 +30,14 @@ from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, close, closest, starts
-from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
+from kane.numeric.rank import level, singular
 from kane.numeric.sampling import draw
+from kane.numeric.scale import ROUNDED_CHAIN, STATE_RANK, TAKES_PART, UNRELATED
 from kane.program.native.machine import Settings
 from kane.progress import working
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
-_LINK = 1e-9
 _ROUNDS = 3
 """Times that sizes of what moves and of what must vanish follow from each other."""
 
@@ -223,7 +223,7 @@ def conditions(
         further |= set(np.flatnonzero(every[flow.counts[1] :]).tolist())
         constant |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
         by_cyclic = np.abs(tangent.e[:, ~matters]).max(axis=1, initial=0)
-        steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
+        steady -= set(np.flatnonzero(by_cyclic > UNRELATED * np.abs(tangent.e).max(initial=0)).tolist())
     return Conditions(
         numeric,
         t,
@@ -262,8 +262,6 @@ def _matter(flow: Flow) -> Mask:
 
 
 _TRIES, _SEED = 12, 20049
-_ROUNDED = 1e-12
-"""Share of what would change some terms by their size below which a value is zero but for rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -435,13 +433,13 @@ def _shares(conditions: Conditions, x: Array) -> Array:
 def _plain(task: Problem, best: Closed) -> Array:
     """Y with what is zero but for rounding made zero: where nothing else has a size, no number is small."""
     free = np.array(task.free, dtype=int)
-    tiny = free[np.abs(best.x[free]) <= _ROUNDED]
+    tiny = free[np.abs(best.x[free]) <= ROUNDED_CHAIN]
     if not best.x[tiny].any():
         return best.x
     y = best.x.copy()
     y[tiny] = 0.0
     left = np.abs(task.measured(y)[0]).max(initial=0)
-    return y if left <= max(best.size, _ROUNDED) else best.x
+    return y if left <= max(best.size, ROUNDED_CHAIN) else best.x
 
 
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:

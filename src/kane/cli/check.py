@@ -31,7 +31,8 @@ from kane.motion.singular_rates import check_regular, regular_otherwise
 from kane.motion.smooth import check_prescribed
 from kane.motion.start import check_masses
 from kane.numeric.named import finite_number
-from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
+from kane.numeric.rank import null_direction
+from kane.numeric.scale import SOLVE_RANK, TAKES_PART
 from kane.space.rotation import in_degrees
 
 _TURN = 2 * math.pi

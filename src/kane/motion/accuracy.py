@@ -10,12 +10,11 @@ import numpy as np
 from kane.errors import ArgumentError, Attributes, SimulationError, none_of
 from kane.motion.joining import Parts
 from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED
 
 REPEATED, VARIATIONAL = "repeated", "variational"
 """How errors are estimated."""
 _TENTH = 0.1
-_LEAST = 1e-13
-"""A relative tolerance below which rounding says more than steps."""
 _SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
 """The error, over what half the step changes, of methods of fixed steps."""
 
@@ -59,9 +58,9 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
     share = _SHARES.get(motion.method, 1.0)
     if share != 1.0:
         finer = again()
-    elif motion.rtol * _TENTH < _LEAST:
+    elif motion.rtol * _TENTH < ROUNDED:
         raise SimulationError(
-            f"Expected a motion with rtol of {_LEAST / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
+            f"Expected a motion with rtol of {ROUNDED / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
             "that differs. Compare it with a motion by another method."
         )
     else:

@@ -24,11 +24,7 @@ from kane.motion.resumed import inherited_inputs
 from kane.motion.start import check_masses
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
-
-_RESTS = 1e-9
-"""Share of the rate that a quantity had before an action, below which it has none after it."""
-_JOINED = 1e-9
-"""Share of its size by which a prescribed motion may jump."""
+from kane.numeric.scale import EQUAL
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,7 +154,7 @@ def _inputs(
         if not above:
             continue
         old, now = (value(f[s], t, before.x) for f in (before.phase.inputs, made))
-        if abs(now - old) > _JOINED * max(abs(now), abs(old)):
+        if abs(now - old) > EQUAL * max(abs(now), abs(old)):
             raise SimulationError(
                 f"Expected the prescribed motion {s} without a jump at t = {t:.9g}, where an event changes it, got {old:.6g} before "
                 f"and {now:.6g} after: it would need an infinite force. Let the new law begin where the old one ends."
@@ -227,7 +223,7 @@ def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str,
         came = float(-event.direction) if event.direction else -np.sign(old)
         if old * came > 0:
             return None
-        if new * came > -_RESTS * abs(old):
+        if new * came > -EQUAL * abs(old):
             found[event.name] = came
     return found
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import SimulationError, cut
+from kane.numeric.scale import NEAR_TIME
 
 
 def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
@@ -39,7 +40,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
     # where a phase begins there are two values: the one after it
     places = np.searchsorted(whole.t, wanted, side="right") - 1
     off = wanted - whole.t[np.clip(places, 0, len(whole.t) - 1)]
-    if np.any(np.abs(off) > 1e-9 * max(abs(begin), abs(end), end - begin)):
+    if np.any(np.abs(off) > NEAR_TIME * max(abs(begin), abs(end), end - begin)):
         raise SimulationError(
             f"Expected the motion to lead to t = {end:.9g} once more, got one that ends at {whole.t[-1]:.9g}: {whole.message}. "
             "Functions that are inputs must give the same at each call."

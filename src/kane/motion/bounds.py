@@ -17,20 +17,19 @@ from itertools import pairwise
 import numpy as np
 
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL, SAME_TIME
 
 DEGREE = 8
 SHARES = tuple((1 - math.cos(math.pi * k / DEGREE)) / 2 for k in range(DEGREE + 1))
 """The places of an interval at which a quantity is looked at: at no two of them is a multiple of one period over for all."""
 MOST = 400
 """So many intervals are halved at most in a step."""
-NARROW = 1e-12
-"""Share of a step below which none is."""
 CLOSE = 0.01
 """Share of a quantity's size that a polynomial must not leave, to say anything of it."""
 LEFT = 2.0
 """What a polynomial leaves of a quantity is at most so many times its last Chebyshev coefficients."""
-_AGREEING, _ROUNDED = 4.0, 1e-9
-"""How many times what is left a value between the places may be off, or the share of the size."""
+_AGREEING = 4.0
+"""How many times what is left a value between the places may be off, or `EQUAL` of the size."""
 Bracket = tuple[float, float, float, float]
 """Two times and the values there, between which there is one passage."""
 
@@ -60,7 +59,7 @@ def passages(of: Callable[[Array], Array], times: Array, values: Array, most: in
     """
     found: list[Bracket] = []
     open_ = deque([(times, values)])
-    shortest = NARROW * (times[-1] - times[0])
+    shortest = SAME_TIME * (times[-1] - times[0])
     while open_:
         times, values = open_.popleft()
         here = _seen(times, values)
@@ -101,7 +100,7 @@ def _agrees(of: Callable[[Array], Array], times: Array, values: Array) -> bool:
     if not np.isfinite(values).all():
         return True
     between = of(times[0] + (times[-1] - times[0]) * _BETWEEN)
-    room = max(_AGREEING * left(values), _ROUNDED * float(np.abs(values).max()))
+    room = max(_AGREEING * left(values), EQUAL * float(np.abs(values).max()))
     return not np.isfinite(between).all() or bool((np.abs(between - _TO_BETWEEN @ values) <= room).all())
 
 

@@ -20,14 +20,13 @@ from kane.expr.node import Expr
 from kane.motion.compiled_equations import Routines
 from kane.motion.switches import Switch, switches
 from kane.numeric.arrays import Array
+from kane.numeric.scale import CHANGES_SIDE
 
 RECENT = 200
 """Steps that are looked back on."""
 HELD = 1e-5
 """Share of the span that so many steps must lead on, at least, where a switch turns to and fro."""
 _TURNS = 2
-_NEAR = 1e-6
-"""Share of its usual size below which the quantity of a switch is at the switch."""
 _MANY, _LEAST = 10_000, 1e-4
 """After so many steps that led on by less than that share of the span a motion is given up."""
 
@@ -95,7 +94,7 @@ def chattering(now: Routines, pace: Pace) -> str:
     table = numbers(pace.states)
     turns = (np.diff(np.sign(table), axis=0) != 0).sum(axis=0)
     size = np.abs(np.vstack([numbers(pace.before), table]))
-    near = size[-1] <= _NEAR * np.maximum(size.max(axis=0), np.finfo(float).tiny)
+    near = size[-1] <= CHANGES_SIDE * np.maximum(size.max(axis=0), np.finfo(float).tiny)
     for s, count, at in zip(found, turns, near, strict=True):
         if count >= _TURNS or at:
             return _told(s)

@@ -22,6 +22,7 @@ from kane.expr.symbols import Symbol
 from kane.model.bodies import parts_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL, ROUNDED_CHAIN
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
@@ -29,8 +30,6 @@ from kane.space.vector import Dyadic, Vector
 _EVERYWHERE = frozenset((ADD, COS, DIV, MUL, NEG, SIN, SUB))
 _DRAWN = 4
 """How many values each symbol gets."""
-_SAME, _NOTHING = 1e-9, 1e-12
-"""Shares of its largest value, and of the largest beside it, by which a number of the same system may differ."""
 
 
 class Declared(NamedTuple):
@@ -98,7 +97,7 @@ def _by_name(declared: Declared) -> dict[str, tuple[str, int, Array]]:
 def _off(a: Array, b: Array) -> Any:
     """Where numbers of the same expressions differ by more than rounding; what is infinite or NaN must be so in both."""
     size = np.where(np.isfinite(a), np.abs(a), 0.0)
-    limit = _SAME * size.max(axis=1, keepdims=True, initial=0) + _NOTHING * size.max(initial=0)
+    limit = EQUAL * size.max(axis=1, keepdims=True, initial=0) + ROUNDED_CHAIN * size.max(initial=0)
     with np.errstate(invalid="ignore"):
         near = (a == b) | (np.abs(a - b) <= limit) | (np.isnan(a) & np.isnan(b))
     return ~near

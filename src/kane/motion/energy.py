@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS
 
 _PARTS = 10
 """The scale of an instant is read off a window of this part of the motion on either side of it."""
@@ -25,7 +26,7 @@ _STEPS, _DIGITS, _MOST = 1e3, 1e-5, 0.1
 _SHARP = 0.1
 _TAKEN, _SURE = 0.01, 20
 """Share of the work done beside which D(t) is measured, and samples that tell a damper from a spring."""
-_ROUNDING = 64 * np.finfo(float).eps
+_ROUNDING = 64 * EPS
 """Share of K and V that is left of their sum by rounding."""
 
 

@@ -10,9 +10,7 @@ import numpy as np
 
 from kane.errors import SimulationError, cut
 from kane.numeric.arrays import Array
-
-_SAME_TIME = 1e-12
-"""Share of the times by which the end of a motion and the start of the next one may differ."""
+from kane.numeric.scale import SAME_TIME
 
 
 def check_follows(first: Any, second: Any) -> None:
@@ -23,7 +21,7 @@ def check_follows(first: Any, second: Any) -> None:
             "load both with it; motions of other systems stay two solutions."
         )
     end, begin = float(first.t[-1]), float(second.t[0])
-    if abs(end - begin) > _SAME_TIME * max(abs(end), abs(begin), np.ptp(second.t), np.ptp(first.t)):
+    if abs(end - begin) > SAME_TIME * max(abs(end), abs(begin), np.ptp(second.t), np.ptp(first.t)):
         raise SimulationError(
             f"Expected a motion that begins at t = {end:.9g}, where the first one ends, got one from {begin:.9g}. Let it go on from "
             f"there: kn.simulate(eom, ({end:.9g}, …), start=sol), or join them in their order."

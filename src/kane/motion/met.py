@@ -15,20 +15,16 @@ from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.model.declarations import Event
 from kane.motion.bounds import MOST, SHARES, Bracket, passages
 from kane.numeric.arrays import Array
+from kane.numeric.scale import LATER, SAME_TIME, SOON, UNRELATED
 
 PARTS = 8
 """In so many parts a step is looked at."""
-_TIME_TOLERANCE = 1e-12
-"""Share of a step to which the time of an event is found."""
-_GONE, _LOOSE = 1e-9, 1e-2
-"""Share of the largest that a pivot of W has been, below which it vanishes; and how many relative tolerances, if they are more."""
-_BESIDE, _GROWN = (8 * _TIME_TOLERANCE, 1e-5), 10.0
+_LOOSE = 1e-2
+"""How many relative tolerances of the largest that a pivot of W has been it is where it vanishes, if they are more than rounding."""
+_BESIDE, _GROWN = (8 * SAME_TIME, 1e-5), 10.0
 """Shares of a step beside a change of sign, and how many times larger a quantity is at the nearer one where that is a pole."""
-_CLOSE = 1e-3
-"""Share of a part of a step after which it shows whether a quantity falls or rises."""
-_SOON, _TINY = 1e-6, np.finfo(float).tiny
-"""What a quantity must have changed by, of what its derivative makes of it in a step, to show to which side it leaves its threshold;
-and what it is at that until then."""
+_TINY = np.finfo(float).tiny
+"""What a quantity is that leaves its threshold until it has changed enough to show to which side."""
 SMALL = 0.1
 """Share below which it is asked whether it does between two places."""
 
@@ -108,7 +104,7 @@ def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[E
     first = next((t for event, t in ordered if event.breaks), None)
     if first is None:
         return ordered, ()
-    near = 2 * _TIME_TOLERANCE * length + 4 * float(np.spacing(abs(first)))
+    near = 2 * SAME_TIME * length + 4 * float(np.spacing(abs(first)))
     return [pair for pair in ordered if pair[1] <= first + near], tuple(
         event for event, t in ordered if abs(t - first) <= near
     )
@@ -128,7 +124,7 @@ def _leaving(gaps: Callable[[Array], Array], times: Array, values: Array, leaves
         return beyond(gaps(places))
 
     shares = (times - times[0]) / (times[-1] - times[0])
-    begin = times[0] + _SOON ** (1 / order) * (times[-1] - times[0])
+    begin = times[0] + SOON ** (1 / order) * (times[-1] - times[0])
     later = begin + (times[-1] - begin) * shares
     over = np.append(at(later[:-1]), beyond(values[-1:]))
     found = passages(at, later, over, most)
@@ -152,7 +148,7 @@ def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float
     def finite(t: float) -> float:  # a pole that is hit may be NaN
         return float(np.nan_to_num(gap(t), nan=np.inf))
 
-    return float(brentq(finite, t_old, t_new, xtol=_TIME_TOLERANCE * (t_new - t_old), maxiter=1000, disp=False))
+    return float(brentq(finite, t_old, t_new, xtol=SAME_TIME * (t_new - t_old), maxiter=1000, disp=False))
 
 
 def _is_pole(gap: Callable[[float], float], t: float, times: Array, over: Array) -> bool:
@@ -199,11 +195,11 @@ def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | No
 def _valleys(size: Callable[[float], float], times: Array, sizes: Array) -> list[tuple[float, float]]:
     """Between which times `size` is smallest, in comparison with what is beside."""
     found: list[tuple[int, int]] = []
-    if sizes[0] <= sizes[1] and size(float(times[0] + _CLOSE * (times[1] - times[0]))) < sizes[0]:
+    if sizes[0] <= sizes[1] and size(float(times[0] + LATER * (times[1] - times[0]))) < sizes[0]:
         found.append((0, 1))
     least = np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] <= sizes[2:]))
     found += [(int(i), int(i) + 2) for i in least]
-    if sizes[-1] < sizes[-2] and size(float(times[-1] - _CLOSE * (times[-1] - times[-2]))) < sizes[-1]:
+    if sizes[-1] < sizes[-2] and size(float(times[-1] - LATER * (times[-1] - times[-2]))) < sizes[-1]:
         found.append((len(times) - 2, len(times) - 1))
     return [(float(times[i]), float(times[j])) for i, j in found]
 
@@ -213,7 +209,7 @@ def vanishing(
 ) -> list[Met]:
     """The pivots of W that vanish in a step where they are smallest; `largest` (events) holds the sizes that they have had."""
     met: list[Met] = []
-    gone = max(_GONE, _LOOSE * rtol)
+    gone = max(UNRELATED, _LOOSE * rtol)
     for k, event in enumerate(events):
         size = np.abs(values[:, k])
         if not isinstance(event, KinematicsEnd) or not size.min() < SMALL * largest[k]:

@@ -19,17 +19,18 @@ from kane.motion.interpolants import after, interpolant
 from kane.motion.interrupts import MESSAGE
 from kane.motion.met import Fresh, crossings, still_there, thresholds, up_to_a_break, vanishing
 from kane.motion.methods import implicit
-from kane.motion.regimes import SOON, Regimes, Turn, Turns, has_jumps
+from kane.motion.regimes import Regimes, Turn, Turns, has_jumps
 from kane.motion.resting import that_move
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held, passes
+from kane.motion.stepping import STEPPED, Course, End, Method, ended_by, not_held, passes
 from kane.motion.steps import Stepper
 from kane.motion.stiffness import Stiffness
 from kane.motion.stopped import why
 from kane.motion.switches import switches
 from kane.motion.time_breaks import next_end, on_from
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, LATER, SAME_TIME
 from kane.program.native.machine import Settings
 
 SCIPY = "SciPy's "
@@ -99,7 +100,7 @@ class NativeCourse:
         told = {At.TIME: t, At.TIME_LAG: 0.0, At.END: end, At.LONGEST: self.method.max_step, At.FRESH: 1.0}
         told |= {At.RTOL: self.method.rtol, At.ATOL: self.method.atol, At.STEP: self._first_step(t, end)}
         # beside t = 0 the shortest step is as short as rounding of the span's square allows
-        told |= {At.SHORTEST: np.finfo(float).eps ** 2 * (self.span[1] - self.span[0])}
+        told |= {At.SHORTEST: EPS**2 * (self.span[1] - self.span[0])}
         for place, value in told.items():
             self.s[place] = value
 
@@ -277,7 +278,7 @@ class NativeCourse:
         assert holding is not None
         start, h = float(s[At.TIME]), self._next()
         dense = interpolant(self.method.name, self.given, h, start)
-        narrow = NARROW * max(abs(start + h), self.span[1] - self.span[0])
+        narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])
         verdict, told = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
         if verdict is Verdict.SHORTER:
             s[At.STEP] = h / 2
@@ -383,7 +384,7 @@ class NativeCourse:
             self.s[At.END] = turn.t if turn.what is Turns.BEFORE else start + h
             self.landing = turn.which
         elif turn.what is Turns.SOON:
-            self.s[At.STEP] = SOON * h
+            self.s[At.STEP] = LATER * h
         elif turn.what is Turns.STILL or (start == self.span[0] and regimes.tried.issuperset(turn.which)):
             self._hand_over(start)
             self.for_good = True
@@ -398,7 +399,7 @@ class NativeCourse:
     def _next(self) -> float:
         """The length of the step that was looked at."""
         s = self.s
-        shortest = s[At.SHORTEST] + 10 * np.finfo(float).eps * abs(s[At.TIME])
+        shortest = s[At.SHORTEST] + 10 * EPS * abs(s[At.TIME])
         return float(min(max(s[At.STEP], shortest), s[At.LONGEST], self._left()))
 
     def _left(self) -> float:

@@ -32,16 +32,8 @@ from kane.motion.laws import law_ports
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL, LAST_DIGIT, LATER, NEAR_TIME, ROUNDED, SOON
 from kane.program.bundle import Bundle, Shaped
-
-SOON, _NEARER = 1e-3, 1e-6
-"""Shares of a step after which it shows on which side a motion is that began on none."""
-_AT_END = 1e-9
-"""Share of a step before its end at which a switch counts as turning there."""
-_LEAPT = 1e-9
-"""Share of a quantity by which it differs on two sides of other switches, if it jumps with them."""
-_STILL = 1e-13
-"""Share of its usual size that a quantity has which does not leave zero."""
 
 
 def quantities(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Expr, ...]:
@@ -164,7 +156,7 @@ class Regimes:
             before = self._values(stepper, t, y)
             self.sides = tuple(-s if k in turned else s for k, s in enumerate(self.sides))
             after = self._values(stepper, t, y)
-            leapt = np.abs(after - before) > _LEAPT * np.maximum(np.abs(after), np.abs(before))
+            leapt = np.abs(after - before) > EQUAL * np.maximum(np.abs(after), np.abs(before))
             turned = {int(k) for k in np.flatnonzero(leapt & (after * self.sides < 0))}.difference(which)
             if not turned:
                 break
@@ -189,11 +181,11 @@ class Regimes:
 
             times, own = start + h * np.array(SHARES), side * values[:, k]
             if k in self.fresh:
-                begin = start + SOON * h
-                if not largest[k] > 0 or abs(ahead(begin)) <= _STILL * largest[k]:
+                begin = start + LATER * h
+                if not largest[k] > 0 or abs(ahead(begin)) <= ROUNDED * largest[k]:
                     return Turn(Turns.STILL, start, (k,))
                 if ahead(begin) < 0:
-                    soon = ahead(start + _NEARER * h) > 0
+                    soon = ahead(start + SOON * h) > 0
                     return Turn(Turns.SOON if soon else Turns.BACK, start, (k,))
                 times = begin + (start + h - begin) * np.array(SHARES)
                 own = np.append(each(times[:-1]), own[-1])
@@ -204,8 +196,8 @@ class Regimes:
         if not met:
             return Turn(Turns.NOT)
         t = min(met)[0]
-        which = tuple(k for at, k in met if at - t <= _AT_END * h)
-        return Turn(Turns.AT_END if t >= start + (1 - _AT_END) * h else Turns.BEFORE, t, which)
+        which = tuple(k for at, k in met if at - t <= NEAR_TIME * h)
+        return Turn(Turns.AT_END if t >= start + (1 - NEAR_TIME) * h else Turns.BEFORE, t, which)
 
 
 def _located(gap: Callable[[float], float], a: float, b: float, last: float) -> float:
@@ -214,4 +206,6 @@ def _located(gap: Callable[[float], float], a: float, b: float, last: float) -> 
 
     if last == 0 or gap(b) > 0:
         return b
-    return a if gap(a) <= 0 else float(brentq(gap, a, b, xtol=1e-15 * max(abs(a), abs(b)), rtol=1e-15, maxiter=200))
+    if gap(a) <= 0:
+        return a
+    return float(brentq(gap, a, b, xtol=LAST_DIGIT * max(abs(a), abs(b)), rtol=LAST_DIGIT, maxiter=200))

@@ -24,16 +24,15 @@ from kane.motion.feedback import HeldInput
 from kane.motion.formulas import Formula
 from kane.motion.met import Fresh, Leaves, Met
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, NEAR_TIME
 from kane.program.build import Task, build_program
 from kane.program.passes.rounding import rounding
 from kane.program.program import Port
 
-_ROUNDING = 16 * np.finfo(float).eps
+_ROUNDING = 16 * EPS
 """Share of a quantity's terms that rounding may leave of it."""
 _STEPS = 64
 """So many steps at most add up their rounding: more are as likely to take it away."""
-_LONG = 1e-9
-"""Share of the span from which on a step is long enough to tell."""
 _ORDERS = 4
 """So many derivatives are asked to which side a quantity leaves its threshold."""
 
@@ -44,7 +43,7 @@ def that_move(met: Sequence[Met], now: Routines, times: Array, values: Array, st
     Rounding is that of its largest terms along the step, by the `states` at all places but the first, and of the steps before, each of
     which rounds the state: an error stays where the terms pass zero together.
     """
-    if not met or times[-1] - times[0] < _LONG * span:
+    if not met or times[-1] - times[0] < NEAR_TIME * span:
         return list(met)
     events, still = now.eom.events, []
     steps = min(1 + span / float(times[-1] - times[0]), _STEPS)

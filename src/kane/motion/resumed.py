@@ -26,11 +26,10 @@ from kane.motion.recorded import Recorded
 from kane.motion.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
+from kane.numeric.scale import SIX_DIGITS
 
 _COMPARED = 25
 """At so many samples, at most, two systems are compared."""
-_SAME = 1e-6
-"""Share of its largest by which a kinetic energy or a rate of the same bodies may differ."""
 OPTIONS = {"method": "auto", "rtol": 1e-9, "atol": 1e-9, "max_step": None, "breakpoints": (), "settings": None}
 """Options that a motion goes on with unless told, and what they are at a start of its own."""
 
@@ -153,7 +152,7 @@ def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], para
     at = np.unique(np.linspace(0, len(start) - 1, min(len(start), _COMPARED)).astype(int))
     there = np.array(start[[*other.rates, other.kinetic_energy]])[:, at]
     here = np.array([_here(eom, start, k, drives, parameters) for k in at.tolist()]).T
-    off = np.abs(here - there) > _SAME * np.nanmax(np.abs(there), axis=1, initial=0.0, keepdims=True)
+    off = np.abs(here - there) > SIX_DIGITS * np.nanmax(np.abs(there), axis=1, initial=0.0, keepdims=True)
     if off.any():
         i, k = (int(x) for x in np.argwhere(off)[0])
         what = [*(f"{q.name}'" for q in eom.coordinates), "the kinetic energy"][i]

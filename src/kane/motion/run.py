@@ -30,11 +30,9 @@ from kane.motion.start import (
 )
 from kane.motion.variational import variational_errors
 from kane.numeric.arrays import Array
+from kane.numeric.scale import SAME_TIME
 from kane.program.native.machine import Settings
 from kane.progress import working
-
-_SAME_TIME = 1e-12
-"""Share of the span's ends by which the time of a start may differ from its beginning."""
 
 
 def simulate(
@@ -143,7 +141,7 @@ def simulate(
 
 def _check_time(t: float | None, t0: float, t1: float) -> None:
     """Start values of a time `t` begin a span there."""
-    if t is not None and abs(t0 - t) > _SAME_TIME * max(abs(t0), abs(t1)):
+    if t is not None and abs(t0 - t) > SAME_TIME * max(abs(t0), abs(t1)):
         raise SimulationError(
             f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
             "take start values that hold at its beginning."

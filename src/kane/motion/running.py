@@ -49,6 +49,7 @@ from kane.motion.steps import Stepper
 from kane.motion.time_jumps import warn_of_jumps
 from kane.motion.time_pulses import bumps_of
 from kane.numeric.arrays import Array
+from kane.numeric.scale import SAME_TIME
 from kane.progress import far
 
 _MOST_STEPS = 1_000_000
@@ -56,8 +57,8 @@ _ASKED = 1025
 """At so many times of a span a function of the user's is asked for pulses."""
 STEPS_ASKED = 256
 """As many steps at least, where such a function names no breakpoints."""
-_AT_ONCE, _TIMES = 1e-12, 3
-"""Share of the span, or the time, below which a phase is none, and how many such phases there may be in a row."""
+_TIMES = 3
+"""How many phases in a row may be no longer than rounding of the time."""
 
 
 def run(
@@ -91,7 +92,7 @@ def run(
         if not _acting(end.at_once):
             return whole(pieces)
         before = Instant(eom, now, float(piece.t[-1]), piece.states[-1], phase)
-        short = short + 1 if before.t - t <= _AT_ONCE * max(abs(before.t), span[1] - span[0]) else 0
+        short = short + 1 if before.t - t <= SAME_TIME * max(abs(before.t), span[1] - span[0]) else 0
         try:
             after, met, by, leaving = _changed(before, end.at_once, span[1])
         except KaneError as error:

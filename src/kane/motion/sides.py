@@ -9,11 +9,7 @@ import numpy.typing as npt
 from kane.dynamics.events import SLIPS
 from kane.equations.equations import Equations
 from kane.motion.switches import switches
-
-_ZERO = 1e-12
-"""Share of its largest size along the motion below which the quantity of a switch is at the switch."""
-_MET = 1e-6
-"""Share of a threshold above it at which a slip has come to its end: the event there is located no better."""
+from kane.numeric.scale import CHANGES_SIDE, ROUNDED_CHAIN
 
 Sides = npt.NDArray[np.int8]
 
@@ -31,10 +27,10 @@ def sides(motion: Any) -> dict[str, Sides]:
     found = {s.text: _sign(v) for s, v in zip(turning, values, strict=False)}
     for (name, slip), speed in zip(slips, values[len(turning) :], strict=True):
         least = SLIPS * np.abs(speed).max(initial=0) if slip.threshold is None else slip.threshold
-        found[name] = (speed > (1 + _MET) * least).astype(np.int8)
+        found[name] = (speed > (1 + CHANGES_SIDE) * least).astype(np.int8)
     return found
 
 
 def _sign(values: npt.NDArray[np.float64]) -> Sides:
-    near = np.abs(values) <= _ZERO * np.abs(values).max(initial=0)
+    near = np.abs(values) <= ROUNDED_CHAIN * np.abs(values).max(initial=0)
     return np.where(near, 0, np.sign(values)).astype(np.int8)

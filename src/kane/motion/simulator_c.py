@@ -22,6 +22,7 @@ from kane.motion.smooth import pieces_prescribed
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.time_breaks import ULPS, Clock, Turning
+from kane.numeric.scale import LEAPS
 from kane.program.bundle import Bundle
 from kane.program.emit.c import emit_c
 from kane.program.emit.c_tables import c_number
@@ -86,7 +87,7 @@ def emit_simulator(compiled: Compiled, method: str = "dop853") -> str:
         "@PULSES@": str(len(clock.pulses)),
         "@LOOKED_AT@": str(time_pulses.PLACES),
         "@MOST_PULSES@": str(time_pulses.MOST),
-        "@RISEN@": c_number(time_pulses.RISEN),
+        "@RISEN@": c_number(LEAPS),
         "@SHARE@": c_number(time_pulses.SHARE),
         "@ULPS@": str(ULPS),
         "@LEVELS@": _levels(clock.turning),

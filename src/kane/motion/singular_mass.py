@@ -13,7 +13,8 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
-from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
+from kane.numeric.rank import null_direction
+from kane.numeric.scale import SOLVE_RANK, TAKES_PART
 
 _POSITIVE = {"recursive", "composite"}
 """Routes that do not divide by pivots of M; theirs are positive (`dynamics/routes/recursive.py`)."""

@@ -18,11 +18,10 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate
 from kane.numeric.arrays import Array
-from kane.numeric.rank import SOLVE_RANK, TAKES_PART, balance, singular
+from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import sample
+from kane.numeric.scale import MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
-_GONE = 1e-9
-_NEAR = 1e-4
 _SEED = 20049
 
 
@@ -65,7 +64,7 @@ def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
     free = _free_direction([[r.get(b, ZERO) for b in rates] for r in speeds.rows], values)
     if free is None:
         return
-    named = [r for r in small if r.relative <= _GONE] or small[:1]
+    named = [r for r in small if r.relative <= UNRELATED] or small[:1]
     open_ = ", ".join(str(b) for b, c in zip(rates, free, strict=True) if abs(c) > TAKES_PART)
     where = ", ".join(f"{q} = {float(values[q]):.6g}" for q in dict.fromkeys(q for r in named for q in r.coordinates))
     raise SimulationError(
@@ -107,5 +106,5 @@ def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array
 
 def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
     """What to add to the message of a motion that broke off near a singularity of W, if it did."""
-    near = [r for r in pivots(eom, values) if r.relative < _NEAR]
+    near = [r for r in pivots(eom, values) if r.relative < MOTION_RANK]
     return f"; W of q' = W u + X divides by {', '.join(map(str, near))} there" if near else ""

@@ -25,6 +25,7 @@ from kane.model.survey import geometry
 from kane.motion.formulas import Formula
 from kane.motion.time_breaks import on_from, up_to
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, LEAPS
 from kane.program.build import Task, build_program
 from kane.program.passes.rounding import rounding
 from kane.program.program import Code, Port
@@ -32,8 +33,6 @@ from kane.program.program import Code, Port
 _PIECEWISE = ("where", "sign", "abs", "min", "max")
 _PARTS = 128
 _BISECTIONS = 40
-_TORN = 1e-6
-"""Share of its range by which a function may differ from the integral of its derivative over a vanishing interval."""
 _OWN = 0.01
 """Share of its range by which a function may differ from the integral of its derivative over the span."""
 _SAFE = 4.0
@@ -71,7 +70,7 @@ class Written:
         """How far the value at t may be off."""
         code, numbers = self._code
         ((_, error),) = rounding(code, (t, *numbers))
-        return error * np.finfo(float).eps / 2 if np.isfinite(error) else 0.0
+        return error * EPS / 2 if np.isfinite(error) else 0.0
 
     @cached_property
     def _code(self) -> tuple[Code, list[float]]:
@@ -111,14 +110,14 @@ def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, 
         )
     size = float(np.ptp(values) + np.ptp(slopes[::2]) * length + np.abs(values).max() * 1e-9)
     gaps = _gaps(values, slopes, np.diff(times))
-    if not gaps.max() > _TORN * size:
+    if not gaps.max() > LEAPS * size:
         return
     gaps = gaps - np.array([_noise(below, above, a, b) for a, b in pairwise(times.tolist())])
     k = int(np.argmax(gaps))
-    if not gaps[k] > _TORN * size:
+    if not gaps[k] > LEAPS * size:
         return
     a, b = _closer(below, above, float(times[k]), float(times[k + 1]))
-    if _gap(below, above, a, b) > _TORN * size + _noise(below, above, a, b):
+    if _gap(below, above, a, b) > LEAPS * size + _noise(below, above, a, b):
         jump = abs(float(np.diff(below.at(np.array([a, b])))[0]))
         raise SimulationError(
             f"Expected the {what()} without jumps, as it prescribes a motion, got one of {jump:.3g} at "

@@ -22,12 +22,10 @@ from kane.model.plausible import largest_moment, least_moment
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
+from kane.numeric.scale import EPS, UNRELATED
 
-_EPS = float(np.finfo(float).eps)
 _TIMES = 1000
 """So many numbers at least must lie within a time span."""
-_SLIPLESS = 1e-9
-"""Share of the speeds that a slip is made of, below which a start is without slip."""
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
@@ -116,9 +114,9 @@ def check_tolerance(name: str, value: float) -> float:
     number = finite_number("tolerance", name, value)
     if isinstance(value, bool | np.bool_) or not number > 0:
         raise SimulationError(f"Expected {name} > 0, got {value!r}. Usual tolerances are 1e-6 to 1e-12.")
-    if name == "rtol" and not _EPS <= number < 1:
+    if name == "rtol" and not EPS <= number < 1:
         raise SimulationError(
-            f"Expected rtol from {_EPS:.1e}, the spacing of numbers at 1, to below 1, got {value!r}. Usual tolerances are 1e-6 to "
+            f"Expected rtol from {EPS:.1e}, the spacing of numbers at 1, to below 1, got {value!r}. Usual tolerances are 1e-6 to "
             "1e-12."
         )
     return number
@@ -177,7 +175,7 @@ def check_events(eom: Equations, values: Array, t0: float, at: Callable[[], Mapp
         if event.name in own:
             continue
         least = (
-            _SLIPLESS * _speeds(event.quantity, at())
+            UNRELATED * _speeds(event.quantity, at())
             if isinstance(event, SlipEnd) and event.by_share
             else event.threshold
         )

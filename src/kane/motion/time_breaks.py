@@ -21,6 +21,7 @@ from kane.expr.symbols import Parameter, Time, time
 from kane.motion.bounds import SHARES, left, passages
 from kane.motion.time_pulses import bumps, pulses
 from kane.numeric.arrays import Array
+from kane.numeric.scale import NEAR_TIME
 
 _PARTS = 64
 """In so many parts of the span the passages of what is no line are looked for."""
@@ -30,9 +31,6 @@ MANY = 2000
 """More pieces than these, where they join smoothly, are left to the steps."""
 ULPS = 4
 """So many numbers beside a breakpoint steps end and begin: the switch surely stands on its side there."""
-
-_COARSE = 1e-9
-"""Share of a span from which on the distance of two times may be what is in the way of a step."""
 
 Span = tuple[float, float]
 
@@ -50,7 +48,7 @@ def on_from(t: float) -> float:
 def told_apart(t: float, span: Span) -> str:
     """That numbers of that size are too far apart for the times of a span, in words; "" where they are not."""
     apart = math.ulp(t)
-    if apart < _COARSE * (span[1] - span[0]):
+    if apart < NEAR_TIME * (span[1] - span[0]):
         return ""
     return f"times there are {apart:.2g} s apart, and steps no shorter than ten times that. Count time from a nearer beginning"
 

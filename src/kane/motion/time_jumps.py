@@ -9,21 +9,20 @@ import numpy as np
 
 from kane.errors import KaneWarning
 from kane.motion.drives import Asked
+from kane.numeric.scale import NEAR_TIME
 
 _PLACES = 1025
 """At so many times of a span a function is asked: what is shorter between two of them is not seen."""
 _MOST = 4
 _TORN = 1e-3
 """Share of its range by which a function changes within rounding of a time where it jumps."""
-_NEAR = 1e-9
-"""Share of the span within which a breakpoint is at a jump."""
 
 
 def warn_of_jumps(drives: Iterable[Any], span: tuple[float, float], breakpoints: Sequence[float]) -> None:
     """Warn of jumps of the user's functions of time, each function's first ones."""
     for f in drives:
         if isinstance(f, Asked):
-            near = _NEAR * (span[1] - span[0])
+            near = NEAR_TIME * (span[1] - span[0])
             told = [t for t in jumps(f, span) if not any(abs(t - b) <= near for b in breakpoints)]
             if told:
                 listed = ", ".join(f"{t:.9g}" for t in told)

@@ -16,11 +16,10 @@ from kane.expr.ops import ADD, SUB, WHERE
 from kane.expr.switching import turning_on
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.numeric.arrays import Array
+from kane.numeric.scale import LEAPS
 
 PLACES = 2049
 """At so many times of a span an expression is looked at: a pulse shorter than between two of them is not seen."""
-RISEN = 1e-6
-"""Share of its height from which on a pulse is there."""
 SHARE, MOST = 0.5, 64
 """Share of the span that pulses take at most, and how many there are at most; else it is no pulse, and steps see it."""
 
@@ -48,7 +47,7 @@ def _in_values(times: Array, values: Array) -> set[float]:
     if not np.isfinite(values).all():
         return set()
     height = np.abs(values - np.median(values))
-    there = height > RISEN * height.max()
+    there = height > LEAPS * height.max()
     edges = np.flatnonzero(np.diff(there.astype(int), prepend=0, append=0))
     runs = edges.reshape(-1, 2).tolist()
     if there.mean() > SHARE or len(runs) > MOST:
