@@ -113,6 +113,17 @@ def test_impacts():
     same(blow.impulse, again.impulse)
 
 
+def test_motions():
+    one, other = kn.simulate(EOM, (0.5, 1), start=STATE), kn.simulate(EOM, (0.5, 1), **GROUPS)
+    same(one.states, other.states)
+    found = kn.assemble(CLOSED, q={x: 0.6, y: kn.guess(-1)}, u={v: 0.2})
+    same(kn.simulate(CLOSED, (0, 1), start=found.state).q, kn.simulate(CLOSED, (0, 1), q=found.q, u=found.u).q)
+    with pytest.raises(kn.errors.ArgumentError, match="Expected values of q in the state or by keyword, got both"):
+        kn.simulate(EOM, (0.5, 1), start=STATE, q=[0.1])
+    with pytest.raises(kn.errors.SimulationError):
+        kn.simulate(EOM, (0, 1), start=STATE)
+
+
 def test_values_beside_a_state():
     """Keywords complete a state, and may not contradict it."""
     rest = {k: v for k, v in GROUPS.items() if k not in ("inputs", "t")}
@@ -182,4 +193,4 @@ def test_how_it_prints():
 
 
 def test_the_former_name():
-    assert kn.OperatingPoint is kn.analysis.OperatingPoint is kn.State
+    assert kn.OperatingPoint is kn.State

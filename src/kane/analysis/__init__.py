@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from kane.analysis.trimming import equilibrium, trim
     from kane.dynamics.methods.formulation import Formulation
     from kane.dynamics.motions import Motions, motions
-    from kane.equations.state import Guess, OperatingPoint, guess
+    from kane.equations.state import Guess, guess
 
 __getattr__ = _offered(
     __name__,
     {
         ".dynamics.methods.formulation": "Formulation",
         ".dynamics.motions": "Motions motions",
-        ".equations.state": "Guess OperatingPoint guess",
+        ".equations.state": "Guess guess",
         "assembly": "Assembled assemble held_at",
         "comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
         "constraint_loads": "ConstraintForces constraint_forces",
@@ -48,7 +48,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "assemble", "Assembled", "guess", "Guess", "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer",
     "SymbolicLinear", "SecondOrder", "Mode", "normal_modes", "NormalModes", "impact", "Impact", "constraint_forces",
-    "ConstraintForces", "trim", "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "inverse",
+    "ConstraintForces", "trim", "equilibrium", "continuation", "Branch", "Crossing", "inverse",
     "Inverse", "compare_speeds", "SpeedComparison", "SpeedSet", "compare_methods", "MethodComparison", "Formulation",
     "motions", "Motions",
 ]  # fmt: skip

@@ -33,8 +33,9 @@ class State(Attributes):
     """Values of coordinates, speeds, further states, parameters and inputs, at a time.
 
     Whatever takes `q=`, `u=`, `states=`, `parameters=`, `inputs=` and `t=` takes a State in their place: `kn.linearize(eom, state)`,
-    `eom.evaluate(e, state)`. A group that is left out of it counts as a keyword that is left out, and a function leaves aside what it
-    has no use for. `kn.trim`, `kn.equilibrium` and `kn.analysis.continuation` give complete States, by symbol.
+    `eom.evaluate(e, state)`, `kn.simulate(eom, span, start=state)`. A group that is left out of it counts as a keyword that is left
+    out, and a function leaves aside what it has no use for. `kn.trim`, `kn.equilibrium` and `kn.analysis.continuation` give complete
+    States, by symbol.
 
     Attributes
     ----------
@@ -54,7 +55,7 @@ class State(Attributes):
     def __post_init__(self) -> None:
         for kind in GROUPS:
             group = getattr(self, kind)
-            if isinstance(group, str | State | set) or not (group is None or hasattr(group, "__len__")):
+            if isinstance(group, str | set) or not (group is None or hasattr(group, "__len__")):
                 raise ArgumentError(
                     f"Expected {kind}= of a state as a dict {{symbol or name: value}} or as a sequence, got {cut(repr(group))}."
                 )

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
-from kane.motion.solution import Solution
+from kane.motion.solution.solution import Solution
 from kane.present.checks import Check, motion_checks
 from kane.present.costs import costs
 from kane.present.report_chapters import LONG, chapters
