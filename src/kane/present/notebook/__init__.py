@@ -10,7 +10,7 @@ from kane.analysis.linear import Linear
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.integrals import Integral
-from kane.dynamics.readings.potential_found import FoundPotential
+from kane.dynamics.readings.potential import FoundPotential
 from kane.equations.compiled import Compiled, Handle
 from kane.equations.equations import Equations
 from kane.expr.matrix import Matrix
