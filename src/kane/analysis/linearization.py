@@ -39,7 +39,7 @@ from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
-from kane.numeric.sampling import values_of
+from kane.numeric.sampling import SEED, values_of
 from kane.numeric.scale import GIVEN
 from kane.program.native.machine import Settings
 from kane.progress import working
@@ -259,9 +259,6 @@ def _not_steady(flow: Flow, verdict: Steadiness, speeds: str) -> str:
     return f"{head} {what}. Find one with kn.trim(eom, …), or linearize at this instant with steady=False."
 
 
-_SEED = 20050
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SymbolicLinear(Attributes):
     """ẋ = A x + B r with A and B as expressions; `states` names x, `coordinates` of them are perturbations of coordinates."""
@@ -301,7 +298,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     values, slopes = _of_either_side(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
     width, n, rates, c = len(perturbed.names), len(eom.speeds), len(flow), len(equations.configuration)
     slopes[:width, :width] = slopes[:width, :width] - turning_rates(values[:width], len(plain))
-    point_values = values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), _SEED)
+    point_values = values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), SEED)
 
     def sample(exprs: Entries) -> Array:
         return np.array(evaluate(list(map(as_expr, exprs.flat)), point_values), dtype=float).reshape(exprs.shape)
