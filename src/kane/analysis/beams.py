@@ -9,8 +9,7 @@ import numpy as np
 from kane.analysis.point import OperatingPoint
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
-from kane.model.beams.beam import Beam
-from kane.model.beams.doubts import across, doubts
+from kane.model.beams.beam import Beam, across, doubts
 
 
 def warn_of_beams(eom: Equations, points: Sequence[OperatingPoint], stacklevel: int) -> None:

@@ -22,7 +22,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.expr.symbols import rate
 from kane.expr.visit import substituted
-from kane.model.completed import constraint_rate
+from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import balance, singular

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from kane import expect
 from kane.errors import ModelError, UnitError, cut
 from kane.expr.build import neg
 from kane.expr.differentiation import time_derivative
@@ -99,8 +100,7 @@ def as_constraints(declared: Any, kind: Kind) -> Constraints:
 
 def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[str, Vector]]:
     """One unit vector or several, with the names of their constraints: several are numbered, three are x, y and z."""
-    if not isinstance(along, Iterable | Vector):
-        raise ModelError(f"Expected one unit vector or several as the direction of {name!r}, got {cut(repr(along))}.")
+    expect.instance(along, (Iterable, Vector), f"one unit vector or several as the direction of {name!r}")
     vectors = [along] if isinstance(along, Vector) else list(along)
     marks = {1: [""], 3: [" x", " y", " z"]}.get(len(vectors)) or [f" {k}" for k in range(1, len(vectors) + 1)]
     return zip((name + mark for mark in marks), vectors, strict=True)
@@ -108,8 +108,7 @@ def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[s
 
 def _points(what: str, p: Any, q: Any) -> None:
     for x in (p, q):
-        if not isinstance(x, Point):
-            raise ModelError(f"Expected points to {what}, got {cut(repr(x))}.")
+        expect.instance(x, Point, f"points to {what}")
         if x.body is None:
             _check_rides(what, x)
 

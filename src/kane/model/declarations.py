@@ -1,24 +1,126 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a system consists of, once it is declared: plain fields, which its checks read; and the events that simulations watch."""
+"""What events do, `then={u: -e*u}`: checked where an event is declared, and where its system is.
 
-from collections.abc import Mapping
+What a system consists of, once it is declared: plain fields, which its checks read; and the events that simulations watch.
+
+What a system is made of: every frame, point and scalar that its declarations reach, parents first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from kane.errors import ModelError, cut
+from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
-from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, State, Symbols
-from kane.model.actions import as_action
-from kane.model.bodies import Body
+from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import (
+    AuxiliarySpeed,
+    Coordinate,
+    Input,
+    Parameter,
+    Rate,
+    Reaction,
+    Speed,
+    State,
+    Symbol,
+    Symbols,
+)
+from kane.model.bodies import Body, parts_of
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
+from kane.model.reactions import cut_of
 from kane.model.variables import EulerParameters
-from kane.space.frame import Frame
+from kane.space.frame import Frame, frames_of
 from kane.space.point import Point
+from kane.space.vector import Vector
+
+SETTABLE = (Coordinate, Speed, State, Parameter, Input)
+_FORM = "Write then={symbol: expression}, as {u1: -e*u1}"
+
+
+def as_action(who: str, then: Any) -> Any:
+    """A mapping of symbols, or their names, to expressions, or a function that returns one; None where nothing is done.
+
+    Inputs may get what `inputs=` takes.
+    """
+    if then is None or (callable(then) and not isinstance(then, Expr | Mapping)):
+        return then
+    if not isinstance(then, Mapping) or not then:
+        raise ModelError(f"Expected then= of {who} to say what changes, got {cut(repr(then))}. {_FORM}.")
+    made: dict[Any, Any] = {}
+    for key, value in then.items():
+        if isinstance(key, Rate):
+            raise ModelError(
+                f"Expected then= of {who} to set coordinates, speeds, states, parameters or inputs, got the rate {key}. Set the speed "
+                "that it is made of."
+            )
+        if not isinstance(key, str | Symbol) or (isinstance(key, Symbol) and not isinstance(key, SETTABLE)):
+            raise ModelError(
+                f"Expected then= of {who} to set coordinates, speeds, states, parameters or inputs, got {cut(repr(key))}. {_FORM}."
+            )
+        number = isinstance(value, Expr | int | float) and not isinstance(value, bool)
+        if not number and not isinstance(key, Input | str):
+            raise ModelError(
+                f"Expected an expression or a number for {key} in then= of {who}, got {cut(repr(value))}. {_FORM}."
+            )
+        made[key] = as_expr(value) if number else value
+    return made
+
+
+def expressions(events: Iterable[Any]) -> Iterator[Expr]:
+    """What events watch, and all that they make of what they set."""
+    for event in events:
+        yield event.quantity
+        if isinstance(event.then, Mapping):
+            yield from (x for x in event.then.values() if isinstance(x, Expr))
+
+
+def settable(system: Any) -> tuple[Symbol, ...]:
+    """What actions may set."""
+    inputs = (s for s in system.inputs if isinstance(s, Input))
+    return (*system.coordinates, *system.speeds, *system.states, *system.parameters, *inputs)
+
+
+def target(system: Any, event: Any, key: Any) -> Symbol:
+    """The symbol that an event sets.
+
+    Raises
+    ------
+    ModelError
+        if it is none of the system's
+    """
+    for s in settable(system):
+        if s is key or (isinstance(key, str) and s.name == key):
+            return s
+    raise ModelError(
+        f"Expected then= of the event {event.name!r} to set one of {', '.join(s.name for s in settable(system))}, got "
+        f"{cut(repr(key))}. Take one of these, symbols of the system, or its name."
+    )
+
+
+def check_actions(system: Any) -> None:
+    """Events set symbols of the system, each once, and watch quantities that change along a motion."""
+    for event in system.events:
+        moving = [s for s in free_symbols([event.quantity]) if not isinstance(s, Parameter)]
+        if not moving:
+            raise ModelError(
+                f"Expected the quantity of the event {event.name!r} to change along a motion, got {cut(event.quantity)}, which is "
+                "constant: it crosses no threshold. Watch an expression of coordinates, speeds, reactions or time."
+            )
+        if not isinstance(event.then, Mapping):
+            continue
+        targets = [target(system, event, key) for key in event.then]
+        if len(set(targets)) < len(targets):
+            raise ModelError(
+                f"Expected one value for each symbol in then= of the event {event.name!r}, got two, by symbol and by name. Leave one "
+                "out."
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,3 +210,94 @@ class Declarations(Immutable):
     inputs: tuple[Input | Rate, ...]
     frames: tuple[Frame, ...]
     points: tuple[Point, ...]
+
+
+def places(
+    inertial: Frame,
+    bodies: tuple[Body, ...],
+    loads: tuple[Load, ...],
+    symbols: Iterable[Symbol],
+    constraints: tuple[Constraint, ...] = (),
+) -> tuple[tuple[Frame, ...], tuple[Point, ...]]:
+    """Every frame and point that a body, load or reaction needs, parents first."""
+    needed: dict[Frame | Point, None] = {}
+    for place in _needed(bodies, (*loads, *constraints), symbols):
+        _enter(place, inertial, needed)
+    points = tuple(x for x in needed if isinstance(x, Point))
+    roots = [p.name for p in points if p.parent is None]
+    if len(roots) > 1:
+        raise ModelError(
+            f"Expected points reached from one fixed point, got {', '.join(sorted(roots))}. Reach one from the other."
+        )
+    return tuple(x for x in needed if isinstance(x, Frame)), points
+
+
+def _needed(
+    bodies: Iterable[Body], acting: Iterable[Load | Constraint], symbols: Iterable[Symbol]
+) -> Iterator[Frame | Point]:
+    """Where bodies are, where loads, constraints and reactions act, and what their vectors are written along."""
+    for part in parts_of(bodies):
+        if part.frame is not None:
+            yield part.frame
+        yield part.mass_center
+    pairs: list[tuple[Frame | Point, Vector]] = []
+    for load in acting:
+        pairs += [*load.forces, *load.torques]
+    pairs += [(cut.at, cut.along) for cut in map(cut_of, symbols) if cut is not None]
+    for place, v in pairs:
+        yield place
+        yield from frames_of(v)
+
+
+def _enter(place: Frame | Point, inertial: Frame, needed: dict[Frame | Point, None]) -> None:
+    """A frame or point after all that it is born from, as far as these are not among what is `needed` yet."""
+    if isinstance(place, Point):
+        line: list[Point] = []
+        p: Point | None = place
+        while p is not None and p not in needed:
+            line.append(p)
+            p = p.parent
+        if p is None and line[-1].frame is not inertial:
+            raise ModelError(
+                f"Expected points reached from one fixed in {inertial.name}, got {place.name}, whose root {line[-1].name} is fixed in "
+                f"{line[-1].frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
+            )
+        for p in reversed(line):
+            for frame in (*frames_of(p.offset), *([p.body] if p.body is not None else [])):
+                _enter(frame, inertial, needed)
+            needed[p] = None
+        return
+    bases: list[Frame] = []
+    f: Frame | None = place
+    while f is not None and f not in needed:
+        bases.append(f)
+        f = f.parent
+    if f is None and bases[-1] is not inertial:
+        raise ModelError(
+            f"Expected frames that descend from {inertial.name}, got {place.name}, whose root is {bases[-1].name}. Make every "
+            f"frame of this system from {inertial.name} with rotate(…)."
+        )
+    needed.update(dict.fromkeys(reversed(bases)))
+
+
+def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[Expr]:
+    """The scalars that positions, then orientations are made of."""
+    for p in points:
+        yield from p.offset.scalars()
+    for f in frames:
+        yield from f.orientation.scalars() if f.orientation is not None else ()
+
+
+def contents(bodies: tuple[Body, ...], loads: tuple[Load, ...], gravities: tuple[Gravity, ...]) -> Iterator[Expr]:
+    """The scalars that masses, inertias and loads are made of."""
+    for part in parts_of(bodies):
+        yield part.mass
+        for dyad in part.inertia.dyads if part.inertia is not None else ():
+            yield from (x for v in dyad for x in v.scalars())
+    for load in loads:
+        for _, v in (*load.forces, *load.torques):
+            yield from v.scalars()
+        if load.potential is not None:
+            yield load.potential
+    for g in gravities:
+        yield from g.acceleration.scalars()

@@ -8,6 +8,7 @@ in `System(reactions=…)` does.
 
 from typing import NamedTuple
 
+from kane import expect
 from kane.errors import ReactionError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction
@@ -37,8 +38,9 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
             f"{'both' if at is not None else 'neither'}."
         )
     place = at if at is not None else frame
-    if not isinstance(place, Point if at is not None else Frame):
-        raise ReactionError(f"Expected at=Point or frame=Frame for {kind} {name!r}, got {cut(repr(place))}.")
+    expect.instance(
+        place, Point if at is not None else Frame, f"at=Point or frame=Frame for {kind} {name!r}", error=ReactionError
+    )
     assert place is not None
     if place.parent is None:
         raise ReactionError(

@@ -1,37 +1,47 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The system: one frozen record of everything declared, checked locally."""
+"""The system: one frozen record of everything declared, checked locally.
+
+Systems without bodies: frames and points with speeds and constraints, of which kinematics alone is asked.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from inspect import signature
 from types import MappingProxyType
 from typing import Any, Literal
 
-from kane import show
+from kane import expect, show
 from kane.errors import ModelError, none_of
 from kane.expr.build import add, mul, sub
+from kane.expr.differentiation import diff
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, State, Symbols
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.symbols import (
+    AuxiliarySpeed,
+    Coordinate,
+    Parameter,
+    QuasiRate,
+    Rate,
+    Reaction,
+    Speed,
+    State,
+    Symbol,
+    Symbols,
+)
+from kane.expr.visit import substituted
 from kane.model import checks
-from kane.model.actions import check_actions, expressions
-from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, extended, parts_of, rigid
-from kane.model.checks import listed
-from kane.model.completed import completed
+from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
+from kane.model.checks import check_states, listed, state_rates, warn_of_doubts
 from kane.model.constraints import Constraint, as_constraints
-from kane.model.declarations import Declarations, Event
-from kane.model.doubtful import warn_of_doubts
+from kane.model.declarations import Declarations, Event, check_actions, contents, expressions, geometry, places
 from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
-from kane.model.plausible import check_turning
-from kane.model.scalar_loads import with_forces
-from kane.model.states import check_states, state_rates
-from kane.model.survey import contents, geometry, places
 from kane.model.units import check_units
 from kane.model.variables import (
     by_name,
+    completed,
     euler_sets,
     inputs_with_rates,
     moved,
@@ -40,6 +50,8 @@ from kane.model.variables import (
 )
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.vector import Vector, axes
+from kane.units.parser import parse
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -231,3 +243,143 @@ def total_mass(parts: Iterable[Part]) -> Expr:
     for part in parts:
         mass = add(mass, part.mass)
     return mass
+
+
+def scaffold(
+    inertial: Frame,
+    speeds: Mapping[Speed, Any] | str,
+    of: Sequence[Frame | Point],
+    holonomic: Any,
+    nonholonomic: Any,
+    dependent_speeds: Sequence[Speed | str],
+    coordinates: Sequence[Coordinate | str] | None,
+) -> System:
+    """The system of frames and points; a coordinate that the definition of a speed has a rate of needs no place."""
+    checks.check_inertial(inertial)
+    constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
+    frames, points = places(inertial, (), (placed(checks.listed("of", of)),), (), constraints)
+    euler = euler_sets(frames)
+    shape = list(geometry(frames, points))
+    ordered = ordered_coordinates(free_symbols([*shape, *moved(speeds, constraints), *_moving(speeds)]), coordinates)
+    vanishing = completed(definitions := speed_definitions(speeds, ordered, euler), ordered, euler, constraints)
+    definitions |= vanishing
+    watched = [c.expr for c in constraints]
+    symbols = free_symbols([*shape, *definitions.values(), *watched])
+    checks.check_geometry(free_symbols(shape))
+    checks.check_strays(free_symbols(watched), ordered, definitions, euler)
+    checks.check_names((*symbols, *definitions))
+    dependent = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
+    checks.check_dependent("speeds", dependent, definitions, len(constraints), "dependent_speeds")
+    parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
+    inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
+    system = object.__new__(System)
+    Declarations.__init__(
+        system, inertial, (), definitions, {}, (), (), Symbols(()), Symbols(()), (), ordered, constraints, Symbols(()), dependent, (),
+        euler, parameters, inputs, frames, points,
+    )  # fmt: skip
+    check_units(system, symbols)
+    return system
+
+
+def placed(items: Iterable[Any]) -> Load:
+    """Nothing that acts at frames and points, so that what they are born from is found as it is for loads."""
+    kept = list(items)
+    for x in kept:
+        expect.instance(
+            x,
+            (Frame, Point),
+            "frames and points of which motions are asked",
+            "Give a body's frame, or its mass_center.",
+        )
+    nothing = Vector()
+    return Load(
+        "",
+        forces=tuple((x, nothing) for x in kept if isinstance(x, Point)),
+        torques=tuple((x, nothing) for x in kept if isinstance(x, Frame)),
+    )
+
+
+def _moving(speeds: Mapping[Speed, Any] | str) -> list[Symbol]:
+    """The coordinates whose rates the definitions of speeds hold."""
+    if not isinstance(speeds, Mapping):
+        return []
+    found: dict[Symbol, None] = {}
+    for s in free_symbols(x for x in speeds.values() if hasattr(x, "op")):
+        if isinstance(s, Rate) and isinstance(s.place, Coordinate):
+            found[s.place] = None
+        elif isinstance(s, QuasiRate) and isinstance(s.place, tuple):
+            found.update((e, None) for e in s.place if isinstance(e, Coordinate))
+    return list(found)
+
+
+Pulls = list[tuple[Coordinate, Expr]]
+_LENGTH_EXPONENTS = parse("m").exponents
+
+
+def with_forces(loads: Iterable[Load], inertial: Frame, bodies: Sequence[Body], speeds: Any) -> tuple[Load, ...]:
+    """The loads, those made from a function with forces and torques; `speeds` defines the speeds that it may hold."""
+    return tuple(
+        x if x.scalar is None or x.forces or x.torques else _with_places(x, _pulls(x, speeds), inertial, bodies)
+        for x in loads
+    )
+
+
+def _pulls(load: Load, speeds: Any) -> Pulls:
+    """Q_s by coordinate: −∂V/∂q_s, or −∂R/∂q̇_s."""
+    assert load.scalar is not None
+    if load.potential is not None:
+        return [(q, -diff(load.potential, q)) for q in free_symbols([load.potential]) if isinstance(q, Coordinate)]
+    by_speed = speeds if isinstance(speeds, Mapping) else {}
+    known: dict[Expr, Expr] = {
+        u: as_expr(e) for u, e in by_speed.items() if isinstance(u, Speed) and not isinstance(e, Vector)
+    }
+    function = substituted(load.scalar, known)
+    left = [s for s in free_symbols([function]) if isinstance(s, Speed)]
+    if left:
+        names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"
+        raise ModelError(
+            f"Expected the dissipation function of {load.name!r} in rates or in speeds that the system defines ({names}), got "
+            f"{left[0]} in it. Write it by rates, q.dt."
+        )
+    rates = [s for s in free_symbols([function]) if isinstance(s, Rate) and isinstance(s.place, Coordinate)]
+    return [(r.place, -diff(function, r)) for r in rates if isinstance(r.place, Coordinate)]
+
+
+def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int]]:
+    """By coordinate the frame that turns by it alone in its parent, the parent, and about which basis axis."""
+    found: dict[Symbol, tuple[Frame, Frame, int]] = {}
+    for frame in frames:
+        o, parent = frame.orientation, frame.parent
+        if o is None or o.axis is None or o.angle is None or parent is None:
+            continue
+        before = parent.orientation
+        start = before.angle if before is not None and before.base is o.base and before.axis == o.axis else None
+        for q in free_symbols([o.angle]):
+            if isinstance(q, Coordinate) and o.angle is (q if start is None else add(start, q)):
+                found.setdefault(q, (frame, parent, o.axis))
+    return found
+
+
+def _with_places(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -> Load:
+    frames, points = places(inertial, tuple(bodies), (), ())
+    root = points[0].root()
+    turning, angles = _turning(frames), set(free_symbols(x for f in frames for x in _scalars(f)))
+    forces: list[tuple[Point, Vector]] = []
+    torques: list[tuple[Frame, Vector]] = []
+    for q, pull in pulls:
+        name = f"{load.name} by {q.name}"
+        if pull is ZERO:
+            continue
+        if q in turning:
+            frame, base, axis = turning[q]
+            torque = axes(base)[axis] * pull
+            torques += [(frame, torque), *([] if base is inertial else [(base, -torque)])]
+        elif parse(q.unit).exponents == _LENGTH_EXPONENTS if q.unit else q not in angles:
+            forces.append((root.at(name, inertial.x * q), inertial.x * pull))
+        else:
+            torques.append((inertial.rotate(name, q, inertial.x), inertial.x * pull))
+    return replace(load, forces=tuple(forces), torques=tuple(torques))
+
+
+def _scalars(frame: Frame) -> Sequence[Expr]:
+    return () if frame.orientation is None else frame.orientation.scalars()

@@ -14,9 +14,8 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
-from kane.model.actions import target
 from kane.model.bodies import deforming, parts_of
-from kane.model.declarations import Declarations, Event
+from kane.model.declarations import Declarations, Event, target
 from kane.model.reactions import cut_of
 from kane.space.point import Point
 from kane.units.algebra import ANY, NUMBER, ONE, Unit

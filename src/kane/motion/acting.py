@@ -14,8 +14,7 @@ from kane.equations.equations import Equations
 from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Symbol, input_of
-from kane.model.actions import target
-from kane.model.declarations import Event
+from kane.model.declarations import Event, target
 from kane.motion.drives import Function, input_functions
 from kane.motion.feedback import value
 from kane.motion.phases import Phase

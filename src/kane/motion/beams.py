@@ -7,8 +7,7 @@ import numpy as np
 
 from kane.errors import KaneWarning
 from kane.expr.evaluation import evaluate
-from kane.model.beams.beam import Beam
-from kane.model.beams.doubts import doubts
+from kane.model.beams.beam import Beam, doubts
 from kane.motion.solution import Solution
 
 _STEEPEST = 0.4

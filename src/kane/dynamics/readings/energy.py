@@ -16,8 +16,8 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import State, Time, input_of
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.motion import acceleration_form, velocity_form
+from kane.model.declarations import geometry
 from kane.model.loads import Load
-from kane.model.survey import geometry
 from kane.model.system import total_mass
 from kane.space.point import Point
 from kane.space.vector import Vector

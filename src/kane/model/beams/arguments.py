@@ -4,11 +4,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kane.errors import ModelError, cut, none_of
+from kane import expect
+from kane.errors import ModelError, cut
 from kane.expr.symbols import Coordinate
-from kane.model.beams.deformation import SHEAR, Field
-from kane.model.beams.integrals import check_independent, fine
-from kane.model.beams.section import Tapered, section
+from kane.model.beams.deformation import SHEAR, Field, Tapered, check_independent, fine, section
 from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet, vanish
 from kane.model.joints.joint import across, fixed, numbers
 from kane.numeric.scale import DECLARED
@@ -44,8 +43,7 @@ def _perpendicular(a: Vector, b: Vector) -> bool:
 
 def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector) -> list[Field]:
     """The deflections v along e₂ and, where EI or modes are two, w along e₃."""
-    if support not in SUPPORTS:
-        raise ModelError(f"Expected support= of {name} to be one of {none_of(SUPPORTS, support)}")
+    expect.one_of(support, SUPPORTS, f"support= of {name} to be")
     both = [x for x in (EI, modes) if _is_pair(x)]
     stiff = EI if _is_pair(EI) else (EI,) * (2 if both else 1)
     given = modes if _is_pair(modes) else (modes,) * len(stiff)

@@ -1,27 +1,45 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`Beam`: a straight flexible beam by assumed modes, a body like any other."""
+"""`Beam`: a straight flexible beam by assumed modes, a body like any other.
+
+What is doubtful of a beam that spins: that its stiffening is left out, or that its functions are too few.
+
+By its own functions and with the root held, a beam that spins at Ω across its axis has, out of the plane of rotation, the frequencies
+(k EI/L³ + Ω² ρA L S) x = ω² ρA L m x, S = ∫ m₁ φ'_i φ'_j dξ; by more functions they are lower, and the difference is what these lack.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 
-from kane.errors import ModelError, cut, none_of
+from kane import expect
+from kane.errors import KaneWarning, ModelError, ModesWarning, StiffeningWarning, cut
 from kane.expr.build import div, mul
-from kane.expr.evaluation import free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
 from kane.model.beams.arguments import axial, bending, directions, shearing, turning
-from kane.model.beams.damping import damping_of
-from kane.model.beams.deformation import Fields, section_frame
-from kane.model.beams.elastic import Gauges, elasticity
+from kane.model.beams.deformation import (
+    Field,
+    Fields,
+    Share,
+    Tapered,
+    fine,
+    measure,
+    moments_beyond,
+    section,
+    section_frame,
+)
+from kane.model.beams.elastic import Gauges, damping_of, elasticity, strain
 from kane.model.beams.masses import Matter, particles, sharing, slices
-from kane.model.beams.section import Tapered, measure, section
+from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.model.bodies import Part
 from kane.model.joints.joint import check_named
 from kane.model.loads import Load
+from kane.numeric.arrays import Array
 from kane.numeric.legendre import gauss
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -170,11 +188,12 @@ class Beam(Immutable):
         forces = []
         for x, w in zip(rule.places, rule.weights, strict=True):
             v = per_length(float(x)) if callable(per_length) else per_length
-            if not isinstance(v, Vector):
-                raise ModelError(
-                    f"Expected a load per length on {self.name} as a Vector, or a function of ξ that gives one, got {cut(repr(v))}. "
-                    "Say along which axis it acts: p*N.y."
-                )
+            expect.instance(
+                v,
+                Vector,
+                f"a load per length on {self.name} as a Vector, or a function of ξ that gives one",
+                "Say along which axis it acts: p*N.y.",
+            )
             forces.append((self.point_at(float(x)), v * mul(constant(float(w)), self.length)))
         return Load(name or f"load along {self.name}", tuple(forces))
 
@@ -237,16 +256,13 @@ def _check(name: Any, root: Any, frame: Any, form: Any) -> None:
         raise ModelError(
             f"Expected a geometric point as the root of {name}, got {cut(repr(root))}. Make one with at(…)."
         )
-    if not isinstance(frame, Frame):
-        raise ModelError(f"Expected frame=Frame for the beam {name}, got {cut(repr(frame))}.")
+    expect.instance(frame, Frame, f"frame=Frame for the beam {name}")
     root.frame._check(frame)
-    if form not in _FORMS:
-        raise ModelError(f"Expected form= of {name} to be one of {none_of(_FORMS, form)}")
+    expect.one_of(form, _FORMS, f"form= of {name} to be")
 
 
 def _check_choice(name: str, stiffening: Any) -> None:
-    if not isinstance(stiffening, bool | np.bool_):
-        raise ModelError(f"Expected stiffening= of {name} to be True or False, got {cut(repr(stiffening))}.")
+    expect.instance(stiffening, (bool, np.bool_), f"stiffening= of {name} to be True or False")
 
 
 def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
@@ -262,3 +278,90 @@ def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
 
 def _rate_unit(q: Coordinate) -> str:
     return f"{q.unit}/s"
+
+
+_ENOUGH = 10
+"""Functions that have the first frequency of any beam that spins at a few times it."""
+_OFF = 0.02
+"""Share of the first frequency by which it may be wrong at the spin before a word is said."""
+
+
+def first_frequency(
+    beam: Beam, field: Field, values: Mapping[Expr, float], spin: float = 0.0, richer: ModeShapes | None = None
+) -> float:
+    """The first frequency (rad/s) of a deflection with the root held, out of the plane in which the beam spins."""
+    f = field if richer is None else field._replace(shapes=richer)
+    mass, length, stiff = (
+        float(evaluate(x, values)) for x in (beam.mass_per_length.value, beam.length, f.stiffness.value)
+    )
+    inert, elastic, drawn = _integrals(f.shapes, beam.mass_per_length.share, f.stiffness.share)
+    k = stiff / length**3 * elastic + spin**2 * mass * length * drawn
+    return float(np.sqrt(np.maximum(_eigenvalues(k, mass * length * inert)[0], 0.0)))
+
+
+@lru_cache(maxsize=64)
+def _integrals(shapes: ModeShapes, mass: Share, stiff: Share) -> tuple[Array, Array, Array]:
+    """m, k and S without units: the same for every motion of a beam."""
+    rule = fine([shapes])
+    values, slopes = (shapes.evaluate(rule.places, k) for k in (0, 1))
+    _, beyond = moments_beyond(mass, rule.places)
+    found = (
+        rule.gram(values, values, mass(rule.places)),
+        strain(shapes, stiff, 2),
+        rule.gram(slopes, slopes, beyond),
+    )
+    for a in found:
+        a.flags.writeable = False
+    return found
+
+
+@cache
+def _polynomials(count: int) -> ModeShapes:
+    return mode_shapes("polynomials", count)
+
+
+def _eigenvalues(k: Array, m: Array) -> Array:
+    size = np.sqrt(np.diag(m))
+    inverse = np.linalg.inv(np.linalg.cholesky(m / np.multiply.outer(size, size)))
+    return np.asarray(np.linalg.eigvalsh(inverse @ (k / np.multiply.outer(size, size)) @ inverse.T), dtype=float)
+
+
+def across(beam: Beam) -> Expr | None:
+    """The square of the angular speed of a beam's frame across its axis; None of one that does not turn."""
+    root = beam.frame.root()
+    if root is beam.frame:
+        return None
+    w = beam.frame.angular_velocity(root)
+    square: Expr = w.dot(w) - w.dot(beam.deformation.axis) ** 2
+    return square
+
+
+def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tuple[str, type[KaneWarning]]]:
+    """What is to be said of a beam that spins at `spin` (rad/s) across its axis, with the parameters' values."""
+    if not beam.clamped or not beam.deformation.bending or not np.isfinite(spin) or spin == 0:
+        return
+    first = min(first_frequency(beam, f, values) for f in beam.deformation.bending)
+    if not beam.deformation.stiffening:
+        if spin > first:
+            yield (
+                (
+                    f"Expected the stiffening of {beam.name}, which spins at up to {spin:.4g} rad/s, beyond its first frequency at "
+                    f"rest, {first:.4g} rad/s, got stiffening=False: linearized so early, it diverges whatever the beam does. Leave "
+                    "stiffening= out."
+                ),
+                StiffeningWarning,
+            )
+        return
+    if spin < first:  # shapes change little then
+        return
+    for f in beam.deformation.bending:
+        own = first_frequency(beam, f, values, spin)
+        better = first_frequency(beam, f, values, spin, _polynomials(max(_ENOUGH, 2 * f.shapes.count)))
+        if own > better * (1 + _OFF):
+            yield (
+                (
+                    f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, by which its first "
+                    f"frequency there is {own:.5g} rad/s in the place of {better:.5g}. Take more of them."
+                ),
+                ModesWarning,
+            )

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
+from kane import expect
 from kane.errors import ModelError, UnitError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
@@ -161,8 +162,7 @@ def check_place(name: Any, at: Any, parent: Any) -> None:
     check_named("joint", name)
     if not isinstance(at, Point) or at.body is not None:
         raise ModelError(f"Expected at=geometric point of the parent for the joint {name!r}, got {cut(repr(at))}.")
-    if not isinstance(parent, Frame):
-        raise ModelError(f"Expected parent=frame for the joint {name!r}, got {cut(repr(parent))}.")
+    expect.instance(parent, Frame, f"parent=frame for the joint {name!r}")
 
 
 def fixed(axis: Any, frame: Frame, what: str) -> Vector:
