@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Local checks of a system's declarations: what can be said before anything is derived.
+"""Local checks of a system's declarations: what is refused before anything is derived, and what is probably not meant.
 
-Further states beside q and u, each with its rate: ȧ = f(q, u, a, t, parameters, inputs).
-
-Models that can be computed and are surely not meant: gravity that turns with a body, contacts of another frame or side.
+Warned of are models that can be computed: gravity that turns with a body, contacts of another frame or on the other side.
 """
 
 import warnings
@@ -51,22 +49,23 @@ def check_listed(what: str, items: Iterable[Any], kind: type, made_by: str) -> N
     expect.instances(items, kind, f"{what}= made by {made_by}")
 
 
+def check_named(what: str, items: Sequence[Any], kind: type, made_by: str) -> None:
+    """Events or joints, no two of one name."""
+    check_listed(what, items, kind, made_by)
+    expect.different((item.name for item in items), f"{what} of different names")
+
+
 def check_inertial(frame: Any) -> None:
     """A root frame."""
-    if not isinstance(frame, Frame) or frame.parent is not None:
-        raise ModelError(
-            f'Expected a root frame as the inertial frame, got {cut(repr(frame))}. Make one with kn.Frame("N") and give it first.'
-        )
+    cure = 'Make one with kn.Frame("N") and give it first.'
+    expect.that(isinstance(frame, Frame) and frame.parent is None, "a root frame as the inertial frame", frame, cure)
 
 
 def check_loads(loads: Iterable[Any]) -> None:
     """Loads and gravity."""
-    expect.instances(
-        loads,
-        (Load, Gravity),
-        "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …",
-        "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector).",
-    )
+    expected = "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …"
+    cure = "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector)."
+    expect.instances(loads, (Load, Gravity), expected, cure)
 
 
 def check_bodies(bodies: tuple[Body, ...]) -> None:
@@ -74,36 +73,11 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
     if not bodies:
         raise ModelError("Expected at least one body, got none: nothing has mass.")
     for b in bodies:
-        if not isinstance(b, RigidBody | Particle) and not isinstance(b, Body):
-            raise ModelError(
-                f"Expected bodies from kn.RigidBody or kn.Particle, got {cut(repr(b))}. A point or frame has no mass: "
-                "make a body of it."
-            )
-    twice = _repeated([b.name for b in bodies])
-    if twice:
-        raise ModelError(
-            f"Expected bodies of different names, got {', '.join(twice)} more than once. Results are read by name: rename one, or "
-            "list it once."
-        )
-
-
-def check_events(events: Iterable[Any]) -> None:
-    """Events, no two of one name: a motion names those that it met."""
-    _check_named("events", events, Event, "kn.Event(name, quantity)")
-
-
-def check_joints(joints: Iterable[Any]) -> None:
-    """Joints, no two of one name."""
-    _check_named("joints", joints, Joint, "kn.pin, kn.slider, …")
-
-
-def _check_named(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
-    check_listed(what, items, kind, made_by)
-    expect.different((item.name for item in items), f"{what} of different names")
-
-
-def _repeated(names: list[str]) -> list[str]:
-    return sorted({n for n in names if names.count(n) > 1})
+        cure = "A point or frame has no mass: make a body of it."
+        right = isinstance(b, RigidBody | Particle) or isinstance(b, Body)
+        expect.that(right, "bodies from kn.RigidBody or kn.Particle", b, cure)
+    cure = "Results are read by name: rename one, or list it once."
+    expect.different((b.name for b in bodies), "bodies of different names", cure)
 
 
 def check_names(symbols: Iterable[Symbol]) -> None:
@@ -163,11 +137,10 @@ def check_reactions(
     symbols: Iterable[Symbol], reactions: tuple[Reaction, ...], auxiliary: tuple[AuxiliarySpeed, ...]
 ) -> None:
     """Each reaction in a load is listed; explicit auxiliary speeds and bare reactions are equally many."""
-    listed = dict.fromkeys(reactions)
-    if len(listed) < len(reactions):
+    if len(set(reactions)) < len(reactions):
         raise ReactionError("Expected each reaction once in reactions=, got one twice.")
     for s in symbols:
-        if isinstance(s, Reaction) and s not in listed:
+        if isinstance(s, Reaction) and s not in set(reactions):
             raise ReactionError(f"The reaction {s} is used in a load but not listed: add it to System(reactions=[…]).")
     bare = [r for r in reactions if cut_of(r) is None and constraint_of(r) is None]
     if len(bare) != len(auxiliary):
@@ -190,37 +163,22 @@ def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reac
             )
 
 
-def check_all_dependent(
-    coordinates: tuple[Any, ...],
-    ordered: Iterable[Any],
-    speeds: tuple[Any, ...],
-    definitions: Mapping[Any, Any],
-    constraints: Iterable[Constraint],
+def check_dependent(
+    what: str, dependent: tuple[Any, ...], known: Iterable[Any], constraints: Iterable[Constraint], *kinds: str
 ) -> None:
-    """No more dependent coordinates and speeds than constraints give, each the system's own."""
-    kinds = [c.kind for c in constraints]
-    check_dependent("coordinates", coordinates, ordered, kinds.count("configuration"), "dependent_coordinates")
-    check_dependent("speeds", speeds, definitions, len(kinds), "dependent_speeds")
-
-
-def check_dependent(what: str, dependent: tuple[Any, ...], own: Iterable[Any], most: int, argument: str) -> None:
-    """Dependent coordinates or speeds are the system's own, each once, and as many as the constraints can fix."""
-    names = ", ".join(map(str, dependent))
-    strangers = [str(s) for s in dependent if s not in set(own)]
-    if strangers or len(set(dependent)) < len(dependent):
-        raise ModelError(f"Expected {argument}= to list {what} of the system, each once, got {names}.")
+    """Dependent coordinates or speeds are the system's, each once, and at most as many as it has constraints of these kinds."""
+    names, most = ", ".join(map(str, dependent)), sum(c.kind in kinds for c in constraints)
+    if not set(dependent) <= set(known) or len(set(dependent)) < len(dependent):
+        raise ModelError(f"Expected dependent_{what}= to list {what} of the system, each once, got {names}.")
     if len(dependent) > most:
         raise ModelError(
-            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in {argument}=: {names}. Leave it "
-            "out to have them chosen."
+            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in dependent_{what}=: {names}. Leave "
+            "it out to have them chosen."
         )
 
 
 def state_rates(states: Any) -> dict[State, Expr]:
-    """The rate of each further state; a ModelError says what is no state, or no rate of one.
-
-    Accelerations and reactions are refused in rates: they would have to be solved for first.
-    """
+    """The rate of each further state, which holds nothing that is known only after the equations are solved."""
     expect.instance(states, Mapping, "states= to be a dict {a: rate, …}", "Give each state its rate: {a: (e - a)/tau}.")
     rates: dict[State, Expr] = {}
     for a, given in states.items():
@@ -272,21 +230,18 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
             raise ModelError(
                 f"Expected loads and events in states themselves, got the rate {s}. Write out what states= says of {origin}."
             )
-    for kind, exprs in _STILL.items():
-        found = [s for s in free_symbols(exprs(system)) if isinstance(s, State)]
-        if found:
+    without: dict[str, Iterable[Expr]] = {
+        "positions and orientations": geometry(system.frames, system.points),
+        "definitions of speeds": system.speeds.values(),
+        "constraints": [c.expr for c in system.constraints],
+    }
+    for kind, exprs in without.items():
+        inside = [s for s in free_symbols(exprs) if isinstance(s, State)]
+        if inside:
             raise ModelError(
-                f"Expected {kind} without states, got {found[0]} in them. States act by loads: a servo turns a joint by a torque that "
+                f"Expected {kind} without states, got {inside[0]} in them. States act by loads: a servo turns a joint by a torque that "
                 "follows from its state."
             )
-
-
-_STILL: Mapping[str, Callable[[Declarations], Iterable[Expr]]] = {
-    "positions and orientations": lambda system: geometry(system.frames, system.points),
-    "definitions of speeds": lambda system: system.speeds.values(),
-    "constraints": lambda system: [c.expr for c in system.constraints],
-}
-"""What no state may be in, by its name."""
 
 
 _SEEDS = (20092, 20093, 20094, 20095)
@@ -296,19 +251,19 @@ def warn_of_doubts(
     inertial: Frame, parts: Sequence[Part], gravities: Iterable[Gravity], constraints: Iterable[Constraint]
 ) -> None:
     """Warn once of each."""
-    told = [*_turning(inertial, gravities)]
+    messages = [*_turning(inertial, gravities)]
     contacts = {c.forces[0][0]: c for c in constraints if c.normal is not None and c.forces}
     for p, c in contacts.items():
-        told += _contact(p, c, parts)
-    met = dict.fromkeys(p for c in constraints if c.kind == "motion" for p, _ in c.forces)
-    told += [text for p in met for text in _carried(p, parts, inertial)]
+        messages += _contact(p, c, parts)
+    particles = dict.fromkeys(p for c in constraints if c.kind == "motion" for p, _ in c.forces)
+    messages += [text for p in particles for text in _carried(p, parts, inertial)]
     edges: dict[Point, list[Constraint]] = {}
     for c in constraints:
         if c.kind == "motion" and c.normal is None and c.forces:
             edges.setdefault(c.forces[0][0], []).append(c)
-    for p, held in edges.items():
-        told += next(filter(None, ([*_edge(p, c, parts, inertial)] for c in held)), [])
-    for message in told:
+    for p, along in edges.items():
+        messages += next(filter(None, ([*_edge(p, c, parts, inertial)] for c in along)), [])
+    for message in messages:
         warnings.warn(message, KaneWarning, stacklevel=4)
 
 
@@ -327,15 +282,12 @@ def _depends_on_coordinates(exprs: Sequence[Expr]) -> bool:
     symbols = free_symbols(exprs)
     if not any(isinstance(s, Coordinate) for s in symbols):
         return False
-    first, *others = (
-        [
-            float(x)
-            for x in evaluate(
-                exprs, {s: value_of(s, seed if isinstance(s, Coordinate) else _SEEDS[0]) for s in symbols}
-            )
-        ]
-        for seed in _SEEDS
-    )
+
+    def at(seed: int) -> list[float]:
+        values = {s: value_of(s, seed if isinstance(s, Coordinate) else _SEEDS[0]) for s in symbols}
+        return [float(x) for x in evaluate(exprs, values)]
+
+    first, *others = map(at, _SEEDS)
     size = max(map(abs, first))
     return any(abs(a - b) > DECLARED * size for row in others for a, b in zip(first, row, strict=True))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import reduce
 from inspect import signature
 from types import MappingProxyType
 from typing import Any, Literal
@@ -103,7 +104,7 @@ class System(Declarations):
         checks.check_bodies(bodies)
         checks.check_loads(loads)
         events, joints = listed("events", events), listed("joints", joints)
-        checks.check_joints(joints)
+        checks.check_named("joints", joints, Joint, "kn.pin, kn.slider, …")
         movers = (*joints, *deforming(bodies))
         told, first = with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
         own = with_forces((x for x in (*loads, *brought_loads(bodies)) if isinstance(x, Load)), inertial, bodies, told)
@@ -111,7 +112,7 @@ class System(Declarations):
         reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
         checks.check_listed("reactions", reactions, Reaction, "kn.reaction")
         checks.check_listed("auxiliary_speeds", auxiliary, AuxiliarySpeed, "kn.auxiliary_speed")
-        checks.check_events(events)
+        checks.check_named("events", events, Event, "kn.Event(name, quantity)")
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
@@ -129,14 +130,17 @@ class System(Declarations):
         checks.check_reactions(symbols, reactions, auxiliary)
         dependent_q = by_name(dependent_coordinates, ordered)
         dependent_u = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
-        checks.check_all_dependent(dependent_q, ordered, dependent_u, definitions, constraints)
+        checks.check_dependent("coordinates", dependent_q, ordered, constraints, "configuration")
+        checks.check_dependent("speeds", dependent_u, definitions, constraints, "configuration", "motion")
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
         Declarations.__init__(
             self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), tuple(events),
             ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
         )  # fmt: skip
-        _check(self, symbols)
+        check_states(self, symbols)
+        check_actions(self)
+        check_units(self, symbols)
         warn_of_doubts(inertial, tuple(parts_of(bodies)), gravities, constraints)
         check_turning(inertial, extended(rigid(bodies)))
 
@@ -174,29 +178,26 @@ class System(Declarations):
 
     def redefined(self, speeds: Mapping[Speed, Expr]) -> System:
         """The same system by other generalized speeds, made of its own and not checked; none is dependent."""
-        values = {f.name: getattr(self, f.name) for f in fields(Declarations)}
-        other = object.__new__(System)
-        Declarations.__init__(other, **(values | {"speeds": speeds, "dependent_speeds": ()}))
-        return other
+        return self._remade(speeds=speeds, dependent_speeds=())
 
     def with_loads(self, loads: Sequence[Load]) -> System:
         """The same system with other loads beside gravity, made of its own and not checked."""
+        return self._remade(loads=tuple(loads))
+
+    def _remade(self, **changes: Any) -> System:
         values = {f.name: getattr(self, f.name) for f in fields(Declarations)}
         other = object.__new__(System)
-        Declarations.__init__(other, **(values | {"loads": tuple(loads)}))
+        Declarations.__init__(other, **(values | changes))
         return other
 
     def __getitem__(self, name: str) -> Joint | Body | Frame | Point | Load | Constraint:
         """The joint, body, frame, point, load or constraint of that name, looked up in this order."""
         first: list[Joint | Body | Frame | Point] = [*self.joints, *self.bodies, *self.frames, *self.points]
-        known = [x.name for x in first]
-        if name in known:
-            return first[known.index(name)]
-        others: list[Load | Constraint] = [*self.all_loads(), *self.constraints]
-        for item in others:
+        for item in (*first, *self.all_loads(), *self.constraints):
             if item.name == name:
                 return item
-        raise ModelError(f"Expected the name of a joint, body, frame, point or load, one of {none_of(known, name)}")
+        known = none_of([x.name for x in first], name)
+        raise ModelError(f"Expected the name of a joint, body, frame, point or load, one of {known}")
 
     def all_loads(self) -> tuple[Load, ...]:
         """The loads with gravity written out: one force a body, and its potential −Σ m g·r."""
@@ -207,13 +208,6 @@ class System(Declarations):
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)
         return f"System({bodies}; {len(self.coordinates)} coordinates, {len(self.speeds)} speeds)"
-
-
-def _check(system: System, symbols: Sequence[Any]) -> None:
-    """States, events and units, of a system that is declared as a whole."""
-    check_states(system, symbols)
-    check_actions(system)
-    check_units(system, symbols)
 
 
 _ARGUMENTS = tuple(name for name in signature(System).parameters if name != "inertial")
@@ -239,10 +233,7 @@ def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:
 
 def total_mass(parts: Iterable[Part]) -> Expr:
     """Σ m."""
-    mass = ZERO
-    for part in parts:
-        mass = add(mass, part.mass)
-    return mass
+    return reduce(add, (part.mass for part in parts), ZERO)
 
 
 def scaffold(
@@ -269,7 +260,7 @@ def scaffold(
     checks.check_strays(free_symbols(watched), ordered, definitions, euler)
     checks.check_names((*symbols, *definitions))
     dependent = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
-    checks.check_dependent("speeds", dependent, definitions, len(constraints), "dependent_speeds")
+    checks.check_dependent("speeds", dependent, definitions, constraints, "configuration", "motion")
     parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
     inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
     system = object.__new__(System)
@@ -283,20 +274,11 @@ def scaffold(
 
 def placed(items: Iterable[Any]) -> Load:
     """Nothing that acts at frames and points, so that what they are born from is found as it is for loads."""
-    kept = list(items)
-    for x in kept:
-        expect.instance(
-            x,
-            (Frame, Point),
-            "frames and points of which motions are asked",
-            "Give a body's frame, or its mass_center.",
-        )
-    nothing = Vector()
-    return Load(
-        "",
-        forces=tuple((x, nothing) for x in kept if isinstance(x, Point)),
-        torques=tuple((x, nothing) for x in kept if isinstance(x, Frame)),
-    )
+    expected = "frames and points of which motions are asked"
+    kept = expect.instances(items, (Frame, Point), expected, "Give a body's frame, or its mass_center.")
+    forces = tuple((x, Vector()) for x in kept if isinstance(x, Point))
+    torques = tuple((x, Vector()) for x in kept if isinstance(x, Frame))
+    return Load("", forces=forces, torques=torques)
 
 
 def _moving(speeds: Mapping[Speed, Any] | str) -> list[Symbol]:
