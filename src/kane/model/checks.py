@@ -5,7 +5,7 @@ Warned of are models that can be computed: gravity that turns with a body, conta
 """
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from kane import expect
@@ -26,8 +26,7 @@ from kane.expr.symbols import (
 )
 from kane.model.bodies import Body, Part, Particle, RigidBody
 from kane.model.constraints import Constraint
-from kane.model.declarations import Declarations, Event, geometry
-from kane.model.joints.joint import Joint
+from kane.model.declarations import Declarations, geometry
 from kane.model.loads import Gravity, Load
 from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters

@@ -18,9 +18,9 @@ from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.size import Sizes, size
-from kane.motion.collocated import Given
 from kane.motion.projection import Numbers
 from kane.motion.residuals import Tolerances
+from kane.motion.right_hand_side import Given
 from kane.motion.steppers.held import COUNTS, room
 from kane.motion.steppers.outline import At
 from kane.motion.steps import Stepper, better

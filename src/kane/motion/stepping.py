@@ -18,20 +18,30 @@ from kane.equations.equations import Equations
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
-from kane.motion.bounds import SHARES
-from kane.motion.chatter import Pace, chattering
-from kane.motion.feedback import controllers
+from kane.motion.cvode import CVODE, Cvode
+from kane.motion.hybrid.events import (
+    PARTS,
+    Fresh,
+    Met,
+    crossings,
+    leapt,
+    still_there,
+    that_move,
+    thresholds,
+    up_to_a_break,
+    vanishing,
+)
+from kane.motion.hybrid.modes import Pace, chattering
+from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
+from kane.motion.inputs.feedback import controllers
 from kane.motion.interrupts import MESSAGE
-from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, still_there, thresholds, up_to_a_break, vanishing
 from kane.motion.projection import Numbers
-from kane.motion.resting import that_move
-from kane.motion.singular_rates import nearly_singular
+from kane.motion.start import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
-from kane.motion.sundials import CVODE, Cvode
-from kane.motion.time_breaks import next_end, on_from, told_apart
 from kane.numeric.arrays import Array
 from kane.numeric.newton import close
 from kane.numeric.scale import CLOSED_NEARLY, LATER, POOR, SAME_TIME
+from kane.numeric.sign_changes import SHARES
 
 STEPPED = "DOP853"
 """What "auto" is where a motion does not run in machine code."""

@@ -19,14 +19,13 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.compiled_equations import routines
-from kane.motion.implicit import exact, pattern
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.rank_loss import Along, crosses, looked_at
 from kane.motion.residuals import Tolerances, missed
-from kane.motion.singular_rates import regular_otherwise
-from kane.motion.solution import Segment
+from kane.motion.right_hand_side import exact, pattern, routines
+from kane.motion.solution.solution import Segment
+from kane.motion.start import regular_otherwise
 from kane.motion.weak import mixes
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import mobility, sizes

@@ -11,6 +11,7 @@ __getattr__ = offered(
         "many": "Sizes close_many close_most sizes",
         "named": "finite_number named_values symbol_named symbols_named",
         "newton": "close closest improved starts",
+        "sign_changes": "SHARES passages",
         "projection": "least_change least_constraint metric mobility of_unit_length reflected",
         "rank": "balance balanced dependencies indeterminate null_direction singular sure_rows within",
         "rotations": "zxz",

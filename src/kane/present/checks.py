@@ -12,8 +12,8 @@ from kane.errors import Attributes
 from kane.expr.evaluation import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
-from kane.motion.energy import EnergyCheck
-from kane.motion.solution import Solution
+from kane.motion.solution.checks import EnergyCheck
+from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, SIX_DIGITS, SPEEDS_RANK
 
