@@ -73,7 +73,7 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
         raise ModelError("Expected at least one body, got none: nothing has mass.")
     for b in bodies:
         cure = "A point or frame has no mass: make a body of it."
-        right = isinstance(b, RigidBody | Particle) or isinstance(b, Body)
+        right = isinstance(b, RigidBody | Particle | Body)
         expect.that(right, "bodies from kn.RigidBody or kn.Particle", b, cure)
     cure = "Results are read by name: rename one, or list it once."
     expect.different((b.name for b in bodies), "bodies of different names", cure)
@@ -238,8 +238,8 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
         inside = [s for s in free_symbols(exprs) if isinstance(s, State)]
         if inside:
             raise ModelError(
-                f"Expected {kind} without states, got {inside[0]} in them. States act by loads: a servo turns a joint by a torque that "
-                "follows from its state."
+                f"Expected {kind} without states, got {inside[0]} in them. States act by loads: a servo turns a joint by a torque "
+                "that follows from its state."
             )
 
 
