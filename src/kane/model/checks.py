@@ -5,6 +5,7 @@ Warned of are models that can be computed: gravity that turns with a body, conta
 """
 
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -38,20 +39,13 @@ from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector, angular_velocity
 
 
-def listed(what: str, items: Any) -> tuple[Any, ...]:
-    """What stands in a list."""
-    return expect.items(items, f"{what}= to be a list", f"Write {what}=[…] around it.")
-
-
-def check_listed(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
-    """Items of one kind."""
+def listed(what: str, given: Any, kind: type = object, made_by: str = "", named: bool = False) -> tuple[Any, ...]:
+    """What stands in a list, all of one kind; no two of one name where they are `named`."""
+    items = expect.items(given, f"{what}= to be a list", f"Write {what}=[…] around it.")
     expect.instances(items, kind, f"{what}= made by {made_by}")
-
-
-def check_named(what: str, items: Sequence[Any], kind: type, made_by: str) -> None:
-    """Events or joints, no two of one name."""
-    check_listed(what, items, kind, made_by)
-    expect.different((item.name for item in items), f"{what} of different names")
+    if named:
+        expect.different((item.name for item in items), f"{what} of different names")
+    return items
 
 
 def check_inertial(frame: Any) -> None:
@@ -75,8 +69,12 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
         cure = "A point or frame has no mass: make a body of it."
         right = isinstance(b, RigidBody | Particle | Body)
         expect.that(right, "bodies from kn.RigidBody or kn.Particle", b, cure)
-    cure = "Results are read by name: rename one, or list it once."
-    expect.different((b.name for b in bodies), "bodies of different names", cure)
+    twice = sorted(name for name, count in Counter(b.name for b in bodies).items() if count > 1)
+    if twice:
+        raise ModelError(
+            f"Expected bodies of different names, got {', '.join(twice)} more than once. Results are read by name: rename one, or "
+            "list it once."
+        )
 
 
 def check_names(symbols: Iterable[Symbol]) -> None:

@@ -1,19 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What events do, `then={u: -e*u}`: checked where an event is declared, and where its system is.
-
-What a system consists of, once it is declared: plain fields, which its checks read; and the events that simulations watch.
-
-What a system is made of: every frame, point and scalar that its declarations reach, parents first.
-"""
+"""What a system consists of once it is declared: its fields, its events, and every frame, point and scalar that they reach."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
@@ -40,8 +36,70 @@ from kane.space.frame import Frame, frames_of
 from kane.space.point import Point
 from kane.space.vector import Vector
 
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Event(Immutable):
+    """`quantity` falls below (direction −1), rises above (+1) or crosses (0) `threshold`.
+
+    A terminal event ends the simulation there; the solution returns what there is and names it. One that does something,
+    `then={v: -e*v}`, does not end it unless told: the motion goes on with other values of coordinates, speeds, states or parameters,
+    all computed from those before, or with other inputs, for which anything stands that `inputs=` takes. `then` may be a function
+    that returns such values, called with t, q, u and parameters as keywords. Under constraints, dependent speeds that are not set
+    follow.
+    """
+
+    name: str
+    quantity: Expr
+    threshold: float = 0.0
+    direction: int = 0
+    terminal: bool | None = None
+    message: str = ""
+    then: Any = None
+
+    def __post_init__(self) -> None:
+        _check_event(self)
+        object.__setattr__(self, "threshold", float(self.threshold))
+        object.__setattr__(self, "then", as_action(f"the event {cut(repr(self.name), 40)}", self.then))
+        object.__setattr__(self, "terminal", self.then is None if self.terminal is None else bool(self.terminal))
+
+    @property
+    def breaks(self) -> bool:
+        """Whether the motion does not go on as it was."""
+        return bool(self.terminal) or self.then is not None
+
+    @property
+    def consequence(self) -> str:
+        """What happens, in words."""
+        done = "; ".join(f"{s} := {x}" for s, x in self.then.items()) if isinstance(self.then, Mapping) else ""
+        done = done or (f"calls {getattr(self.then, '__name__', 'a function')}" if self.then is not None else "")
+        return ", ".join(x for x in (done, "ends the simulation" if self.terminal else "") if x)
+
+    def __repr__(self) -> str:
+        passes = {-1: "falls below", 0: "crosses", 1: "rises above"}[self.direction]
+        done = f": {cut(self.consequence)}" if self.consequence else ""
+        return f"Event({self.name!r}, {cut(self.quantity)} {passes} {self.threshold:g}{done})"
+
+
+_EVENT: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "name": (lambda x: isinstance(x, str) and bool(x), "a text that is not empty"),
+    "quantity": (lambda x: isinstance(x, Expr), "a scalar expression of the system, such as q1 or v.dot(N.x)"),
+    "threshold": (expect.is_number, "a finite number, in the unit of the quantity"),
+    "direction": (lambda x: expect.is_number(x) and x in (-1, 0, 1), "-1 (falls), 1 (rises) or 0 (either)"),
+    "terminal": (lambda x: x is None or isinstance(x, bool | np.bool_), "True or False"),
+    "message": (lambda x: isinstance(x, str), "a text"),
+}
+"""What each field of an event must be."""
+
+
+def _check_event(event: Event) -> None:
+    who = f"the event {cut(repr(event.name), 40)}"
+    for what, (right, expected) in _EVENT.items():
+        given = getattr(event, what)
+        expect.that(right(given), f"{what} of {who} to be {expected}", given, "See kn.Event.")
+
+
 SETTABLE = (Coordinate, Speed, State, Parameter, Input)
-_FORM = "Write then={symbol: expression}, as {u1: -e*u1}"
+_FORM = "Write then={symbol: expression}, as {u1: -e*u1}."
 
 
 def as_action(who: str, then: Any) -> Any:
@@ -51,24 +109,16 @@ def as_action(who: str, then: Any) -> Any:
     """
     if then is None or (callable(then) and not isinstance(then, Expr | Mapping)):
         return then
-    if not isinstance(then, Mapping) or not then:
-        raise ModelError(f"Expected then= of {who} to say what changes, got {cut(repr(then))}. {_FORM}.")
+    expect.that(isinstance(then, Mapping) and then, f"then= of {who} to say what changes", then, _FORM)
     made: dict[Any, Any] = {}
     for key, value in then.items():
+        expected = f"then= of {who} to set coordinates, speeds, states, parameters or inputs"
         if isinstance(key, Rate):
-            raise ModelError(
-                f"Expected then= of {who} to set coordinates, speeds, states, parameters or inputs, got the rate {key}. Set the speed "
-                "that it is made of."
-            )
-        if not isinstance(key, str | Symbol) or (isinstance(key, Symbol) and not isinstance(key, SETTABLE)):
-            raise ModelError(
-                f"Expected then= of {who} to set coordinates, speeds, states, parameters or inputs, got {cut(repr(key))}. {_FORM}."
-            )
+            raise ModelError(f"Expected {expected}, got the rate {key}. Set the speed that it is made of.")
+        expect.instance(key, (str, *SETTABLE), expected, _FORM)
         number = isinstance(value, Expr | int | float) and not isinstance(value, bool)
-        if not number and not isinstance(key, Input | str):
-            raise ModelError(
-                f"Expected an expression or a number for {key} in then= of {who}, got {cut(repr(value))}. {_FORM}."
-            )
+        right = number or isinstance(key, Input | str)
+        expect.that(right, f"an expression or a number for {key} in then= of {who}", value, _FORM)
         made[key] = as_expr(value) if number else value
     return made
 
@@ -88,13 +138,7 @@ def settable(system: Any) -> tuple[Symbol, ...]:
 
 
 def target(system: Any, event: Any, key: Any) -> Symbol:
-    """The symbol that an event sets.
-
-    Raises
-    ------
-    ModelError
-        if it is none of the system's
-    """
+    """The symbol of the system that an event sets."""
     for s in settable(system):
         if s is key or (isinstance(key, str) and s.name == key):
             return s
@@ -121,70 +165,6 @@ def check_actions(system: Any) -> None:
                 f"Expected one value for each symbol in then= of the event {event.name!r}, got two, by symbol and by name. Leave one "
                 "out."
             )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Event(Immutable):
-    """`quantity` falls below (direction −1), rises above (+1) or crosses (0) `threshold`.
-
-    A terminal event ends the simulation there; the solution returns what there is and names it. One that does something,
-    `then={v: -e*v}`, does not end it unless told: the motion goes on with other values of coordinates, speeds, states or parameters,
-    all computed from those before, or with other inputs, for which anything stands that `inputs=` takes. `then` may be a function
-    that returns such values, called with t, q, u and parameters as keywords. Under constraints, dependent speeds that are not set
-    follow.
-    """
-
-    name: str
-    quantity: Expr
-    threshold: float = 0.0
-    direction: int = 0
-    terminal: bool | None = None
-    message: str = ""
-    then: Any = None
-
-    def __post_init__(self) -> None:
-        check_event(self.name, self.quantity, self.threshold, self.direction, self.terminal, self.message)
-        object.__setattr__(self, "threshold", float(self.threshold))
-        object.__setattr__(self, "then", as_action(f"the event {cut(repr(self.name), 40)}", self.then))
-        object.__setattr__(self, "terminal", self.then is None if self.terminal is None else bool(self.terminal))
-
-    @property
-    def breaks(self) -> bool:
-        """Whether the motion does not go on as it was."""
-        return bool(self.terminal) or self.then is not None
-
-    @property
-    def consequence(self) -> str:
-        """What happens, in words."""
-        done = "; ".join(f"{s} := {x}" for s, x in self.then.items()) if isinstance(self.then, Mapping) else ""
-        done = done or (f"calls {getattr(self.then, '__name__', 'a function')}" if self.then is not None else "")
-        return ", ".join(x for x in (done, "ends the simulation" if self.terminal else "") if x)
-
-    def __repr__(self) -> str:
-        passes = {-1: "falls below", 0: "crosses", 1: "rises above"}[self.direction]
-        done = f": {cut(self.consequence)}" if self.consequence else ""
-        return f"Event({self.name!r}, {cut(self.quantity)} {passes} {self.threshold:g}{done})"
-
-
-def check_event(name: Any, quantity: Any, threshold: Any, direction: Any, terminal: Any, message: Any) -> None:
-    """A ModelError names the first argument of an event that cannot be what it is to be."""
-    who = f"the event {cut(repr(name), 40)}"
-    wrong = [
-        ("name", isinstance(name, str) and bool(name), name, "a text that is not empty"),
-        ("quantity", isinstance(quantity, Expr), quantity, "a scalar expression of the system, such as q1 or v.dot(N.x)"),
-        ("threshold", _is_number(threshold), threshold, "a finite number, in the unit of the quantity"),
-        ("direction", not isinstance(direction, bool) and _is_number(direction) and direction in (-1, 0, 1), direction,
-            "-1 (falls), 1 (rises) or 0 (either)"),
-        ("terminal", terminal is None or isinstance(terminal, bool | np.bool_), terminal, "True or False"),
-        ("message", isinstance(message, str), message, "a text"),
-    ]  # fmt: skip
-    for what, right, came, expected in wrong:
-        if not right:
-            raise ModelError(f"Expected {what} of {who} to be {expected}, got {cut(repr(came))}. See kn.Event.")
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float | np.number) and bool(np.isfinite(value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -251,33 +231,29 @@ def _needed(
 
 def _enter(place: Frame | Point, inertial: Frame, needed: dict[Frame | Point, None]) -> None:
     """A frame or point after all that it is born from, as far as these are not among what is `needed` yet."""
-    if isinstance(place, Point):
-        line: list[Point] = []
-        p: Point | None = place
-        while p is not None and p not in needed:
-            line.append(p)
-            p = p.parent
-        if p is None and line[-1].frame is not inertial:
+    line: list[Any] = []
+    x: Any = place
+    while x is not None and x not in needed:
+        line.append(x)
+        x = x.parent
+    root = line[-1] if x is None else None
+    if isinstance(place, Frame):
+        if root is not None and root is not inertial:
             raise ModelError(
-                f"Expected points reached from one fixed in {inertial.name}, got {place.name}, whose root {line[-1].name} is fixed in "
-                f"{line[-1].frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
+                f"Expected frames that descend from {inertial.name}, got {place.name}, whose root is {root.name}. Make every "
+                f"frame of this system from {inertial.name} with rotate(…)."
             )
-        for p in reversed(line):
-            for frame in (*frames_of(p.offset), *([p.body] if p.body is not None else [])):
-                _enter(frame, inertial, needed)
-            needed[p] = None
+        needed.update(dict.fromkeys(reversed(line)))
         return
-    bases: list[Frame] = []
-    f: Frame | None = place
-    while f is not None and f not in needed:
-        bases.append(f)
-        f = f.parent
-    if f is None and bases[-1] is not inertial:
+    if root is not None and root.frame is not inertial:
         raise ModelError(
-            f"Expected frames that descend from {inertial.name}, got {place.name}, whose root is {bases[-1].name}. Make every "
-            f"frame of this system from {inertial.name} with rotate(…)."
+            f"Expected points reached from one fixed in {inertial.name}, got {place.name}, whose root {root.name} is fixed in "
+            f"{root.frame.name}, the root of another system. Use a point of this one, made with at(…) or fixed_in(…)."
         )
-    needed.update(dict.fromkeys(reversed(bases)))
+    for p in reversed(line):
+        for frame in (*frames_of(p.offset), *([p.body] if p.body is not None else [])):
+            _enter(frame, inertial, needed)
+        needed[p] = None
 
 
 def geometry(frames: tuple[Frame, ...], points: tuple[Point, ...]) -> Iterator[Expr]:

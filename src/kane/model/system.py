@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The system: one frozen record of everything declared, checked locally.
 
-Systems without bodies: frames and points with speeds and constraints, of which kinematics alone is asked.
+`scaffold` makes systems without bodies: frames and points with speeds and constraints, of which kinematics alone is asked.
+
+Loads that are given by a function get places here: V(q, t) with F_r = −Σ_s ∂V/∂q_s W_sr, or R(q, q̇, t) with F_r = −∂R/∂u_r (Kane &
+Levinson 1985, sec. 5.1 and 5.3). What a function says of one coordinate is a force Q_s for its rate, v·F = Q_s q̇_s: a pair of torques
+where a frame of a body turns by the coordinate alone; else a force on a point that moves by it along the inertial frame's first axis,
+or a torque on a frame that turns by it.
 """
 
 from __future__ import annotations
@@ -103,16 +108,14 @@ class System(Declarations):
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
         checks.check_bodies(bodies)
         checks.check_loads(loads)
-        events, joints = listed("events", events), listed("joints", joints)
-        checks.check_named("joints", joints, Joint, "kn.pin, kn.slider, …")
+        joints = listed("joints", joints, Joint, "kn.pin, kn.slider, …", named=True)
         movers = (*joints, *deforming(bodies))
         told, first = with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
         own = with_forces((x for x in (*loads, *brought_loads(bodies)) if isinstance(x, Load)), inertial, bodies, told)
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
-        reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
-        checks.check_listed("reactions", reactions, Reaction, "kn.reaction")
-        checks.check_listed("auxiliary_speeds", auxiliary, AuxiliarySpeed, "kn.auxiliary_speed")
-        checks.check_named("events", events, Event, "kn.Event(name, quantity)")
+        reactions = listed("reactions", reactions, Reaction, "kn.reaction")
+        auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
+        events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
@@ -135,7 +138,7 @@ class System(Declarations):
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
         Declarations.__init__(
-            self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), tuple(events),
+            self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), events,
             ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
         )  # fmt: skip
         check_states(self, symbols)
@@ -301,7 +304,7 @@ _LENGTH_EXPONENTS = parse("m").exponents
 def with_forces(loads: Iterable[Load], inertial: Frame, bodies: Sequence[Body], speeds: Any) -> tuple[Load, ...]:
     """The loads, those made from a function with forces and torques; `speeds` defines the speeds that it may hold."""
     return tuple(
-        x if x.scalar is None or x.forces or x.torques else _with_places(x, _pulls(x, speeds), inertial, bodies)
+        x if x.scalar is None or x.forces or x.torques else _placed(x, _pulls(x, speeds), inertial, bodies)
         for x in loads
     )
 
@@ -342,10 +345,10 @@ def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int
     return found
 
 
-def _with_places(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -> Load:
+def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -> Load:
     frames, points = places(inertial, tuple(bodies), (), ())
     root = points[0].root()
-    turning, angles = _turning(frames), set(free_symbols(x for f in frames for x in _scalars(f)))
+    turning, angles = _turning(frames), set(free_symbols(geometry(frames, ())))
     forces: list[tuple[Point, Vector]] = []
     torques: list[tuple[Frame, Vector]] = []
     for q, pull in pulls:
@@ -361,7 +364,3 @@ def _with_places(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Bod
         else:
             torques.append((inertial.rotate(name, q, inertial.x), inertial.x * pull))
     return replace(load, forces=tuple(forces), torques=tuple(torques))
-
-
-def _scalars(frame: Frame) -> Sequence[Expr]:
-    return () if frame.orientation is None else frame.orientation.scalars()

@@ -37,7 +37,6 @@ from kane.model.beams.elastic import Gauges, damping_of, elasticity, strain
 from kane.model.beams.masses import Matter, particles, sharing, slices
 from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.model.bodies import Part
-from kane.model.joints.joint import check_named
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.legendre import gauss
@@ -251,7 +250,7 @@ def _restored(name: str, root: Point, arguments: Mapping[str, Any]) -> Beam:
 
 
 def _check(name: Any, root: Any, frame: Any, form: Any) -> None:
-    check_named("beam", name)
+    expect.name(name, "a name for the beam")
     if not isinstance(root, Point) or root.body is not None:
         raise ModelError(
             f"Expected a geometric point as the root of {name}, got {cut(repr(root))}. Make one with at(…)."
