@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact of a wheel with a plane: where it touches, which particles meet there, and the constraints of contact and of rolling.
+"""Contact of a wheel with a plane – where it touches, the particles there, the constraints of contact and of rolling – and friction.
 
 A wheel is a ring of radius R about an axis w, thickened to a torus by a crown of radius r: a disk's edge has r = 0, a sphere
 R = 0. With the plane's unit normal n and d the direction in the wheel's plane that points down,
@@ -9,11 +9,8 @@ R = 0. With the plane's unit normal n and d the direction in the wheel's plane t
 which is smooth but where the wheel lies flat (n ∥ w). The height h = (contact − Q)·n over a point Q of the plane has the rate of
 the relative velocity, along n, of the particles in contact: the multiplier of h = 0 is the normal force on the wheel's particle.
 
-
-Sliding friction, declared: loads that say what slips, from which speed on it no longer does, and what must press.
-
-Its direction is that of the slip, which none is left of at rest: a motion ends where the slip falls below the threshold, or,
-with `smooth`, the force falls with the slip and the contact creeps.
+Sliding friction is a load that knows its slip, the speed below which nothing slips any more, and the reactions that must press. At
+rest its direction is none: a motion ends where the slip falls below the threshold, or, with `smooth`, the contact creeps.
 """
 
 from dataclasses import dataclass, replace
@@ -196,9 +193,6 @@ def torus_on_plane(
     return _contact(name, wheel, center, plane, normal, (radius, axis), crown, along, down)
 
 
-_JOINTS = ("pin", "slider")
-
-
 def friction(
     point: Point,
     normal: Reaction,
@@ -233,9 +227,8 @@ def friction(
         if the point is no Point, the normal no Reaction with a direction, or the threshold or ε not above zero
     """
     expect.instance(point, Point, "friction at a Point", "Make the particle in contact with fixed_in(…).")
-    expect.instance(
-        normal, Reaction, "the normal force as a reaction", "Bring it into evidence: kn.reaction(name, at=…, along=…)."
-    )
+    cure = "Bring it into evidence: kn.reaction(name, at=…, along=…)."
+    expect.instance(normal, Reaction, "the normal force as a reaction", cure)
     if along is None:
         place = cut_of(normal)
         if place is None:
@@ -246,7 +239,9 @@ def friction(
     root = point.root().frame
     v = point.velocity(root) if against is None else point.velocity(root) - against.velocity(root)
     slip = v.reject(along)
-    force = _direction(slip, slip.dot(slip), _speed("smooth", smooth)) * (-as_expr(mu) * normal)
+    eps = _above_zero("smooth", smooth)
+    regular = None if eps is None else sqrt(add(slip.dot(slip), mul(as_expr(eps), as_expr(eps))))
+    force = (slip.normalized() if regular is None else slip / regular) * (-as_expr(mu) * normal)
     name = name or f"friction on {point.name}"
     load = Force(point, force, name) if against is None else action_reaction(point, against, force, name)
     rolls = any(p.body is not None and not p.offset.dt(p.body).is_zero for p in (point, against) if p is not None)
@@ -275,43 +270,33 @@ def dry_friction(
         if the joint is neither a pin nor a slider, or the threshold or ε is not above zero
     """
     kind = getattr(joint, "kind", None)
-    if kind not in _JOINTS:
-        what = f"a {kind} joint" if isinstance(kind, str) else f"{cut(repr(joint))}"
+    if kind not in ("pin", "slider"):
+        what = f"a {kind} joint" if isinstance(kind, str) else cut(repr(joint))
         raise ModelError(
             f"Expected dry friction in a pin or slider joint, got {what}. Write the load with kn.torque_pair."
         )
-    turns = joint.kind == "pin"
-    axis = joint.axis
-    rate = (joint.angular_velocity if turns else joint.velocity).dot(axis)
-    eps = _speed("smooth", smooth)
+    rate = (joint.angular_velocity if kind == "pin" else joint.velocity).dot(joint.axis)
+    eps = _above_zero("smooth", smooth)
     sense = NODE_BUILDERS["sign"](rate) if eps is None else NODE_BUILDERS["tanh"](div(rate, as_expr(eps)))
-    load = axis * (-as_expr(size) * sense)
-    name = name or f"dry friction in {joint.name}"
-    pair = (
-        torque_pair(joint.frame, joint.parent, load, name)
-        if turns
-        else action_reaction(joint.point, joint.at, load, name)
-    )
+    load, name = joint.axis * (-as_expr(size) * sense), name or f"dry friction in {joint.name}"
+    if kind == "pin":
+        pair = torque_pair(joint.frame, joint.parent, load, name)
+    else:
+        pair = action_reaction(joint.point, joint.at, load, name)
     return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), as_expr(size), threshold, smooth)
-
-
-def _direction(v: Vector, square: Expr, eps: float | None) -> Vector:
-    """v over its length, or over √(v² + ε²)."""
-    return v.normalized() if eps is None else v / sqrt(add(square, mul(as_expr(eps), as_expr(eps))))
 
 
 def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:
     presses = tuple(s for s in free_symbols([size]) if isinstance(s, Reaction))
     speed = slip.speed if smooth is None else None
-    return replace(load, slip=replace(slip, speed=speed, threshold=_speed("threshold", threshold), presses=presses))
+    return replace(
+        load, slip=replace(slip, speed=speed, threshold=_above_zero("threshold", threshold), presses=presses)
+    )
 
 
-def _speed(name: str, value: Any) -> float | None:
-    return None if value is None else _above_zero(name, value)
-
-
-def _above_zero(name: str, value: Any) -> float:
-    number = finite_number("speed", name, value)
-    if not number > 0:
+def _above_zero(name: str, value: Any) -> float | None:
+    """A speed above zero, where there is one."""
+    number = None if value is None else finite_number("speed", name, value)
+    if number is not None and not number > 0:
         raise ModelError(f"Expected {name} > 0, a speed in the units of the model, got {value!r}.")
     return number

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joints with axes: pin, slider, cylindrical joint, screw, planar joint, universal joint; and the weld, which has none.
-
-Joints whose child turns in any direction, by Euler parameters or three angles: ball joint (spherical joint), and free.
-"""
+"""Joints of the tree: pin, slider, cylindrical joint, screw, planar joint, universal joint, weld, ball joint (spherical) and free."""
 
 from typing import Any, Literal
 
-from kane.errors import ModelError
+from kane import expect
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
 from kane.model.joints.joint import Joint, Names, Seat, SpeedNames, Twist, across, mirrored, perpendicular_axes
@@ -165,8 +162,7 @@ def _turned(
     s: Seat, orientation: str, sequence: str, **lengths: str
 ) -> tuple[Frame, tuple[Coordinate, ...], list[Twist], list[Expr]]:
     """The child, turned by the coordinates before `lengths`; all coordinates, the free turns, ω along the child's axes."""
-    if orientation not in _STEMS:
-        raise ModelError(f"Expected orientation={' or '.join(map(repr, _STEMS))} for {s.name!r}, got {orientation!r}.")
+    expect.that(orientation in _STEMS, f"orientation={' or '.join(map(repr, _STEMS))} for {s.name!r}", orientation)
     q = s.symbols(**_STEMS[orientation], **lengths)
     turning = q[: len(_STEMS[orientation])]
     if orientation == "angles":
@@ -216,8 +212,7 @@ def free(
     parent along the axes of the child or of the parent, as `velocity` says. Other arguments as for `kn.pin`.
     """
     s = Seat("free", name, at, parent, child, coordinates, speeds)
-    if velocity not in ("child", "parent"):
-        raise ModelError(f"Expected velocity='child' or 'parent' for {name!r}, got {velocity!r}.")
+    expect.that(velocity in ("child", "parent"), f"velocity='child' or 'parent' for {name!r}", velocity)
     frame, q, free, spins = _turned(s, orientation, sequence, x="m", y="m", z="m")
     x, y, z = q[-3:]
     offset = parent.x * x + parent.y * y + parent.z * z
