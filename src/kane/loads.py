@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Forces and torques, springs, dampers, drag, gravitation, friction, and systems of forces."""
 
-from kane.dynamics.readings.noncontributing import Noncontributing
+from kane.dynamics.readings.contributions import Noncontributing
 from kane.model.field_loads import (
     buoyancy,
     gravitation,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from kane.analysis.local import unknowns
-from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.unsolved import partials
+from kane.dynamics.readings.values import asked
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.errors import ArgumentError, ValueMissingError, cut

@@ -6,7 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "blocks": "Blocks",
+        "assembly": "Blocks sum_of",
         "constraints.branches": "branches turned_function",
         "constraints.choice": "chosen compared ranks",
         "constraints.closure": "ROWS closure in_rows",
@@ -24,9 +24,9 @@ __getattr__ = offered(
         "poles": "without_poles",
         "readings.": "programs",
         "readings.energy": "kinetic_energy",
-        "readings.left_out": "concerned guarded",
-        "readings.line_integral": "line_integral",
+        "readings.potential": "line_integral",
         "readings.programs": "mass_matrix",
+        "readings.regularity": "concerned guarded",
         "readings.steps": "Kind shown_speeds",
         "readings.unsolved": "unsolved",
         "routes.": "composite table ways",
@@ -46,7 +46,6 @@ __getattr__ = offered(
         "routes.squares": "squares",
         "routes.trees": "tree_with_reactions",
         "routes.trial": "are_slender",
-        "terms": "sum_of",
         "trees.": "inverse_dynamics",
         "trees.energy": "kinetic_energy_along_tree",
     },

@@ -7,13 +7,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from kane.dynamics.blocks import mass_rows
+from kane.dynamics.assembly import generalized_by_motion, mass_rows
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.left_out import Watch, watch
 from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.lazy import Lately, LazyMapping, read
-from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time

@@ -18,10 +18,17 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import formulation
-from kane.dynamics.readings import energy, programs, rest
-from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
+from kane.dynamics.readings import energy, programs, unsolved
+from kane.dynamics.readings.contributions import (
+    Contributions,
+    MassContribution,
+    Noncontributing,
+    contributions,
+    inertia_forces,
+    mass_contributions,
+    noncontributing,
+)
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
-from kane.dynamics.readings.noncontributing import Noncontributing, inertia_forces, noncontributing
 from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
@@ -207,7 +214,7 @@ class Equations(Energies, Immutable):
     # Rest and steady motion --------------------------------------------------------------------------------------------
 
     equilibrium_conditions = read[Exprs](
-        lambda e: rest.equilibrium_conditions(e.solved),
+        lambda e: unsolved.equilibrium_conditions(e.solved),
         "F̃_r at rest, one for each independent speed: what vanishes in equilibrium (Kane & Levinson 1985, sec. 6.5).",
     )
 
@@ -223,7 +230,7 @@ class Equations(Energies, Immutable):
         ValueMissingError
             if a value is given for something else
         """
-        return rest.steady_conditions(self.solved, values)
+        return unsolved.steady_conditions(self.solved, values)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 

@@ -6,12 +6,9 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.asked import asked
-from kane.dynamics.readings.left_out import guarded, notes
-from kane.dynamics.readings.pivots import divided_by, pivot_of
 from kane.dynamics.readings.programs import forcing, mass_matrix
-from kane.dynamics.readings.singular import of_rates, with_regular_rates
-from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.readings.regularity import divided_by, guarded, notes, of_rates, pivot_of, with_regular_rates
+from kane.dynamics.readings.values import asked, without_unknowns
 from kane.dynamics.solved import Solved
 from kane.equations.on_demand import ON_DEMAND, direction_ports
 from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut

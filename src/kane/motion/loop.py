@@ -12,7 +12,7 @@ import numpy as np
 
 from kane.analysis.assembly import assemble
 from kane.analysis.state import start_state
-from kane.dynamics.readings.undirected import undirected
+from kane.dynamics.readings.regularity import undirected
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError
 from kane.expr.node import Expr

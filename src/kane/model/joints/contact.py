@@ -279,10 +279,11 @@ def dry_friction(
     eps = _above_zero("smooth", smooth)
     sense = NODE_BUILDERS["sign"](rate) if eps is None else NODE_BUILDERS["tanh"](div(rate, as_expr(eps)))
     load, name = joint.axis * (-as_expr(size) * sense), name or f"dry friction in {joint.name}"
-    if kind == "pin":
-        pair = torque_pair(joint.frame, joint.parent, load, name)
-    else:
-        pair = action_reaction(joint.point, joint.at, load, name)
+    between: Any = (
+        (torque_pair, joint.frame, joint.parent) if kind == "pin" else (action_reaction, joint.point, joint.at)
+    )
+    make, child, parent = between
+    pair = make(child, parent, load, name)
     return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), as_expr(size), threshold, smooth)
 
 

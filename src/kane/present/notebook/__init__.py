@@ -11,7 +11,7 @@ from kane.analysis.speed_comparison import SpeedComparison
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.integrals import Integral
-from kane.dynamics.readings.potential_found import FoundPotential
+from kane.dynamics.readings.potential import FoundPotential
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.equations.handle import Handle
