@@ -126,8 +126,7 @@ class Beam(Immutable):
         damping: Mapping[str, Any] | None = None,
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "name", "root")}
-        _check(name, root, frame, form)
-        _check_choice(name, stiffening)
+        _check(name, root, frame, form, stiffening)
         L = measure(name, "length", length)
         e1, e2, e3 = directions(name, frame, axis, along)
         bent = bending(name, support, EI, modes, e2, e3)
@@ -140,7 +139,7 @@ class Beam(Immutable):
         make = sharing if form == "linearized" else particles
         parts = (*make(name, root, whole, matter), *slices(name, root, frame, whole, matter))
         coordinates = tuple(q for f in fields for q in f.coordinates)
-        speeds = {Speed.declare(f"u_{q.name}", None, _rate_unit(q), ""): rate(q) for q in coordinates}
+        speeds = {Speed.declare(f"u_{q.name}", None, f"{q.unit}/s", ""): rate(q) for q in coordinates}
         gauges = Gauges(name, root, L, fields)
         loads = (elasticity(name, gauges, L, fields), *damping_of(name, gauges, whole, matter, damping))
         given = (matter.mass, matter.polar, *rotaries, *(f.stiffness for f in fields))
@@ -187,23 +186,21 @@ class Beam(Immutable):
         forces = []
         for x, w in zip(rule.places, rule.weights, strict=True):
             v = per_length(float(x)) if callable(per_length) else per_length
-            expect.instance(
-                v,
-                Vector,
-                f"a load per length on {self.name} as a Vector, or a function of ξ that gives one",
-                "Say along which axis it acts: p*N.y.",
-            )
+            expected = f"a load per length on {self.name} as a Vector, or a function of ξ that gives one"
+            expect.instance(v, Vector, expected, "Say along which axis it acts: p*N.y.")
             forces.append((self.point_at(float(x)), v * mul(constant(float(w)), self.length)))
         return Load(name or f"load along {self.name}", tuple(forces))
 
     def _place(self, xi: Any) -> tuple[Point, Frame]:
         share = self._share(xi)
         if share not in self._places:
-            self._places[share] = self._made(share)
+            name = f"{self.name} at {share:.6g}"
+            point = self.root.at(name, self.deformation.place(share))
+            self._places[share] = point, section_frame(name, self.frame, self.deformation, share)
         return self._places[share]
 
     def _share(self, xi: Any) -> float:
-        value = constant_value(as_expr(xi)) if not isinstance(xi, Expr) or constant_value(xi) is not None else None
+        value = constant_value(as_expr(xi))
         if value is None:
             value = constant_value(div(as_expr(xi), self.length))
         if value is None or not 0 <= float(value) <= 1:
@@ -212,11 +209,6 @@ class Beam(Immutable):
                 f"or give it as a share of it: {cut(self.length)}/2."
             )
         return float(value)
-
-    def _made(self, xi: float) -> tuple[Point, Frame]:
-        whole, name = self.deformation, f"{self.name} at {xi:.6g}"
-        point = self.root.at(name, whole.place(xi))
-        return point, section_frame(name, self.frame, whole, xi)
 
     def __repr__(self) -> str:
         n = ", ".join(f"{len(f.coordinates)} of {f.stem}" for f in self.deformation.fields)
@@ -249,19 +241,14 @@ def _restored(name: str, root: Point, arguments: Mapping[str, Any]) -> Beam:
     return Beam(name, root, **arguments)
 
 
-def _check(name: Any, root: Any, frame: Any, form: Any) -> None:
+def _check(name: Any, root: Any, frame: Any, form: Any, stiffening: Any) -> None:
     expect.name(name, "a name for the beam")
-    if not isinstance(root, Point) or root.body is not None:
-        raise ModelError(
-            f"Expected a geometric point as the root of {name}, got {cut(repr(root))}. Make one with at(…)."
-        )
+    geometric = isinstance(root, Point) and root.body is None
+    expect.that(geometric, f"a geometric point as the root of {name}", root, "Make one with at(…).")
     expect.instance(frame, Frame, f"frame=Frame for the beam {name}")
     root.frame._check(frame)
     expect.one_of(form, _FORMS, f"form= of {name} to be")
-
-
-def _check_choice(name: str, stiffening: Any) -> None:
-    expect.instance(stiffening, (bool, np.bool_), f"stiffening= of {name} to be True or False")
+    expect.flag(stiffening, f"stiffening= of {name} to be True or False")
 
 
 def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
@@ -273,10 +260,6 @@ def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
             )
         return None
     return section(name, "polar", polar)
-
-
-def _rate_unit(q: Coordinate) -> str:
-    return f"{q.unit}/s"
 
 
 _ENOUGH = 10
@@ -342,25 +325,21 @@ def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tu
     first = min(first_frequency(beam, f, values) for f in beam.deformation.bending)
     if not beam.deformation.stiffening:
         if spin > first:
-            yield (
-                (
-                    f"Expected the stiffening of {beam.name}, which spins at up to {spin:.4g} rad/s, beyond its first frequency at "
-                    f"rest, {first:.4g} rad/s, got stiffening=False: linearized so early, it diverges whatever the beam does. Leave "
-                    "stiffening= out."
-                ),
-                StiffeningWarning,
+            message = (
+                f"Expected the stiffening of {beam.name}, which spins at up to {spin:.4g} rad/s, beyond its first frequency at "
+                f"rest, {first:.4g} rad/s, got stiffening=False: linearized so early, it diverges whatever the beam does. Leave "
+                "stiffening= out."
             )
+            yield message, StiffeningWarning
         return
     if spin < first:  # shapes change little then
         return
     for f in beam.deformation.bending:
-        own = first_frequency(beam, f, values, spin)
+        coarse = first_frequency(beam, f, values, spin)
         better = first_frequency(beam, f, values, spin, _polynomials(max(_ENOUGH, 2 * f.shapes.count)))
-        if own > better * (1 + _OFF):
-            yield (
-                (
-                    f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, by which its first "
-                    f"frequency there is {own:.5g} rad/s in the place of {better:.5g}. Take more of them."
-                ),
-                ModesWarning,
+        if coarse > better * (1 + _OFF):
+            message = (
+                f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, by which its first "
+                f"frequency there is {coarse:.5g} rad/s in the place of {better:.5g}. Take more of them."
             )
+            yield message, ModesWarning

@@ -1,25 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is so much per length, or as stiff, along a beam: a value at the root, and a share of it at each ξ = x/L.
+"""The deformation of a beam in hybrid variables: the stretch s along the deformed axis, deflections v and w, twist θ.
 
-Modal integrals of a beam, by Gauss's quadrature, once.
+    r(ξ) = (L ξ + s − ∫₀^ξ (v'² + w'²) dη/(2L)) e₁ + v e₂ + w e₃        ' = d/dξ
 
-With shares r of the mass per length and e of a stiffness, numbers without units (ξ = x/L, ' = d/dξ):
+(Yoo, Ryan & Scott 1995): the axial displacement is no variable, so that its foreshortening stands in the partial velocities before
+anything is linearized. Each of s, v, w, θ is Σ φ_j(ξ) q_j. Where sections shear, v = v_b + v_s: sections turn by v_b', the angle of
+shear is v_s', each a sum of functions of its own, so that nothing locks as the stiffness GA grows.
+
+Modal integrals are taken once, by Gauss's quadrature. With shares r of the mass per length and e of a stiffness:
 
     ∫ r f_k f_l dξ        ∫ e φ''_i φ''_j dξ        H_ij(ξ) = ∫₀^ξ φ'_i φ'_j dη
 
 H is the foreshortening: −qᵀ H q/(2L) is what a point of an axis that keeps its length moves towards the root. Its moments with the
 mass, ∫ r H dξ and ∫ r ξ H dξ, are by Fubini ∫ m₀ φ'_i φ'_j dξ and ∫ m₁ φ'_i φ'_j dξ, with m₀ = ∫_ξ¹ r dη and m₁ = ∫_ξ¹ r η dη.
-
-
-The deformation of a beam in hybrid variables: the stretch s along the deformed axis, deflections v and w, twist θ.
-
-Where sections shear, a deflection is that of bending and that of shear together, v = v_b + v_s: sections turn by v_b', the angle of
-shear is v_s', each a sum of functions of its own, so that nothing locks as the stiffness GA grows.
-
-    r(ξ) = (L ξ + s − ∫₀^ξ (v'² + w'²) dη/(2L)) e₁ + v e₂ + w e₃        ' = d/dξ
-
-(Yoo, Ryan & Scott 1995): the axial displacement is no variable, so that its foreshortening stands in the partial velocities before
-anything is linearized. Each of s, v, w, θ is Σ φ_j(ξ) q_j.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -27,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.build import add, div, mul
 from kane.expr.evaluation import free_symbols, is_constant_in_time
@@ -54,10 +48,8 @@ def tapered(value: Any, share: Callable[[Array], Any]) -> Tapered:
 
     `kn.tapered(EI, lambda xi: (1 - 0.5 * xi) ** 3)` is EI at the root and EI/8 at the tip.
     """
-    if not callable(share):
-        raise ModelError(
-            f"Expected a function of ξ = x/L as the taper, got {cut(repr(share))}. For example lambda xi: 1 - 0.5 * xi."
-        )
+    cure = "For example lambda xi: 1 - 0.5 * xi."
+    expect.that(callable(share), "a function of ξ = x/L as the taper", share, cure)
 
     def shares(x: Array) -> Array:
         return np.broadcast_to(np.asarray(share(x), dtype=float), np.shape(x))

@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.errors import ModelError, alike, cut
+from kane import expect
+from kane.errors import ModelError, none_of
 from kane.expr.build import add, div, mul, sqrt
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
 from kane.expr.symbols import Coordinate, Parameter, rate
@@ -107,16 +108,11 @@ def damping_of(
     """The load of the damping, if there is any."""
     if damping is None:
         return ()
-    given: object = damping
-    if not isinstance(given, Mapping) or not damping:
-        raise ModelError(
-            f'Expected damping= of {name} as {{"mass": α, "stiffness": β}} or {{"ratio": ζ}}, got {cut(repr(damping))}.'
-        )
+    expected = f'damping= of {name} as {{"mass": α, "stiffness": β}} or {{"ratio": ζ}}'
+    expect.that(isinstance(damping, Mapping) and damping, expected, damping)
     for kind in damping:
         if kind not in UNITS:
-            raise ModelError(
-                f"Expected damping= of {name} by some of {', '.join(UNITS)}, got {kind!r}.{alike(str(kind), UNITS)}"
-            )
+            raise ModelError(f"Expected damping= of {name} by some of {none_of(UNITS, kind)}")
     if any(f.stem in SHEAR.values() for f in whole.fields) and set(damping) != {"stiffness"}:
         raise ModelError(
             f'Expected damping= of {name}, which shears, as {{"stiffness": β}}, got {", ".join(map(repr, damping))}: its modes are '

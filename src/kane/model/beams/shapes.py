@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Functions of ξ = x/L that a deformation is a sum of: eigenfunctions of uniform beams and rods, and polynomials.
+"""Functions of ξ = x/L that a deformation of a beam is a sum of: families by name, functions of the user's own, or tables.
 
 A row of `FAMILIES` gives the functions of one family as a function of ξ (m) and the order of the derivative, (m × n).
 Eigenfunctions of bending have ∫ φ² dξ = 1; their eigenvalues β solve the transcendental equations of Blevins (1979), table 8-1.
 What grows as cosh β is written by exponentials that do not.
 
-
-`mode_shapes`: the functions of ξ = x/L that a deformation of a beam is a sum of, by family, as functions or by a table.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,6 +16,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.legendre import Legendre
 
+from kane import expect
 from kane.errors import ModelError, alike, cut
 from kane.expr.immutable import Immutable
 from kane.numeric.arrays import Array, Mask, product
@@ -247,21 +246,16 @@ def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None
             raise ModelError(
                 f"Expected mode shapes by name, one of {', '.join(map(repr, FAMILIES))}, got {kind!r}.{alike(kind, FAMILIES)}"
             )
-        return ModeShapes(kind, _count(count), FAMILIES[kind].make(_count(count)))
+        n = expect.whole(count, "a number of modes of at least 1", least=1)
+        return ModeShapes(kind, n, FAMILIES[kind].make(n))
     functions = [kind] if callable(kind) else list(kind) if isinstance(kind, Sequence) else []
-    if not functions or not all(callable(f) for f in functions):
-        raise ModelError(
-            "Expected mode shapes as a name and a count, as a list of functions of ξ = x/L, or as table=(ξ, values), got "
-            f'{cut(repr(kind))}. For example kn.mode_shapes("clamped-free", 3).'
-        )
+    expected = "mode shapes as a name and a count, as a list of functions of ξ = x/L, or as table=(ξ, values)"
+    cure = 'For example kn.mode_shapes("clamped-free", 3).'
+    expect.that(functions and all(map(callable, functions)), expected, kind, cure)
     series = [_interpolated(f, k) for k, f in enumerate(functions, 1)]
-    return ModeShapes("own functions", len(series), _of_series(series))
-
-
-def _count(count: Any) -> int:
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-        raise ModelError(f"Expected a number of modes of at least 1, got {cut(repr(count))}.")
-    return int(count)
+    return ModeShapes(
+        "own functions", len(series), partial(_summed, [[p.deriv(k) if k else p for p in series] for k in range(3)])
+    )
 
 
 def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
@@ -294,12 +288,6 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
     )
 
 
-def _of_series(series: Sequence[Chebyshev]) -> Evaluate:
-    derivatives = [[p.deriv(k) if k else p for p in series] for k in range(3)]
-
-    return partial(_summed, derivatives)
-
-
 def _summed(derivatives: list[list[Chebyshev]], x: Array, order: int) -> Array:
     return np.array([p(x) for p in derivatives[order]]).T
 
@@ -309,11 +297,8 @@ def _tabulated(table: Any) -> ModeShapes:
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
     parts = _numbers(table) if isinstance(table, Sequence) and len(table) in (2, 3) else []
-    if not parts:
-        raise ModelError(
-            f"Expected table=(ξ, values) or (ξ, values, slopes), arrays of real numbers, got {cut(repr(table))}. Places "
-            "are m numbers, values and slopes m × modes."
-        )
+    cure = "Places are m numbers, values and slopes m × modes."
+    expect.that(parts, "table=(ξ, values) or (ξ, values, slopes), arrays of real numbers", table, cure)
     x, values = parts[0], parts[1]
     if x.ndim != 1 or len(x) < 3 or x[0] != 0 or x[-1] != 1 or not (np.diff(x) > 0).all():
         raise ModelError(

@@ -279,11 +279,11 @@ def dry_friction(
     eps = _above_zero("smooth", smooth)
     sense = NODE_BUILDERS["sign"](rate) if eps is None else NODE_BUILDERS["tanh"](div(rate, as_expr(eps)))
     load, name = joint.axis * (-as_expr(size) * sense), name or f"dry friction in {joint.name}"
-    between: Any = (
-        (torque_pair, joint.frame, joint.parent) if kind == "pin" else (action_reaction, joint.point, joint.at)
+    pair = (
+        torque_pair(joint.frame, joint.parent, load, name)
+        if kind == "pin"
+        else action_reaction(joint.point, joint.at, load, name)
     )
-    make, child, parent = between
-    pair = make(child, parent, load, name)
     return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), as_expr(size), threshold, smooth)
 
 
