@@ -18,10 +18,9 @@ from kane.model.bodies import deforming, parts_of
 from kane.model.declarations import Declarations, Event, target
 from kane.model.reactions import cut_of
 from kane.space.point import Point
-from kane.units.algebra import ANY, NUMBER, ONE, Unit
+from kane.units.algebra import ANY, NUMBER, ONE, Unit, conflict
 from kane.units.parser import parse
 from kane.units.rules import Known, infer, unit_of
-from kane.units.scales import conflict
 from kane.units.text import spelled
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
