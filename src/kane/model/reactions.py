@@ -78,7 +78,7 @@ def reaction(
     """
     if constraint is not None:
         other: object = constraint
-        alone = isinstance(other, Constraint) and at is frame is along is None
+        alone = isinstance(other, Constraint) and all(x is None for x in (at, frame, along))
         expected = f"constraint=one Constraint, and no other place, for the reaction {name!r}"
         expect.that(alone, expected, other, error=ReactionError)
         return Reaction.declare(name, None, unit or constraint.unit, "", constraint)

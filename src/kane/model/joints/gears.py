@@ -54,7 +54,7 @@ def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> _Side:
         return _Side(part.frame, part.point, part)
     right = isinstance(part, tuple) and len(part) == 2 and isinstance(part[0], Frame) and isinstance(part[1], Point)
     expect.that(right, f"{pair} for {name!r}", part)
-    return _Side(*part, None)
+    return _Side(part[0], part[1], None)
 
 
 def _of_pin(name: str, gear: Any) -> _Side:
@@ -129,8 +129,8 @@ def gear_pair(
         assert first.joint is not None
         assert second.joint is not None
         forward = is_along(first.joint.axis, n)
-        turn = second.joint.coordinates[0]
-        turn = turn if (forward == is_along(second.joint.axis, n)) != internal else -turn
+        alike = forward == is_along(second.joint.axis, n)
+        turn = second.joint.coordinates[0] if alike != internal else -second.joint.coordinates[0]
         f = add(mul(r_a, sub(first.joint.coordinates[0], as_expr(phase))), mul(r_b, turn))
         return f if forward else -f
 
