@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.state import misses, open_shares
-from kane.dynamics.constraints.branches import branches, told, turned_function
+from kane.dynamics.constraints.manifold import manifold, turned_closures
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
@@ -31,15 +31,14 @@ def check_configuration(
 
 def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, cure: str) -> None:
     """No closure is turned away from the branch that it means, at any of the coordinates q (… × n); `rest` holds all other values."""
-    meant = branches(eom.system)
-    if not meant:
-        return
-    angles = turned_function(eom.system, rest)(q)
+    conditions = manifold(eom.system)
+    angles = conditions.at(rest).turned(q)
     away = angles.any(axis=-1)
     if away.any():
         first = first_place(away)
         where = f" at index {first.written}" if first.place else ""
+        turned = turned_closures(conditions.branches, angles[first.place])
         raise SimulationError(
-            f"Expected {what} on the branch that the closures mean, got {told(meant, angles[first.place])}{where}. kn.assemble finds "
-            f"one on it from guesses{cure}."
+            f"Expected {what} on the branch that the closures mean, got {turned}{where}. kn.assemble finds one on it "
+            f"from guesses{cure}."
         )

@@ -2,15 +2,15 @@
 """`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, overload
 
 import numpy as np
 
 from kane.analysis.held import held_at
-from kane.analysis.search import Found, Search
+from kane.analysis.search import Found, Search, search
 from kane.analysis.state import Entries, check_equations, entries, misses
-from kane.dynamics.constraints.closure import closure
+from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import Attributes, SimulationError, ValueMissingError
@@ -128,69 +128,67 @@ def _configurations(
     eom: Equations, start: Entries, constants: Mapping[Expr, Any], every: bool
 ) -> list[tuple[Closed, str]]:
     """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
-    constraints = closure(eom.system)
+    constraints = manifold(eom.system)
     names = [q.name for q in eom.coordinates]
     if not constraints.f:
         if start.missing:
             missing = ", ".join(names[i] for i in start.missing)
             raise ValueMissingError(f"Expected a start value for all coordinates, got none for {missing}.")
         return [(Closed(start.values, np.zeros(0), 0), "")]
-    search = Search(eom.system, constraints, constants, start)
+    sought = search(constraints.at(constants), start)
     if not start.free:
-        return [(_given(search), "")]
-    found = search.found(every)
+        return [(_given(sought), "")]
+    found = sought.found(every)
     if not found.closed:
-        raise SimulationError(_not_closed(search, found))
+        raise SimulationError(_not_closed(sought, found))
     # what is left out must follow from the constraints, what is given and the guesses
     asked = start.free if every else start.missing
-    unknown, count = _undetermined(search.block(found.closed[0].x), start, names, asked)
+    unknown, count = _undetermined(sought.block(found.closed[0].x), start, names, asked)
     if unknown:
         cure = "" if every else ", or a guess for each: kn.guess(value)"
         raise ValueMissingError(
             f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
             f"{count} of them{cure}."
         )
-    return list(zip(found.closed, search.words(found), strict=True))
+    return list(zip(found.closed, sought.words(found), strict=True))
 
 
-def _given(search: Search) -> Closed:
+def _given(given: Search) -> Closed:
     """Coordinates that are given whole, moved by rounding only."""
-    names, values = search.conditions.names, search.start.values
-    if search.singular_at(values):
+    names, values = given.level.manifold.names, given.start.values
+    if given.singular_at(values):
         raise SimulationError(
-            f"Expected coordinates at which the constraints are finite, got {search.singular_at(values)}. {_BESIDE}"
+            f"Expected coordinates at which the constraints are finite, got {given.singular_at(values)}. {_BESIDE}"
         )
-    whole = Search(
-        search.system, search.conditions, search.values, replace(search.start, guessed=tuple(range(len(values))))
-    )
-    residual = search.one(values)[0]
+    whole = given.level.of(values, range(len(values)))
+    residual = whole.one(values)[0]
     bad = misses(names, residual, whole.shares(residual))
     if bad:
         raise SimulationError(
             f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
             "with kn.guess(…), to have them solved for."
         )
-    closed = whole.closed(values)
-    turned = search.told(closed.x)
+    closed = whole.closest(values)
+    turned = given.turned(closed.x)
     if turned:
         raise SimulationError(
             f"Expected coordinates on the branch that the closures mean, got {turned}, where their equations hold too. "
-            f"{search.cure()}"
+            f"{given.cure()}"
         )
     return closed
 
 
-def _not_closed(search: Search, found: Found) -> str:
+def _not_closed(sought: Search, found: Found) -> str:
     """No configuration was found, or none on the branch that is meant."""
-    start, names = search.start, [q.name for q in search.system.coordinates]
+    start, names = sought.start, [q.name for q in sought.level.manifold.system.coordinates]
     if found.turned:
         return (
             f"Expected a configuration on the branch that the closures mean, got only others from {found.starts} starts, the nearest "
             f"{found.turned}. The parts do not reach the orientation that is meant with the values given: free more coordinates, or "
             "correct the frames and axes of the closure."
         )
-    first, best = np.abs(search.one(start.values)[0]).max(), found.nearest
-    undefined = search.singular_at(best.x)
+    first, best = np.abs(sought.level.one(start.values)[0]).max(), found.nearest
+    undefined = sought.singular_at(best.x)
     if undefined:
         return (
             f"Expected a configuration at which the constraints are finite, got {undefined} in the nearest. {_BESIDE}"
@@ -198,7 +196,7 @@ def _not_closed(search: Search, found: Found) -> str:
     worst = int(np.argmax(np.abs(best.residual)))
     return (
         f"Expected a configuration that satisfies the constraints, got none from {found.starts} starts: the residual came "
-        f"{f'from {first:.3g} ' if np.isfinite(first) else ''}to {best.size:.3g}, and {search.conditions.names[worst]!r} resists "
+        f"{f'from {first:.3g} ' if np.isfinite(first) else ''}to {best.size:.3g}, and {sought.level.manifold.names[worst]!r} resists "
         f"most{'' if np.isfinite(first) else ', which is not finite at the guesses'}. The parts may not reach each other "
         f"with the values given and these lengths: free more coordinates than {', '.join(names[i] for i in start.free)}, or correct "
         "the lengths."

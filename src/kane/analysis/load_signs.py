@@ -27,10 +27,10 @@ from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.rank import singular
+from kane.numeric.sampling import SEED
 from kane.numeric.scale import STATE_RANK, UNRELATED
 
 DIRECTIONS = 8
-_SEED = 20251
 
 Numbers = Mapping[Expr, Any]
 
@@ -71,7 +71,7 @@ def doubtful_loads(eom: Equations, numbers: Numbers) -> Iterator[Doubt]:
 def _directions(eom: Equations, numbers: Numbers) -> Array:
     """Random speeds (directions × speeds) with A u = 0."""
     n = len(eom.speeds)
-    drawn = np.random.default_rng(_SEED).normal(size=(DIRECTIONS, n))
+    drawn = np.random.default_rng(SEED).normal(size=(DIRECTIONS, n))
     if not len(eom.b):
         return drawn
     a = np.asarray(evaluate(eom.A, numbers), dtype=float)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import closure, usual_sizes
+from kane.dynamics.constraints.manifold import manifold
 from kane.equations.equations import Equations
 from kane.errors import Attributes, SimulationError, ValueMissingError, cut
 from kane.expr.node import Expr
@@ -127,7 +127,7 @@ def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[E
     shares = np.asarray(np.abs(residual) / np.maximum(terms, _TINY))
     if not residual.shape[-1] or bool((shares <= GIVEN).all()):
         return shares
-    usual = usual_sizes(eom.system, closure(eom.system), values).f[: residual.shape[-1]]
+    usual = manifold(eom.system).at(values).usual.f[: residual.shape[-1]]
     return np.asarray(np.abs(residual) / np.maximum(terms, usual))
 
 

@@ -30,10 +30,8 @@ from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
-from kane.numeric.sampling import values_of
+from kane.numeric.sampling import SEED, values_of
 from kane.numeric.scale import GIVEN
-
-_SEED = 20050
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +73,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     values, slopes = _of_either_side(eom, point, [*flow, *equations.configuration, *equations.motion], seeds)
     width, n, rates, c = len(perturbed.names), len(eom.speeds), len(flow), len(equations.configuration)
     slopes[:width, :width] = slopes[:width, :width] - turning_rates(values[:width], len(plain))
-    point_values = values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), _SEED)
+    point_values = values_of((*free_symbols([*values, *slopes.flat]), *eom.parameters), SEED)
 
     def sample(exprs: Entries) -> Array:
         return np.array(evaluate(list(map(as_expr, exprs.flat)), point_values), dtype=float).reshape(exprs.shape)

@@ -14,7 +14,7 @@ from kane.analysis.magnitudes import share
 from kane.analysis.point import OperatingPoint, closed, point_of
 from kane.analysis.state import check_equations, entries, open_shares
 from kane.analysis.tangents import perturbations
-from kane.dynamics.constraints.branches import branches, told, turned_function
+from kane.dynamics.constraints.manifold import branches, manifold, turned_closures
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import SimulationError, ValueMissingError
@@ -24,11 +24,12 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, closest, starts
 from kane.numeric.rank import level, singular
+from kane.numeric.sampling import SEED
 from kane.numeric.scale import ROUNDED_CHAIN, STATE_RANK, TAKES_PART
 from kane.program.native.machine import Settings
 from kane.progress import working
 
-_TRIES, _SEED = 12, 20049
+_TRIES = 12
 KINDS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
 """Groups of values by the arguments that give them, in the order of X."""
 
@@ -179,7 +180,7 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     """
     measured, turned = task.measured, _astray(task.conditions)
     spreads = [0.2 * k for k in range(1, _TRIES)] if task.missing else []
-    tries = starts(task.start / measured.columns, task.missing, _SEED, spreads)
+    tries = starts(task.start / measured.columns, task.missing, SEED, spreads)
 
     def astray(y: Array) -> Array:
         x = y * measured.columns
@@ -190,7 +191,7 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     left = _shares(task.conditions, x)
     if not left.max(initial=0) <= tolerance:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
-    away = told(branches(task.conditions.eom.system), turned(x))
+    away = turned_closures(branches(task.conditions.eom.system), turned(x))
     if away:
         raise SimulationError(
             f"Expected a steady motion on the branch that the closures mean, got {away}. Guess coordinates on that branch: "
@@ -223,12 +224,12 @@ def _plain(task: Problem, best: Closed) -> Array:
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     """By what angles closures are turned at X."""
     eom = conditions.eom
-    system, nq, width = eom.system, len(eom.coordinates), len(eom.state)
+    constraints, nq, width = manifold(eom.system), len(eom.coordinates), len(eom.state)
     rest = [*eom.inputs, *eom.parameters, time]
 
     def angles(x: Array) -> Array:
         values: dict[Expr, Any] = dict(zip(rest, [*x[width:].tolist(), conditions.t], strict=True))
-        return turned_function(system, values)(x[:nq])
+        return constraints.at(values).turned(x[:nq])
 
     return angles
 

@@ -7,10 +7,9 @@ __getattr__ = offered(
     __name__,
     {
         "assembly": "Blocks sum_of",
-        "constraints.branches": "branches turned_function",
         "constraints.choice": "chosen compared ranks",
-        "constraints.closure": "ROWS closure in_rows",
         "constraints.configurations": "configurations",
+        "constraints.manifold": "ROWS branches in_rows manifold",
         "constraints.partition": "Partition choose choose_each qualities qualities_of quality",
         "constraints.steady": "steadiest",
         "constraints.touches": "contacts touches",

@@ -12,7 +12,7 @@ from kane.dynamics.assembly import Blocks, blocks, mass_rows
 from kane.dynamics.bodies import Inertias, Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.choice import Compared, compared
-from kane.dynamics.constraints.closure import Closure, closure
+from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
 from kane.expr.count import Prices
@@ -234,7 +234,7 @@ class Derived(Immutable):
 
     A = read[Matrix](lambda d: d.constraints.a, "A of A u + b = 0, a row for each of `system.constraints`.")
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
-    conditions = read[Closure](lambda d: closure(d.system), "The configuration constraints, with their derivatives.")
+    conditions = read[Manifold](lambda d: manifold(d.system), "The configuration constraints, with their derivatives.")
     compared = read[Compared](
         lambda d: compared(d.system, d.constraints, d.near, d.conditions),
         "Configurations at which constraints are compared.",

@@ -37,10 +37,8 @@ from kane.model.system import System
 from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
 from kane.numeric.arrays import Array
 from kane.numeric.rank import null_direction
-from kane.numeric.sampling import draw, unit, values_of
+from kane.numeric.sampling import SEED, SEEDS, draw, unit, values_of
 from kane.numeric.scale import ROUNDED_CHAIN, SPEEDS_RANK, TAKES_PART
-
-_SEED = 20041
 
 
 def generalized_speeds(system: System) -> Speeds:
@@ -169,7 +167,7 @@ def _check_rank(
             f"{len(rates)}: some of them share too few rates. Define one of them differently."
         )
     symbols = free_symbols(x for row in dense for x in row)
-    numbers = values_of(symbols, _SEED, {s: draw(_SEED, s) for s in symbols if s.default == 0})
+    numbers = values_of(symbols, SEED, {s: draw(SEED, s) for s in symbols if s.default == 0})
     numbers = unit(numbers, (s.coordinates for s in system.euler_parameters))
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
     vanishing = null_direction(y.T, SPEEDS_RANK)
@@ -195,7 +193,6 @@ def _groups(rates: list[Expr], rows: list[dict[Expr, Expr]]) -> dict[Expr, int]:
 
 # Rows that are direction cosines ------------------------------------------------------------------------------------
 
-_SEEDS = range(20601, 20606)
 _AXES = 3
 """Measure numbers of a vector."""
 
@@ -220,7 +217,7 @@ def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> Turne
     cosines = Matrix([[rows[i].get(w, ZERO) for w in group.quasi] for i in places])
     if not set(free_symbols(cosines.entries)) <= set(group.coordinates):
         return None
-    pairs = [_sample(group, cosines, seed) for seed in _SEEDS]
+    pairs = [_sample(group, cosines, seed) for seed in SEEDS]
     if any(np.abs(c @ c.T - np.eye(3)).max() > ROUNDED_CHAIN for c, _ in pairs):
         return None
     return Turned(places, cosines, _along(places, pairs))
@@ -273,7 +270,7 @@ def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
     symbols = free_symbols(cosines.entries)
     if not symbols or not all(isinstance(s, Coordinate) for s in symbols):
         return False
-    for seed in _SEEDS:
+    for seed in SEEDS:
         values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
         c = np.asarray(evaluate(cosines, unit(values, (s.coordinates for s in sets))), dtype=float)
         if np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN:
@@ -295,7 +292,6 @@ def rates_along(group: EulerParameters, w: Sequence[Expr]) -> tuple[Expr, ...]:
 
 
 Row = Mapping[Expr, Expr]
-_CHAIN_SEEDS = range(20611, 20616)
 
 
 class Chained(NamedTuple):
@@ -409,7 +405,7 @@ def _turned_before(
 def _values(rows: Sequence[Sequence[Expr]], sets: Sequence[EulerParameters]) -> Array:
     """Values (rows × columns × samples), Euler parameters being those of rotations."""
     walk = Walk([x for row in rows for x in row])
-    values = {s: np.array([draw(seed, s, -1.0, 1.0) for seed in _CHAIN_SEEDS]) for s in walk.symbols}
+    values = {s: np.array([draw(seed, s, -1.0, 1.0) for seed in SEEDS]) for s in walk.symbols}
     values = unit(values, (group.coordinates for group in sets))
-    found = np.array([np.broadcast_to(x, len(_CHAIN_SEEDS)) for x in walk(values)], dtype=float)
-    return found.reshape(len(rows), -1, len(_CHAIN_SEEDS))
+    found = np.array([np.broadcast_to(x, len(SEEDS)) for x in walk(values)], dtype=float)
+    return found.reshape(len(rows), -1, len(SEEDS))

@@ -25,7 +25,7 @@ from kane.expr.visit import substituted
 from kane.model.constraints import Constraint
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balanced, singular
-from kane.numeric.sampling import values_of
+from kane.numeric.sampling import SEEDS, values_of
 from kane.numeric.scale import SPEEDS_RANK
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -241,9 +241,6 @@ def _speed_name(name: str) -> str:
     return "u" + name[1:] if name[0] == "q" and name[1:].isdigit() else f"u_{name}"
 
 
-_COMPLETING_SEEDS = (20119, 20120, 20121)
-
-
 def completed(
     definitions: Mapping[Speed, Expr],
     coordinates: Sequence[Coordinate],
@@ -263,7 +260,7 @@ def completed(
     forms = [row for row, _ in affine_forms([*told, *offered], rates)]
     entries = [row.get(b, ZERO) for row in forms for b in rates]
     chosen: set[tuple[int, ...]] = set()
-    for seed in _COMPLETING_SEEDS:
+    for seed in SEEDS:
         with np.errstate(all="ignore"):
             numbers = np.array(evaluate(entries, values_of(free_symbols(entries), seed)), dtype=float)
         places = _independent(numbers.reshape(len(forms), len(rates)), len(told), missing)
