@@ -108,8 +108,9 @@ def damping_of(
     """The load of the damping, if there is any."""
     if damping is None:
         return ()
+    given: object = damping
     expected = f'damping= of {name} as {{"mass": α, "stiffness": β}} or {{"ratio": ζ}}'
-    expect.that(isinstance(damping, Mapping) and damping, expected, damping)
+    expect.that(isinstance(given, Mapping) and given, expected, damping)
     for kind in damping:
         if kind not in UNITS:
             raise ModelError(f"Expected damping= of {name} by some of {none_of(UNITS, kind)}")
