@@ -20,7 +20,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Symbol,
     declared,
     input_of,
@@ -104,7 +104,7 @@ def check_geometry(symbols: Iterable[Symbol]) -> None:
 def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     """Loads do not depend on accelerations."""
     for s in symbols:
-        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | State) and input_of(s) is None:
+        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | StateVariable) and input_of(s) is None:
             raise ModelError(
                 f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
                 "equations are solved. Model a load that depends on an acceleration as mass or inertia."
@@ -174,12 +174,12 @@ def check_dependent(
         )
 
 
-def state_rates(states: Any) -> dict[State, Expr]:
+def state_rates(states: Any) -> dict[StateVariable, Expr]:
     """The rate of each further state, which holds nothing that is known only after the equations are solved."""
     expect.instance(states, Mapping, "states= to be a dict {a: rate, …}", "Give each state its rate: {a: (e - a)/tau}.")
-    rates: dict[State, Expr] = {}
+    rates: dict[StateVariable, Expr] = {}
     for a, given in states.items():
-        if not isinstance(a, State):
+        if not isinstance(a, StateVariable):
             raise ModelError(
                 f"Expected states from kn.state as keys of states=, got {cut(repr(a))} ({type(a).__name__}). Declare one: "
                 'a = kn.state("a").'
@@ -194,8 +194,8 @@ def state_rates(states: Any) -> dict[State, Expr]:
     return rates
 
 
-def _check_known(a: State, s: Symbol) -> None:
-    if isinstance(s, Rate) and isinstance(s.place, State):
+def _check_known(a: StateVariable, s: Symbol) -> None:
+    if isinstance(s, Rate) and isinstance(s.place, StateVariable):
         what, cure = f"the rate {s}", f"Write out what states= says of {s.place}"
     elif isinstance(s, Reaction | AuxiliarySpeed):
         what, cure = f"{s} ({type(s).__name__})", "Write what the reaction follows from, or a load in its place"
@@ -216,7 +216,7 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
     """Every state has a rate; nothing by which motions are described depends on one."""
     for s in symbols:
         origin: Any = s.place if isinstance(s, Rate) else s
-        if not isinstance(origin, State):
+        if not isinstance(origin, StateVariable):
             continue
         if origin not in system.states:
             raise ModelError(
@@ -233,7 +233,7 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
         "constraints": [c.expr for c in system.constraints],
     }
     for kind, exprs in without.items():
-        inside = [s for s in free_symbols(exprs) if isinstance(s, State)]
+        inside = [s for s in free_symbols(exprs) if isinstance(s, StateVariable)]
         if inside:
             raise ModelError(
                 f"Expected {kind} without states, got {inside[0]} in them. States act by loads: a servo turns a joint by a torque "

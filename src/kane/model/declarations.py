@@ -22,7 +22,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Symbol,
     Symbols,
 )
@@ -98,7 +98,7 @@ def _check_event(event: Event) -> None:
         expect.that(right(given), f"{what} of {who} to be {expected}", given, "See kn.Event.")
 
 
-SETTABLE = (Coordinate, Speed, State, Parameter, Input)
+SETTABLE = (Coordinate, Speed, StateVariable, Parameter, Input)
 _FORM = "Write then={symbol: expression}, as {u1: -e*u1}."
 
 
@@ -174,7 +174,7 @@ class Declarations(Immutable):
     inertial: Frame
     bodies: tuple[Body, ...]
     speeds: Mapping[Speed, Expr]
-    states: Mapping[State, Expr]
+    states: Mapping[StateVariable, Expr]
     loads: tuple[Load, ...]
     gravities: tuple[Gravity, ...]
     reactions: tuple[Reaction, ...]

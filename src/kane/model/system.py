@@ -32,7 +32,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Symbol,
     Symbols,
 )
@@ -102,7 +102,7 @@ class System(Declarations):
         dependent_coordinates: Sequence[Coordinate | str] = (),
         dependent_speeds: Sequence[Speed | str] = (),
         joints: Sequence[Joint] = (),
-        states: Mapping[State, Any] = MappingProxyType({}),
+        states: Mapping[StateVariable, Any] = MappingProxyType({}),
     ) -> None:
         checks.check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
