@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.analysis.state import Entries
+from kane.analysis.state_checks import Entries
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed

@@ -20,7 +20,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.linear_parts import Affine
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, State, Symbol, Symbols
+from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
@@ -168,7 +168,9 @@ class Derived(Immutable):
 
     # Further states ------------------------------------------------------------------------------------------------------
 
-    states = read[tuple[State, ...]](lambda d: Symbols(d.system.states), "a, the further states beside q and u.")
+    states = read[tuple[StateVariable, ...]](
+        lambda d: Symbols(d.system.states), "a, the further states beside q and u."
+    )
     state_rates = read[Exprs](
         lambda d: d._in_speeds(d.system.states.values()), "ȧ of the further states, rates of coordinates in speeds."
     )
