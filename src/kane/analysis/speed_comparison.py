@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from kane import show
-from kane.dynamics.routes.divisors import divisors
+from kane.dynamics.routes.candidates import divisors
 from kane.dynamics.routes.table import ASKED
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
