@@ -7,10 +7,9 @@ __getattr__ = offered(
     __name__,
     {
         "assembly": "Blocks sum_of",
-        "constraints.branches": "branches turned_function",
         "constraints.choice": "chosen compared ranks",
-        "constraints.closure": "ROWS closure in_rows",
         "constraints.configurations": "configurations",
+        "constraints.manifold": "ROWS branches in_rows manifold",
         "constraints.partition": "Partition choose choose_each qualities qualities_of quality",
         "constraints.steady": "steadiest",
         "constraints.touches": "contacts touches",
@@ -33,8 +32,6 @@ __getattr__ = offered(
         "routes.block_solution": "block_solution sparse_order",
         "routes.carried": "regrouped",
         "routes.closed": "closed",
-        "routes.equations": "about_points_at_rest classical embedded embedded_motions holds_reactions homogeneous power squares "
-        "unguarded_classical",
         "routes.reactions": "LARGE",
         "routes.recursive": "WAYS by_recursion carrying",
         "routes.shortest": "shortest_in_given_speeds",
@@ -43,5 +40,7 @@ __getattr__ = offered(
         "routes.trial": "are_slender",
         "trees.": "inverse_dynamics",
         "trees.energy": "kinetic_energy_along_tree",
+        "routes.equations": "about_points_at_rest classical embedded embedded_motions holds_reactions homogeneous power squares "
+        "unguarded_classical",
     },
 )

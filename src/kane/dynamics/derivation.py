@@ -12,7 +12,7 @@ from kane.dynamics.assembly import Blocks, blocks, mass_rows
 from kane.dynamics.bodies import Inertias, Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.choice import Compared, compared
-from kane.dynamics.constraints.closure import Closure, closure
+from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
 from kane.expr.count import Prices
@@ -20,7 +20,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.linear_parts import Affine
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, State, Symbol, Symbols
+from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
@@ -168,7 +168,9 @@ class Derived(Immutable):
 
     # Further states ------------------------------------------------------------------------------------------------------
 
-    states = read[tuple[State, ...]](lambda d: Symbols(d.system.states), "a, the further states beside q and u.")
+    states = read[tuple[StateVariable, ...]](
+        lambda d: Symbols(d.system.states), "a, the further states beside q and u."
+    )
     state_rates = read[Exprs](
         lambda d: d._in_speeds(d.system.states.values()), "ȧ of the further states, rates of coordinates in speeds."
     )
@@ -234,7 +236,7 @@ class Derived(Immutable):
 
     A = read[Matrix](lambda d: d.constraints.a, "A of A u + b = 0, a row for each of `system.constraints`.")
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
-    conditions = read[Closure](lambda d: closure(d.system), "The configuration constraints, with their derivatives.")
+    conditions = read[Manifold](lambda d: manifold(d.system), "The configuration constraints, with their derivatives.")
     compared = read[Compared](
         lambda d: compared(d.system, d.constraints, d.near, d.conditions),
         "Configurations at which constraints are compared.",

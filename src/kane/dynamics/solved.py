@@ -193,7 +193,7 @@ class Solved(Immutable):
     def left_out(self) -> Watch | None:
         """What tells at a state whether `redundant` follow there too; None where none are."""
         d = self.derived
-        return watch(self.embedding, d.compared, d.conditions, d.system) if self.embedding else None
+        return watch(self.embedding, d.compared, d.conditions) if self.embedding else None
 
     @read
     def by_constraints(self) -> frozenset[Expr]:

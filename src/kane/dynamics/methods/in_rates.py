@@ -30,15 +30,13 @@ from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.speeds import twice_g
 from kane.model.bodies import Part, parts_of
 from kane.model.completed import constraint_rate
-from kane.numeric.sampling import values_of
+from kane.numeric.sampling import SEED, values_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
 Exprs = tuple[Expr, ...]
 Partials = dict[Expr, Vector]
-
-_SEED = 20085
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +181,7 @@ class InRates(Immutable):
         a = Matrix([[form.get(s, ZERO) for s in self.rates] for form, _ in forms])
         changes = affine_forms([self.own(time_derivative(e)) for _, e in given], self.accelerations)
         known = self.derived.compared.at.at(0) if every else {}
-        numbers = evaluate(a.entries, values_of(free_symbols(a.entries), _SEED, known))
+        numbers = evaluate(a.entries, values_of(free_symbols(a.entries), SEED, known))
         places = choose(np.array(numbers, dtype=float).reshape(a.shape)).dependent
         return LinearConstraints(
             a, tuple(rest for _, rest in changes), tuple(places), *map(tuple, zip(*given, strict=True))

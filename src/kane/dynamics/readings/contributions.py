@@ -28,6 +28,7 @@ from kane.model.bodies import Body
 from kane.model.force_systems import ForceSystem
 from kane.model.loads import Load
 from kane.model.reactions import Cut, constraint_of, cut_of
+from kane.numeric.sampling import SEEDS
 from kane.numeric.scale import ROUNDED_SUM
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -35,7 +36,6 @@ from kane.space.vector import Vector
 
 Source = TypeVar("Source", Load, Body)
 
-_SEEDS = (20045, 20046, 20047)
 _SWITCHES = {"where", "less", "max", "min", "abs", "sign"}
 
 
@@ -150,7 +150,7 @@ def vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
         values, sizes = np.split(numbers, 2)
         return bool((np.abs(values) <= ROUNDED_SUM * np.abs(sizes)).all())  # NaN is not zero
 
-    return all(map(zero, _SEEDS))
+    return all(map(zero, SEEDS))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

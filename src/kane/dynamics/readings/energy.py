@@ -32,7 +32,7 @@ from kane.expr.differentiation import diff, gradient, time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Coordinate, State, Time, input_of, rate
+from kane.expr.symbols import Coordinate, StateVariable, Time, input_of, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.motion import Motion, acceleration_form, velocity_form
@@ -135,7 +135,7 @@ def _is_still(derived: Derived) -> bool:
 
 def depends_on_time(e: Expr) -> bool:
     """Whether the time, an input or a further state is in an expression."""
-    return any(isinstance(s, Time | State) or input_of(s) is not None for s in free_symbols([e]))
+    return any(isinstance(s, Time | StateVariable) or input_of(s) is not None for s in free_symbols([e]))
 
 
 def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:

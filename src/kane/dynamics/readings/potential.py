@@ -45,7 +45,7 @@ from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.bounds import ROUNDING, bounded
 from kane.numeric.legendre import gauss
-from kane.numeric.sampling import draw
+from kane.numeric.sampling import SEED, draw
 from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -394,7 +394,7 @@ def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Pl
     return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > ROUNDED_CHAIN * whole))[finite].any()
 
 
-_STATE_SEED, _STATES = 20091, 6
+_STATES = 6
 _WIDE = 1.2
 
 
@@ -419,18 +419,16 @@ def _samples(derived: Derived) -> Iterable[tuple[Sample, Array | None]]:
     if derived.constraints.constraints:
         places = derived.compared.at
         for k in range(min(places.count, _STATES)):
-            yield Sample(derived.kinematical, _STATE_SEED + k, _drawn(derived, k, places.at(k))), derived.compared.a[k]
+            yield Sample(derived.kinematical, SEED + k, _drawn(derived, k, places.at(k))), derived.compared.a[k]
         return
     for k in range(_STATES):
-        yield Sample(derived.kinematical, _STATE_SEED + k, _drawn(derived, k, {})), None
+        yield Sample(derived.kinematical, SEED + k, _drawn(derived, k, {})), None
 
 
 def _drawn(derived: Derived, k: int, known: Mapping[Symbol, float]) -> dict[Expr, Any]:
     """Coordinates and speeds on both sides of zero in every other state: what is switched there is seen in both positions."""
     low = -_WIDE if k % 2 else 0.3
-    moving: dict[Expr, Any] = {
-        s: draw(_STATE_SEED + k, s, low, _WIDE) for s in (*derived.system.coordinates, *derived.speeds)
-    }
+    moving: dict[Expr, Any] = {s: draw(SEED + k, s, low, _WIDE) for s in (*derived.system.coordinates, *derived.speeds)}
     defaults: dict[Expr, Any] = {p: p.default for p in derived.system.parameters if p.default is not None}
     return {**moving, **defaults, **dict(known.items())}
 

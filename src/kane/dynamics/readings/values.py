@@ -36,7 +36,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Symbol,
     Time,
     input_of,
@@ -111,7 +111,7 @@ def _named(derived: Derived, name: str) -> Symbol:
     return symbol_named(own, name) if name in {s.name for s in own} or name not in rates else rates[name]
 
 
-_PLAIN = Coordinate | Speed | State | Parameter | Time
+_PLAIN = Coordinate | Speed | StateVariable | Parameter | Time
 
 
 def without_rates(derived: Derived, root: Expr) -> Expr:
@@ -123,7 +123,7 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
     second: dict[Expr, Expr] = {
         s: derived.system.states[s.place]
         for s in free_symbols(roots)
-        if isinstance(s, Rate) and isinstance(s.place, State) and s.place in derived.system.states
+        if isinstance(s, Rate) and isinstance(s.place, StateVariable) and s.place in derived.system.states
     }
     second |= {
         s: time_derivative(derived, s.place)
@@ -131,7 +131,11 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
         if isinstance(s, Rate)
         and (
             isinstance(s.place, QuasiRate)
-            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | State) and input_of(s) is None)
+            or (
+                isinstance(s.place, Rate)
+                and not isinstance(s.place.place, Speed | StateVariable)
+                and input_of(s) is None
+            )
         )
     }
     if second:
