@@ -48,7 +48,7 @@ from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import substituted
 from kane.kinematics.constraints import drift_of
 from kane.kinematics.motion import Contact, Following
-from kane.model.completed import constraint_rate
+from kane.model.variables import constraint_rate
 from kane.space.point import Point
 
 _TAN = OPS["tan"]

@@ -45,7 +45,7 @@ from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substituted
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.motion import velocity_form
-from kane.model.completed import constraint_rate
+from kane.model.variables import constraint_rate
 from kane.space.point import Point
 from kane.space.vector import Vector
 
