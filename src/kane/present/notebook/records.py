@@ -7,7 +7,7 @@ from kane.dynamics.motions import Motions
 from kane.expr.build import add
 from kane.expr.matrix import Matrix
 from kane.model.force_systems import ForceSystem, Wrench
-from kane.model.principal import Principal
+from kane.model.mass import Principal
 from kane.present.notebook.typeset import escaped, expression, math, matrix, paragraph, table, vector
 from kane.space.attitude import Rotation
 from kane.write.latex import latex_name
