@@ -16,7 +16,7 @@ from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.present.formula_list import Formula, formulas, quantity_latex
 from kane.present.tables import Cell, PageTable, Tex
-from kane.program.native import machine_code, store
+from kane.program.native import machine, store
 from kane.space.point import Point
 from kane.write.latex import latex_name, place_latex
 
@@ -26,8 +26,8 @@ _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich"
 def versions() -> dict[str, str]:
     """Versions of kane, of Python and of what kane is built on; the processor that code is compiled for; the cache."""
     packages = {name: _version(name) for name in _PACKAGES}
-    packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine_code.versions())
-    here = machine_code.host()
+    packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine.versions())
+    here = machine.host()
     place = store.folder()
     return {
         **packages,
