@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What several terms share, taken out of them: one heap of divisors, the one that gains most first.
+
+Three rows show divisors in the terms of a graph (the kernels and cubes of fast_extract; Rajski and Vasudevamurthi 1992, *IEEE
+Trans. CAD* 11(6), p. 778, with signs, constants and tiers): a factor of several terms of a sum, a pair of terms that stand in several
+sums or under several factors, and a pair of factors of several products.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Hashable, Iterable
+from typing import Any, ClassVar
+
+from kane.rewrite.graph import ONE, Cube, Graph, common, over
+from kane.rewrite.price import Price
+
+MOST = 32
+"""Terms of a sum, and literals of a cube, up to which pairs are looked at."""
+_TWICE = 2
+"""How often one divisor is taken out: what goes back into its only reader would be found again and again."""
+
+
+class Row:
+    """A kind of divisor: `places` gives where each one stands; of equal gains the smaller `rank` is taken first."""
+
+    rank: ClassVar[int]
+
+    def __init__(self, graph: Graph, price: Price) -> None:
+        self.graph, self.price = graph, price
+        self.places: dict[Any, dict[Any, None]] = {}
+
+    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
+        """The divisors that a new term shows, each with its place."""
+        raise NotImplementedError
+
+    def gain(self, key: Any) -> int:
+        """By how much the price falls when a divisor is taken out of all its places."""
+        raise NotImplementedError
+
+    def taken(self, key: Any) -> list[int]:
+        """Take a divisor out; gives the sums that changed."""
+        raise NotImplementedError
+
+    def _made(self, terms: list[tuple[int, Cube]], places: list[tuple[list[int], Cube, int]]) -> list[int]:
+        """The sum of `terms`, and in its places, each terms of one sum, its product with a cube."""
+        g = self.graph
+        d, sign = g.sum(terms)
+        changed = [x >> 1 for _, cube in terms for x in cube if g.terms[x >> 1] is not None]
+        changed.append(d)
+        for held, base, s in places:
+            owner = g.owner[held[0]]
+            if owner < 0 or owner == d or any(g.owner[t] != owner for t in held):
+                continue
+            for t in held:
+                g.drop(t)
+            g.insert(owner, s * sign, g.times(base, (2 * d,)))
+            changed.append(owner)
+        return changed
+
+
+class Factor(Row):
+    """A literal of several terms of one sum: what all of them share leaves the sum."""
+
+    rank = 0
+
+    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
+        v = self.graph.owner[t]
+        return [((v, x), t) for x in dict.fromkeys(self.graph.cube[t])]
+
+    def gain(self, key: Any) -> int:
+        price, cube = self.price, self.graph.cube
+        cubes = [cube[t] for t in self.places[key]]
+        base = common(cubes)
+        rest = [over(c, base) for c in cubes]
+        before = price.sum(cubes)
+        varies = any([price.varies(c) for c in rest])
+        return before - price.sum(rest) - price.with_factor(base, varies)
+
+    def taken(self, key: Any) -> list[int]:
+        g = self.graph
+        held = list(self.places[key])
+        base = common([g.cube[t] for t in held])
+        return self._made([(g.sign[t], over(g.cube[t], base)) for t in held], [(held, base, 1)])
+
+
+class Pair(Row):
+    """Two terms without what they share, as they stand in several sums or beside several factors."""
+
+    rank = 1
+
+    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
+        g = self.graph
+        own = g.terms[g.owner[t]]
+        assert own is not None
+        if len(own) > MOST:
+            return []
+        cubes, signs = g.cube, g.sign
+        a, s = cubes[t], signs[t]
+        found = []
+        for u in own:
+            if u >= t:
+                break
+            rest, other = _without_common(a, cubes[u])
+            if rest < other:
+                found.append(((rest, other, s * signs[u]), (t, u)))
+            else:
+                found.append(((other, rest, s * signs[u]), (u, t)))
+        return found
+
+    def gain(self, key: Any) -> int:
+        g, price = self.graph, self.price
+        first, second, _ = key
+        varies = price.varies(first) or price.varies(second)
+        total = -price.sum([first, second])
+        for t, u in self.places[key]:
+            a = g.cube[t]
+            total += price.sum([a, g.cube[u]]) - price.with_factor(over(a, first), varies)
+        return total
+
+    def taken(self, key: Any) -> list[int]:
+        g = self.graph
+        first, second, sign = key
+        used = set[int]()
+        places = []
+        for t, u in self.places[key]:
+            if t in used or u in used:
+                continue
+            used |= {t, u}
+            places.append(([t, u], over(g.cube[t], first), g.sign[t]))
+        return self._made([(1, first), (sign, second)], places)
+
+
+class CubePair(Row):
+    """Two literals that stand in several products."""
+
+    rank = 2
+
+    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
+        cube = self.graph.cube[t]
+        n = len(cube)
+        if n < 2 or n > MOST:
+            return []
+        found = dict.fromkeys([(cube[i], cube[j]) for j in range(1, n) for i in range(j)])
+        return [(pair, t) for pair in found]
+
+    def gain(self, key: Any) -> int:
+        varies = self.graph.varies
+        weight = self.price.operation(varies[key[0] >> 1] or varies[key[1] >> 1])
+        return (len(self.places[key]) - 1) * weight
+
+    def taken(self, key: Any) -> list[int]:
+        g = self.graph
+        d, _ = g.sum([(1, key)])
+        changed = [d]
+        for t in list(self.places[key]):
+            v, cube = g.owner[t], g.cube[t]
+            if v < 0 or v == d:
+                continue
+            n = 0
+            while _holds(cube, key):
+                cube = over(cube, key)
+                n += 1
+            sign = g.sign[t]
+            g.drop(t)
+            g.insert(v, sign, g.times(cube, (2 * d,) * n))
+            changed.append(v)
+        return changed
+
+
+class Search:
+    """The divisors of all rows with their gains, kept while terms come and go."""
+
+    def __init__(self, graph: Graph, price: Price, rows: Iterable[type[Row]] = (Factor, Pair, CubePair)) -> None:
+        self.graph = graph
+        self.rows = [row(graph, price) for row in rows]
+        self._shown: dict[int, list[tuple[Row, Any, Any]]] = {}
+        self._fresh: dict[tuple[Row, Any], None] = {}
+        self._known: dict[tuple[Row, Any], int] = {}
+        self._taken: dict[tuple[Row, Any], int] = {}
+        self._heap: list[tuple[int, int, int, Row, Any]] = []
+        self._turn = 0
+        for v in range(len(graph.terms)):
+            for t in graph.terms[v] or ():
+                self.enter(t)
+        graph.listener = self
+
+    def enter(self, t: int) -> None:
+        """Enter a term with what it shows."""
+        own = self._shown.setdefault(t, [])
+        fresh, shown = self._fresh, self._shown
+        for row in self.rows:
+            places = row.places
+            for key, place in row.shown(t):
+                if type(place) is tuple:
+                    shown[place[1] if place[0] == t else place[0]].append((row, key, place))
+                held = places.get(key)
+                if held is None:
+                    places[key] = {place: None}
+                else:
+                    held[place] = None
+                    fresh[row, key] = None
+                own.append((row, key, place))
+
+    def leave(self, t: int) -> None:
+        """Take out what a term shows."""
+        for row, key, place in self._shown.pop(t, ()):
+            held = row.places.get(key)
+            if held is not None and place in held:
+                del held[place]
+                if not held:
+                    del row.places[key]
+
+    def run(self) -> int:
+        """Take out divisors as long as one gains; gives what was gained."""
+        total = 0
+        while found := self._best():
+            row, key, gain = found
+            self._taken[row, key] = self._taken.get((row, key), 0) + 1
+            changed = row.taken(key)
+            self.graph.settle(dict.fromkeys(changed))
+            total += gain
+        return total
+
+    def _best(self) -> tuple[Row, Any, int] | None:
+        """The divisor that gains most."""
+        for row, key in self._fresh:
+            self._push(row, key)
+        self._fresh.clear()
+        heap = self._heap
+        while heap:
+            gain, _, _, row, key = heapq.heappop(heap)
+            if len(row.places.get(key, ())) < _TWICE or self._taken.get((row, key), 0) >= _TWICE:
+                continue
+            now = row.gain(key)
+            if now == -gain:
+                return row, key, now
+            self._push(row, key, now)
+        return None
+
+    def _push(self, row: Row, key: Any, gain: int | None = None) -> None:
+        if gain is None:
+            if len(row.places.get(key, ())) < _TWICE:
+                return
+            gain = row.gain(key)
+        if gain > 0:
+            self._turn += 1
+            heapq.heappush(self._heap, (-gain, row.rank, self._turn, row, key))
+
+
+def _holds(cube: Cube, part: Cube) -> bool:
+    """Whether a cube holds all literals of another one."""
+    if len(part) == 1:
+        return part[0] in cube
+    left = list(cube)
+    for x in part:
+        if x not in left:
+            return False
+        left.remove(x)
+    return True
+
+
+def _without_common(a: Cube, b: Cube) -> tuple[Cube, Cube]:
+    """Two cubes without the literals that they share."""
+    if not a or not b:
+        return a, b
+    for x in a:
+        if x in b:
+            break
+    else:
+        return a, b
+    left = list(b)
+    rest = []
+    for x in a:
+        if x in left:
+            left.remove(x)
+        else:
+            rest.append(x)
+    return tuple(rest) or ONE, tuple(left) or ONE

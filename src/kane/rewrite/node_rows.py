@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rules that look at one node with all that reads it, each priced before it is applied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kane.expr.ops import OPS
+from kane.rewrite.graph import Coefficients, Cube, Graph, over
+from kane.rewrite.price import Price
+
+_SIN, _COS = OPS["sin"], OPS["cos"]
+Terms = dict[Cube, float]
+"""Terms of a sum by their cubes without constants."""
+
+
+def content(g: Graph, price: Price, v: int) -> int:
+    """c x, c of parameters, read in several products: c goes where other parameters are, and is hoisted with them."""
+    if not g.is_product(v) or not g.varies[v] or g.calls[v] or g.is_result(v):
+        return 0
+    t = g.only(v)
+    c, rest = _split(g, g.cube[t])
+    if not c or len(rest) < 1:
+        return 0
+    gain = price.product(g.cube[t]) - price.product(rest)
+    shared: dict[Cube, None] = {}
+    news = []
+    for r in g.readers[v]:
+        cube = g.cube[r]
+        other = tuple([x for x in cube if x >> 1 != v])
+        whole = [x for x in cube if x >> 1 == v]
+        own = other
+        for x in whole:
+            own = g.times(own, _power(c, x))
+            own = g.times(own, _power(rest, x) if len(rest) == 1 else (x,))
+        both = _split(g, own)[0]
+        gain += price.product(cube) - price.product(own)
+        if both in shared:
+            gain += price.product(both)
+        shared[both] = None
+        news.append((r, own))
+    if gain <= 0:
+        return 0
+    sign = g.sign[t]
+    changed = [v]
+    for r, own in news:
+        owner, s = g.owner[r], g.sign[r]
+        n = sum([x >> 1 == v for x in g.cube[r]])
+        g.drop(r)
+        g.insert(owner, s * (sign if len(rest) == 1 and n & 1 else 1), own)
+        changed.append(owner)
+    if g.is_read(v):
+        g.drop(t)
+        g.add(v, sign, rest)
+    g.settle(dict.fromkeys(changed))
+    return gain
+
+
+def squares(g: Graph, price: Price, v: int) -> int:
+    """x sin² + x cos² is x, and x − x sin² is x cos²."""
+    own = g.terms[v]
+    if own is None or len(own) < 2:
+        return 0
+    mine = _terms(g, v)
+    cost = price.sum([g.cube[t] for t in own])
+    for cube in list(mine):
+        for x in dict.fromkeys(cube):
+            twin = _twin(g, x) if cube.count(x) > 1 else None
+            if twin is None:
+                continue
+            base = over(cube, (x, x))
+            other = g.times(base, (twin, twin))
+            for share in (mine[cube], -mine.get(base, 0.0), mine.get(other, 0.0)):
+                if share and _changed(g, price, v, mine, {cube: -share, other: -share, base: share}, cost):
+                    return 1
+    return 0
+
+
+def resum(g: Graph, price: Price, v: int) -> int:
+    """A sum by another one: its terms are those of the other one, in a fixed ratio, and a few more."""
+    own = g.terms[v]
+    if own is None or len(own) < 2:
+        return 0
+    mine = _terms(g, v)
+    near: dict[int, int] = {}
+    for cube in mine:
+        for r in g.readers[cube[0] >> 1] if cube else ():
+            w = g.owner[r]
+            if w != v and len(g.terms[w] or ()) > 1 and g.parted(g.cube[r])[0] == cube:
+                near[w] = near.get(w, 0) + 1
+    cost = price.sum([g.cube[t] for t in own])
+    for w, n in sorted(near.items(), key=lambda item: -item[1]):
+        if n < 2 or _needs(g, w, v):
+            continue
+        other = _terms(g, w)
+        for ratio in dict.fromkeys([mine[c] / other[c] for c in mine if c in other]):
+            if _changed(g, price, v, mine, {c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio}, cost):
+                return 1
+    return 0
+
+
+ROWS: tuple[Callable[[Graph, Price, int], int], ...] = (squares, content, resum)
+
+
+def sweep(g: Graph, price: Price, rows: tuple[Callable[[Graph, Price, int], int], ...] = ROWS) -> int:
+    """Each row at each node once; gives how often one gained."""
+    gained = 0
+    for v in range(len(g.varies)):
+        for row in rows:
+            if g.terms[v] is not None and g.is_read(v):
+                gained += row(g, price, v) > 0
+    return gained
+
+
+def _changed(g: Graph, price: Price, v: int, mine: Terms, change: Terms, cost: int) -> bool:
+    """Whether a sum costs less with these changes of its coefficients; it has them then."""
+    left = Coefficients(g)
+    for cube, k in (*mine.items(), *change.items()):
+        left.add(cube, k)
+    terms = left.terms()
+    if not terms or price.sum([c for _, c in terms]) >= cost:
+        return False
+    for t in list(g.terms[v] or ()):
+        g.drop(t)
+    for sign, cube in terms:
+        g.add(v, sign, cube)
+    g.settle([v])
+    return True
+
+
+def _terms(g: Graph, v: int) -> Terms:
+    found: Terms = {}
+    for t in g.terms[v] or ():
+        cube, value = g.parted(g.cube[t])
+        found[cube] = found.get(cube, 0.0) + g.sign[t] * value
+    return found
+
+
+def _split(g: Graph, cube: Cube) -> tuple[Cube, Cube]:
+    """What of a cube is of parameters, and the rest."""
+    varies = g.varies
+    return tuple([x for x in cube if not varies[x >> 1]]), tuple([x for x in cube if varies[x >> 1]])
+
+
+def _power(cube: Cube, literal: int) -> Cube:
+    """A cube, or its reciprocal where the literal is one."""
+    return tuple(sorted([x ^ 1 for x in cube])) if literal & 1 else cube
+
+
+def _twin(g: Graph, literal: int) -> int | None:
+    """The cosine of a sine's angle, the sine of a cosine's."""
+    v = literal >> 1
+    op = g.op[v]
+    if literal & 1 or op not in (_SIN, _COS):
+        return None
+    twin = g.known(_COS if op is _SIN else _SIN, g.args[v])
+    return None if twin is None else 2 * twin
+
+
+def _needs(g: Graph, w: int, v: int) -> bool:
+    """Whether w needs v."""
+    seen, stack = set[int](), [w]
+    while stack:
+        x = stack.pop()
+        if x == v:
+            return True
+        if x in seen:
+            continue
+        seen.add(x)
+        stack += [a for a, _ in g.args[x]]
+        for t in g.terms[x] or ():
+            stack += [y >> 1 for y in g.cube[t]]
+    return False
