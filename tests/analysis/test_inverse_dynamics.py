@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
+from tests.examples import examples
 from tests.systems import steady as systems
 
 MADE: dict = {}
@@ -53,6 +54,7 @@ CASES = [(name, k) for name, sets in UNKNOWNS.items() for k in range(len(sets))]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "k"), CASES)
+@examples(0.2)
 @given(seed=st.integers(0, 2**31))
 def test_inverse_undoes_forward(name, k, seed):
     eom = equations(name)

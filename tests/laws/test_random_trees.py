@@ -48,7 +48,7 @@ def check_laws(motion: Motion) -> None:
 
 
 @pytest.mark.slow
-@examples(0.5)  # tests/peers has as many as the profile says
+@examples(0.2)  # tests/peers has as many as the profile says
 @given(trees_in_motion())
 def test_laws_on_trees_of_round_numbers(motion: Motion) -> None:
     check_laws(motion)

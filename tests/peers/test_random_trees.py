@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
+from tests.examples import examples
 from tests.oracles import kane_tree, newton_euler
 from tests.oracles.compare import error, tolerance
 from tests.oracles.tree import Array, Tree, random_states, random_tree, trees_in_motion
@@ -38,6 +39,7 @@ def compare(motion: Motion) -> None:
 
 
 @pytest.mark.slow
+@examples(0.5)
 @given(trees_in_motion())
 def test_accelerations_of_trees_of_round_numbers(motion: Motion) -> None:
     compare(motion)

@@ -97,15 +97,7 @@ def test_every_formula_is_typeset(opened: Opened) -> None:
     assert opened.complaints == []
 
 
-@pytest.mark.parametrize(
-    ("width", "scheme"),
-    [
-        (WIDTHS[0], "light"),
-        (WIDTHS[1], "dark"),
-        pytest.param(WIDTHS[0], "dark", marks=pytest.mark.slow),
-        pytest.param(WIDTHS[1], "light", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("width", "scheme"), [(WIDTHS[0], "light"), (WIDTHS[1], "dark")])
 def test_fits_and_is_legible(opened: Opened, width: int, scheme: str) -> None:
     view = opened.view
     view.set_viewport_size({"width": width, "height": 900})
