@@ -54,7 +54,7 @@ class Row:
                 continue
             for t in held:
                 g.drop(t)
-            g.insert(owner, s * sign, g.times(base, (2 * d,)))
+            g.add(owner, s * sign, g.times(base, (2 * d,)))
             changed.append(owner)
         return changed
 
@@ -98,7 +98,7 @@ class Pair(Row):
         cubes, signs = g.cube, g.sign
         a, s = cubes[t], signs[t]
         found = []
-        for u in own:
+        for u in own.values():
             if u >= t:
                 break
             rest, other = _without_common(a, cubes[u])
@@ -163,7 +163,7 @@ class CubePair(Row):
                 n += 1
             sign = g.sign[t]
             g.drop(t)
-            g.insert(v, sign, g.times(cube, (2 * d,) * n))
+            g.add(v, sign, g.times(cube, (2 * d,) * n))
             changed.append(v)
         return changed
 
@@ -181,7 +181,7 @@ class Search:
         self._heap: list[tuple[int, int, int, Row, Any]] = []
         self._turn = 0
         for v in range(len(graph.terms)):
-            for t in graph.terms[v] or ():
+            for t in graph.of(v):
                 self.enter(t)
         graph.listener = self
 

@@ -34,20 +34,24 @@ class Listener(Protocol):
 
 
 class Graph:
-    """Nodes by number and terms by number; of a term that is gone the owner is −1."""
+    """Nodes by number and terms by number; of a term that is gone the owner is −1.
+
+    A sum knows its terms by their cubes without constants, `rest`: like terms are one.
+    """
 
     def __init__(self) -> None:
         self.varies: list[bool] = []
         self.number: list[float | None] = []
         self.op: list[Op | None] = []
         self.args: list[tuple[Signed, ...]] = []
-        self.terms: list[dict[int, None] | None] = []
+        self.terms: list[dict[Cube, int] | None] = []
         self.readers: list[dict[int, None]] = []
         self.calls: list[dict[int, None]] = []
         self.results: list[Signed] = []
         self.owner: list[int] = []
         self.sign: list[int] = []
         self.cube: list[Cube] = []
+        self.rest: list[Cube] = []
         self.listener: Listener | None = None
         self._constants: dict[float, int] = {}
         self._functions: dict[tuple[Op, tuple[Signed, ...]], int] = {}
@@ -106,7 +110,7 @@ class Graph:
 
     def _key(self, v: int) -> tuple[tuple[Cube, int], ...]:
         own = self.terms[v]
-        return tuple(sorted([(self.cube[t], self.sign[t]) for t in own])) if own else ()
+        return tuple(sorted([(self.cube[t], self.sign[t]) for t in own.values()])) if own else ()
 
     def _node(self, varies: bool) -> int:
         self.varies.append(varies)
@@ -138,26 +142,39 @@ class Graph:
 
     def only(self, v: int) -> int:
         """The term of a product."""
-        (t,) = self.terms[v] or ()
+        (t,) = (self.terms[v] or {}).values()
         return t
+
+    def of(self, v: int) -> list[int]:
+        """The terms of a sum, of other nodes none."""
+        own = self.terms[v]
+        return list(own.values()) if own else []
 
     # Terms ---------------------------------------------------------------------------------------------------------------------
 
-    def add(self, v: int, sign: int, cube: Cube) -> int:
-        """A new term of a sum."""
+    def add(self, v: int, sign: int, cube: Cube) -> None:
+        """Add a term to a sum; like terms are joined."""
+        own = self.terms[v]
+        assert own is not None
+        rest, value = self.parted(cube)
+        like = own.get(rest)
+        if like is not None:
+            total = self.sign[like] * self.parted(self.cube[like])[1] + sign * value
+            self.drop(like)
+            if abs(total) > _NOTHING * value:
+                self.add(v, 1 if total > 0 else -1, self.scaled(abs(total), rest))
+            return
         t = len(self.owner)
         self.owner.append(v)
         self.sign.append(sign)
         self.cube.append(cube)
-        own = self.terms[v]
-        assert own is not None
-        own[t] = None
+        self.rest.append(rest)
+        own[rest] = t
         readers = self.readers
         for x in cube:
             readers[x >> 1][t] = None
         if self.listener:
             self.listener.enter(t)
-        return t
 
     def drop(self, t: int) -> None:
         """Take a term out; what nothing reads then goes with the next `collect`."""
@@ -165,7 +182,7 @@ class Graph:
             self.listener.leave(t)
         own = self.terms[self.owner[t]]
         assert own is not None
-        del own[t]
+        del own[self.rest[t]]
         self.owner[t] = -1
         readers, loose = self.readers, self._loose
         for x in self.cube[t]:
@@ -183,7 +200,7 @@ class Graph:
             v = loose.pop()
             if self.is_read(v):
                 continue
-            for t in list(self.terms[v] or ()):
+            for t in self.of(v):
                 self.drop(t)
             op = self.op[v]
             if op is not None:
@@ -192,21 +209,6 @@ class Graph:
                 for a, _ in self.args[v]:
                     if self.calls[a].pop(v, 0) is None and not self.is_read(a):
                         loose.append(a)
-
-    def insert(self, v: int, sign: int, cube: Cube) -> None:
-        """Add a term to a sum; like terms are joined."""
-        rest, value = self.parted(cube)
-        own = self.terms[v]
-        assert own is not None
-        for t in own:
-            other, more = self.parted(self.cube[t])
-            if other == rest:
-                total = self.sign[t] * more + sign * value
-                self.drop(t)
-                if abs(total) > _NOTHING * value:
-                    self.add(v, 1 if total > 0 else -1, self.scaled(abs(total), rest))
-                return
-        self.add(v, sign, cube)
 
     # Cubes ---------------------------------------------------------------------------------------------------------------------
 
@@ -269,7 +271,7 @@ class Graph:
         return changed
 
     def _product_inlined(self, v: int) -> list[int]:
-        (t,) = self.terms[v] or ()
+        t = self.only(v)
         sign, cube = self.sign[t], self.cube[t]
         if len(cube) == 1 and not cube[0] & 1:
             return self.replace(v, cube[0] >> 1, sign)
@@ -283,7 +285,7 @@ class Graph:
         owner, s = self.owner[r], self.sign[r]
         new = self.times(rest, tuple(sorted([x ^ 1 for x in cube])) if below else cube)
         self.drop(r)
-        self.insert(owner, s * sign, new)
+        self.add(owner, s * sign, new)
         return [owner]
 
     def _sum_inlined(self, v: int) -> list[int]:
@@ -291,10 +293,10 @@ class Graph:
         owner, s = self.owner[r], self.sign[r]
         if self.cube[r] != (2 * v,) or self.varies[v] is not self.varies[owner]:
             return []
-        own = [(self.sign[t], self.cube[t]) for t in self.terms[v] or ()]
+        own = [(self.sign[t], self.cube[t]) for t in self.of(v)]
         self.drop(r)
         for sign, cube in own:
-            self.insert(owner, s * sign, cube)
+            self.add(owner, s * sign, cube)
         return [owner]
 
     def replace(self, v: int, new: int, sign: int) -> list[int]:
@@ -306,7 +308,7 @@ class Graph:
             rest = tuple([x for x in cube if x >> 1 != v])
             s = self.sign[t] * (sign if len(powers) & 1 else 1)
             self.drop(t)
-            self.insert(owner, s, self.times(rest, tuple([2 * new + p for p in powers])))
+            self.add(owner, s, self.times(rest, tuple([2 * new + p for p in powers])))
             changed.append(owner)
         for f in list(self.calls[v]):
             changed += self._argument_replaced(f, v, new, sign)
@@ -344,7 +346,7 @@ class Graph:
                 continue
             stack.append((v, True))
             stack += [(a, False) for a, _ in self.args[v]]
-            for t in self.terms[v] or ():
+            for t in self.of(v):
                 stack += [(x >> 1, False) for x in self.cube[t]]
         return list(found)
 

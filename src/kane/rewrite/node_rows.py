@@ -47,7 +47,7 @@ def content(g: Graph, price: Price, v: int) -> int:
         owner, s = g.owner[r], g.sign[r]
         n = sum([x >> 1 == v for x in g.cube[r]])
         g.drop(r)
-        g.insert(owner, s * (sign if len(rest) == 1 and n & 1 else 1), own)
+        g.add(owner, s * (sign if len(rest) == 1 and n & 1 else 1), own)
         changed.append(owner)
     if g.is_read(v):
         g.drop(t)
@@ -62,7 +62,7 @@ def squares(g: Graph, price: Price, v: int) -> int:
     if own is None or len(own) < 2:
         return 0
     mine = _terms(g, v)
-    cost = price.sum([g.cube[t] for t in own])
+    cost = price.sum([g.cube[t] for t in own.values()])
     for cube in list(mine):
         for x in dict.fromkeys(cube):
             twin = _twin(g, x) if cube.count(x) > 1 else None
@@ -88,7 +88,7 @@ def resum(g: Graph, price: Price, v: int) -> int:
             w = g.owner[r]
             if w != v and len(g.terms[w] or ()) > 1 and g.parted(g.cube[r])[0] == cube:
                 near[w] = near.get(w, 0) + 1
-    cost = price.sum([g.cube[t] for t in own])
+    cost = price.sum([g.cube[t] for t in own.values()])
     for w, n in sorted(near.items(), key=lambda item: -item[1]):
         if n < 2 or _needs(g, w, v):
             continue
@@ -120,7 +120,7 @@ def _changed(g: Graph, price: Price, v: int, mine: Terms, change: Terms, cost: i
     terms = left.terms()
     if not terms or price.sum([c for _, c in terms]) >= cost:
         return False
-    for t in list(g.terms[v] or ()):
+    for t in g.of(v):
         g.drop(t)
     for sign, cube in terms:
         g.add(v, sign, cube)
@@ -130,7 +130,7 @@ def _changed(g: Graph, price: Price, v: int, mine: Terms, change: Terms, cost: i
 
 def _terms(g: Graph, v: int) -> Terms:
     found: Terms = {}
-    for t in g.terms[v] or ():
+    for t in g.of(v):
         cube, value = g.parted(g.cube[t])
         found[cube] = found.get(cube, 0.0) + g.sign[t] * value
     return found
@@ -168,6 +168,6 @@ def _needs(g: Graph, w: int, v: int) -> bool:
             continue
         seen.add(x)
         stack += [a for a, _ in g.args[x]]
-        for t in g.terms[x] or ():
+        for t in g.of(x):
             stack += [y >> 1 for y in g.cube[t]]
     return False

@@ -54,7 +54,7 @@ class _Normal:
         if op is not None:
             return 1, (2 * new.function(op, tuple([self._node(a, s) for a, s in old.args[v]])),)
         total = Coefficients(new)
-        for t in old.terms[v] or ():
+        for t in old.of(v):
             sign, cube = old.sign[t], ONE
             for x in old.cube[t]:
                 s, own = self.image[x >> 1]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.program.passes.nary import Flat
+from kane.rewrite.divisors import MOST
 from kane.program.passes.spell import spelled
 from kane.program.program import Code
 from kane.rewrite.graph import ONE, Coefficients, Cube, Graph
@@ -86,7 +87,7 @@ class _Reader:
 
     def _as_product(self, i: int) -> tuple[int, Cube]:
         terms = self.terms[i]
-        if self.node[i] is None and len(terms) == 1:
+        if self.node[i] is None and len(terms) == 1 and len(terms[0][1]) <= MOST:
             return terms[0]
         v, s = self._as_node(i)
         return s, ONE if self.g.number[v] == 1.0 else (2 * v,)
@@ -169,7 +170,7 @@ class _Writer:
         op = g.op[v]
         if op is not None:
             return self._add(op, [part[a] ^ (s < 0) for a, s in g.args[v]])
-        terms = [(g.sign[t], self._product(g.cube[t])) for t in g.terms[v] or ()]
+        terms = [(g.sign[t], self._product(g.cube[t])) for t in g.of(v)]
         if not terms:
             return self.zero
         if len(terms) == 1:
@@ -240,7 +241,7 @@ def _divisors(g: Graph, order: list[int]) -> dict[int, int]:
     """By each node, in how many terms something is divided."""
     found: dict[int, int] = {}
     for v in order:
-        for t in g.terms[v] or ():
+        for t in g.of(v):
             for x in dict.fromkeys(g.cube[t]):
                 if x & 1:
                     found[x >> 1] = found.get(x >> 1, 0) + 1

@@ -1,37 +1,34 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Fewer operations: factors out of sums, shared pairs, one reciprocal a divisor, in an order that waits little.
+"""Fewer operations: code is read as a graph of sums and products, rewritten there, and written in an order that waits little.
 
-Code of moderate length is rewritten a second time with parameters taken out of products and sums before (`content.py`), and the
-shorter of both is taken.
+Two starts are tried: the sums and products as they are, and, for code of moderate length, multiplied out (`rewrite/normal.py`). The one
+of fewest operations is taken, or the code itself.
 
 Results change by rounding errors, so that the pass belongs to compilation with contraction. Taking out a factor never raises the
-running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and the code
-stays as it was where the bound of a result would be more than twice as large in the mean of the points, or four times at one.
+running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and a form
+is left where the bound of a result would be more than twice as large in the mean of the points, or four times at one.
 """
 
 import math
+from collections.abc import Iterator
 
-from kane.expr.ops import DIV
 from kane.numeric.sampling import draw, value_of
-from kane.program.passes.content import without_content
-from kane.program.passes.factor import factored
-from kane.program.passes.nary import flattened
-from kane.program.passes.pairs import paired
-from kane.program.passes.reciprocal import divided
+from kane.program.passes.graphs import read, written
 from kane.program.passes.rounding import rounding
-from kane.program.passes.spell import spelled
-from kane.program.passes.verify import verified
 from kane.program.program import Code
+from kane.rewrite.divisors import Search
+from kane.rewrite.graph import Graph
+from kane.rewrite.node_rows import sweep
+from kane.rewrite.normal import normal
+from kane.rewrite.price import Price
 
 IN_THE_MEAN, AT_ONE = 2.0, 4.0
 """By what factors the bound on a result's error may grow: in the geometric mean of the points, and at any of them."""
 EPS = 2.0**-52
 _MODERATE = 3_000
-"""Instructions up to which both forms are tried: longer code would take long to rewrite twice."""
-_DIVISION = 8
-"""Operations that take as long as a division."""
-_SELDOM = 8
-"""Operations of parameters that weigh as much as one with the state."""
+"""Instructions up to which both starts are tried: longer code would take long to rewrite twice."""
+_ROUNDS = 4
+"""How often the rows at a node and the divisors take turns at the most."""
 _WIDE = 2.0
 """States are drawn once as everywhere, then of both signs up to this size."""
 
@@ -43,27 +40,30 @@ def optimized(code: Code) -> Code:
 
 def rewritten(code: Code) -> Code:
     """The code with fewer operations."""
-    return _forms(code)[0]
+    return next(_forms(code), code)
 
 
-def _forms(code: Code) -> list[Code]:
-    """The code with fewer operations, and with parameters taken out before where no routine grows by that: the shorter one first."""
-    plain = _shared(code)
-    if len(code.ops) > _MODERATE:
-        return [plain]
-    other = _shared(without_content(code))
-    if any(new > old for new, old in zip(_operations(other), _operations(code), strict=True)):
-        return [plain]
-    return sorted((plain, other), key=_cost)
+def _forms(code: Code) -> Iterator[Code]:
+    """Forms of the code of which no routine is longer, and one is shorter, the shortest first."""
+    before = _operations(code)
+    graph = read(code)
+    starts = [graph] if len(code.ops) > _MODERATE else [normal(graph), graph]
+    forms = [written(_rewritten(start), code) for start in starts]
+    counted = [(form, _operations(form)) for form in forms]
+    kept = [(form, counts) for form, counts in counted if all(n <= o for n, o in zip(counts, before, strict=True))]
+    return (form for form, counts in sorted(kept, key=lambda item: sum(item[1])) if counts != before)
 
 
-def _shared(code: Code) -> Code:
-    """The code with common factors taken out of sums, and with shared pairs."""
-    flat = flattened(code)
-    factored(flat)
-    paired(flat)
-    divided(code, flat)
-    return verified(spelled(code, flat), "optimize")
+def _rewritten(graph: Graph) -> Graph:
+    """The graph by all rules, as long as one gains."""
+    price = Price(graph)
+    search = Search(graph, price)
+    search.run()
+    for _ in range(_ROUNDS):
+        if not sweep(graph, price):
+            break
+        search.run()
+    return graph
 
 
 def _operations(code: Code) -> list[int]:
@@ -71,17 +71,9 @@ def _operations(code: Code) -> list[int]:
     found = []
     for routine in code.routines:
         body = code.below(set(routine.results), True)
-        read = {a for i in body for a in code.args[i - code.first]}.union(routine.results)
-        found.append(sum(code.ops[i - code.first].cost for i in (*body, *code.below(read, False))))
+        read_there = {a for i in body for a in code.args[i - code.first]}.union(routine.results)
+        found.append(sum(code.ops[i - code.first].cost for i in (*body, *code.below(read_there, False))))
     return found
-
-
-def _cost(code: Code) -> int:
-    """How long one evaluation of all results takes, in additions with the state; those of parameters run once a set of values."""
-    body = code.below({i for routine in code.routines for i in routine.results}, True)
-    own = sum(_DIVISION if code.ops[i - code.first] is DIV else code.ops[i - code.first].cost for i in body)
-    hoisted = code.below({a for i in body for a in code.args[i - code.first]}, False)
-    return _SELDOM * own + sum(code.ops[i - code.first].cost for i in hoisted)
 
 
 def _as_exact(code: Code, result: Code) -> bool:
