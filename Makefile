@@ -5,6 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
+SYSTEMS ?= 1000
 FULL   ?= 1
 
 .DEFAULT_GOAL := help
@@ -29,8 +30,8 @@ test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at t
 test-machines: $(VENV)/.dev-stamp  ## the quick tests as on older processors; what is made is the same there
 	bash requirements/machines.sh
 
-golden: $(VENV)/.dev-stamp  ## every system made anew, compared with tests/golden/golden.json.gz
-	$(BIN)/python -m tests.golden --jobs $(JOBS)
+golden: $(VENV)/.dev-stamp  ## every system made anew, compared with tests/golden/golden.json.gz; SYSTEMS random ones
+	$(BIN)/python -m tests.golden --jobs $(JOBS) --random $(SYSTEMS)
 
 test-pythons: $(VENV)/.dev-stamp  ## the quick tests on the newest other Python, fewer on those between
 	bash requirements/pythons.sh

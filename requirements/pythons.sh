@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The quick tests of what declares, derives, compiles and steps, on the newest other Python that is at hand, on PATH or under pyenv, at the
+# The quick tests of what meets the interpreter and other packages, from declarations to motions and the command, on the newest other Python that is at hand, on PATH or under pyenv, at the
 # versions of dev.txt; on those between, what depends most on the interpreter. What draws and documents is tried on one Python only.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -22,8 +22,7 @@ at_hand() {
 
 own=$(.venv/bin/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 ran=() absent=()
-tests=(tests/expr tests/write tests/units tests/space tests/model tests/kinematics tests/dynamics tests/program tests/equations tests/analysis
-  tests/motion tests/numeric tests/gallery tests/cli tests/test_api.py)
+tests=(tests/expr tests/space tests/model tests/program tests/equations tests/motion tests/numeric tests/gallery tests/cli tests/test_api.py)
 for version in 3.13 3.12 3.11; do
   [ "$version" != "$own" ] || continue
   python=$(at_hand "$version")

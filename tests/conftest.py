@@ -21,7 +21,7 @@ settings.register_profile(
 )
 settings.register_profile(
     "full",
-    max_examples=500,
+    max_examples=200,
     deadline=None,
     derandomize=bool(os.environ.get("CI")),  # by hand other examples each time, in CI a result that can be repeated
     print_blob=True,

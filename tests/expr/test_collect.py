@@ -26,7 +26,7 @@ def test_an_equation_of_the_disk():
 
 def test_like_terms_are_joined_and_may_vanish():
     assert str(collected(R * (U * V) - (R * V) * U * 2 / 3)) == "R*u*v/3"
-    assert collected(R * (U * V) - (R * V) * U) is kn.expr.node.ZERO
+    assert collected(R * (U * V) - (R * V) * U) is kn.expr.ZERO
 
 
 def test_what_is_no_sum_is_left():
@@ -45,9 +45,9 @@ def test_long_sums_are_left():
 def test_random_sums(seed):
     rng = random.Random(seed)
     atoms = [R, G, U, V, kn.sin(Q), kn.cos(Q)]
-    e = kn.expr.node.ZERO
+    e = kn.expr.ZERO
     for _ in range(rng.randint(1, 8)):
-        term = kn.expr.node.constant(rng.choice([1, 2, -3, 0.5]))
+        term = kn.expr.constant(rng.choice([1, 2, -3, 0.5]))
         for _ in range(rng.randint(1, 4)):
             term = term * rng.choice(atoms)
         e = e + term if rng.random() < 0.6 else e - term / 4

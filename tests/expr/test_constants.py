@@ -12,7 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.expr import ZERO, add, as_expr, constant_value, cos, div, error_of, mul, sin, sub
+from kane.expr import ZERO, add, as_expr, constant_value, cos, div, error_of, mul, sin, sub, weight
 
 N = kn.Frame("N")
 Q = kn.coordinate("q")
@@ -59,6 +59,18 @@ def test_an_error_is_carried_until_the_next_sum():
     assert sub(small, as_expr(1e-7)) is ZERO  # no digit of it is certain
     again = pickle.loads(pickle.dumps(small * Q))  # what kane wrote
     assert again is small * Q
+
+
+def test_the_weight_of_a_product_is_its_size():
+    """Nothing cancelled in it, however many factors it has; in a small difference of large numbers something did."""
+    for count in range(1, 8):
+        factors = [as_expr(0.1 + 0.3 * k) for k in range(count)]
+        whole = factors[0]
+        for x in factors[1:]:
+            whole = mul(whole, x)
+        assert weight(whole) == abs(constant_value(whole))
+    left = sub(as_expr(0.3), as_expr(0.3 - 1e-10))
+    assert weight(left) > 0.1 * 0.3
 
 
 def test_what_was_given_stays():

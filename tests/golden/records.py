@@ -91,9 +91,9 @@ def _of_gallery(name: str) -> Record:
 
 
 def _somewhere(eom: kn.Equations) -> dict[str, Any]:
-    """Small values that differ, for a system without constraints and without a start of its own."""
+    """Values that differ, away from where angles are singular, for a system without constraints and without a start of its own."""
     rng = np.random.default_rng(17)
-    q: dict[Any, float] = {c: 0.003 * float(rng.standard_normal()) for c in eom.coordinates}
+    q: dict[Any, float] = {c: float(rng.uniform(0.3, 1.2)) for c in eom.coordinates}
     for euler in eom.system.euler_parameters:
         q |= dict(zip(euler.coordinates, (0.8, 0.0, 0.6, 0.0), strict=True))
     return {"q": q, "u": {u: 0.1 * float(rng.standard_normal()) for u in eom.speeds}}

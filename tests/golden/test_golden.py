@@ -13,7 +13,7 @@ def test_records_are_repeatable_and_tell_systems_apart() -> None:
     one, again, other = (record_of(f"gallery: {name}") for name in ("pendulum", "pendulum", "double_pendulum"))
     assert differences({"a": one}, {"a": again}) == []
     (line,) = differences({"a": one, "b": one}, {"a": one, "b": other})
-    assert line.startswith("b: c ")
+    assert line.startswith("b: accelerations ")
     assert differences({"a": one}, {}) != []
 
 

@@ -42,7 +42,7 @@ def test_rows_of_trees_of_any_joints(seed):
     for c in constraints:
         own, usual = found[c], _placed(c, kinematics)
         speeds = dict.fromkeys((*own.coefficients, *usual.coefficients))
-        roots = [f.coefficients.get(u, kn.expr.node.ZERO) for f in (own, usual) for u in speeds] + [
+        roots = [f.coefficients.get(u, kn.expr.ZERO) for f in (own, usual) for u in speeds] + [
             own.rest,
             usual.rest,
         ]

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import kane as kn
@@ -234,11 +234,13 @@ def test_a_few_about_random_axes(check: Callable[[int], None], seed: int) -> Non
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize(
-    ("check", "share"),
-    [(check_loop, 1.0), (check_complete, 2.0), (check_reaction, 0.6), (check_potential, 0.6), (check_decay, 0.4)],
+    ("check", "count"),
+    [(check_loop, 500), (check_complete, 1000), (check_reaction, 300), (check_potential, 300), (check_decay, 200)],
 )
-def test_many_about_random_axes(check: Callable[[int], None], share: float) -> None:
-    @examples(share, phases=[Phase.explicit, Phase.reuse, Phase.generate])  # numbers from a seed do not shrink
+def test_many_about_random_axes(check: Callable[[int], None], count: int) -> None:
+    @examples(
+        count / settings().max_examples, phases=[Phase.explicit, Phase.reuse, Phase.generate]
+    )  # numbers from a seed do not shrink
     @given(SEEDS)
     def run(seed: int) -> None:
         check(seed)

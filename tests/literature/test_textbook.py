@@ -59,7 +59,7 @@ def solved(request):
 def random_values(eom, exprs, rng):
     """Values of every symbol that satisfy the constraints."""
     dependent = dict(
-        zip(eom.dependent_speeds, map(kn.expr.build.add, eom.A_n @ eom.independent_speeds, eom.b_n), strict=True)
+        zip(eom.dependent_speeds, map(kn.expr.add, eom.A_n @ eom.independent_speeds, eom.b_n), strict=True)
     )
     symbols = free_symbols([*exprs, *dependent.values()])
     values = {s: rng.uniform(0.3, 1.7) for s in symbols if s not in dependent}

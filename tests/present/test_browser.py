@@ -13,7 +13,6 @@ import pytest
 
 import kane as kn
 from kane.cli import model_of
-from kane.gallery import GALLERY
 from tests.present.browser import chromium
 from tests.present.page import Page
 
@@ -49,11 +48,14 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("reports")
 
 
-QUICK = ("slider_crank",)
-"""The report that the quick tests open too, beside that of the rolling disk, whose intermediates they look at."""
+OPENED = (
+    "slider_crank", "pendulum", "spinning_top", "whipple_bicycle", "four_bar", "bricard", "pure_rolling_disk", "snakeboard",
+    "rotating_beam", "flexible_arm", "muscle_arm",
+)  # fmt: skip
+"""Short and long ones, with constraints, reactions, beams, further states; the rolling disk's is looked at besides."""
 
 
-@pytest.fixture(scope="module", params=[n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in GALLERY])
+@pytest.fixture(scope="module", params=OPENED)
 def opened(request: pytest.FixtureRequest, browser: Any, reports: Path) -> Iterator[Opened]:
     yield from opening(request.param, browser, reports)
 

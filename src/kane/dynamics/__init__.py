@@ -9,7 +9,7 @@ __getattr__ = offered(
         "blocks": "Blocks",
         "constraints.branches": "branches turned_function",
         "constraints.choice": "chosen compared ranks",
-        "constraints.closure": "closure",
+        "constraints.closure": "ROWS closure in_rows",
         "constraints.configurations": "configurations",
         "constraints.partition": "Partition choose choose_each qualities qualities_of quality",
         "constraints.steady": "steadiest",

@@ -25,6 +25,11 @@ whose errors are 2 GIVEN, are ordinary floats.
 Each step of a sum may forget as much, so that it is no larger: of 32 EPS a sum of three terms and their difference from what they
 were forgot more than rounding had left there.
 """
+_ORDINARY = 32 * EPS
+"""Error over size up to which nothing need have cancelled in a constant: that of a product of a few factors that were given.
+
+Weights of constants are multiplied along a chain: were a product's 2, that of fifteen links were 2¹⁵.
+"""
 
 
 def number_of(a: Expr) -> Number:
@@ -88,4 +93,5 @@ def opposite(a: Expr) -> Expr:
 
 def weight(a: Expr) -> float:
     """The size beside which a constant counts as zero: its own, or that of what cancelled in it."""
-    return max(abs(float(number_of(a))), _carried(a) / GIVEN)
+    size, carried = abs(float(number_of(a))), _carried(a)
+    return carried / GIVEN if carried > _ORDINARY * size else size

@@ -12,7 +12,7 @@ __getattr__ = offered(
         "constraints": "as_constraints",
         "inertia": "Inertia",
         "plausible": "SLACK check_inertia check_mass",
-        "reactions": "cut_of",
+        "reactions": "constraint_of cut_of",
         "system": "gravity_load total_mass",
     },
 )

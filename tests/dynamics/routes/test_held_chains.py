@@ -108,7 +108,7 @@ def test_as_the_classical_route(hold):
 
 @pytest.mark.slow
 def test_random_chains_as_the_classical_route():
-    @examples(0.02, 2)
+    @examples(0.03, 2)
     @given(st.sampled_from(sorted(HOLDS)), st.integers(13, 16), st.integers(0, 2**16))
     def check(hold, n, seed):
         worst, condition = difference(held_chain(n, hold, seed), seed)

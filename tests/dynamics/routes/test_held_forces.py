@@ -10,6 +10,7 @@ import kane as kn
 from kane import free_symbols
 from kane.expr import as_expr
 from kane.gallery import load
+from kane.model import constraint_of
 from tests.dynamics.routes.test_shortest import admissible
 
 EACH = ["car_with_trailer", "snakeboard", "n_four_bar", "slider_crank", "knife_edge", "pure_rolling_disk", "rattleback"]
@@ -49,7 +50,7 @@ def test_a_force_along_each_constraint_changes_its_reaction_alone(name, rng):
         of = dict(zip(usual.reactions, usual.evaluate(list(usual.reactions), **here), strict=True))
         now = dict(zip(eom.reactions, eom.evaluate(list(eom.reactions), **small), strict=True))
         for r, x in of.items():
-            c = kn.model.reactions.constraint_of(r)
+            c = constraint_of(r)
             push = values[pushes[list(system.constraints).index(c)]] / 1e12 if c is not None else 0.0
             assert now[r] == pytest.approx(x - push, abs=1e-9 * size)
 

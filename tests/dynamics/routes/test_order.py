@@ -73,8 +73,8 @@ def test_the_numbers_are_those_of_any_order(seed):
     whole = np.block([[m, -g], [m_a, -g_a]])
     wanted = np.linalg.solve(whole, [*f, *f_a])
     found = block_solution(
-        Blocks(Matrix(m.tolist()), tuple(map(kn.expr.node.as_expr, f.tolist())), Matrix(g.tolist()), Matrix(m_a.tolist()),
-               tuple(map(kn.expr.node.as_expr, f_a.tolist())), Matrix(g_a.tolist()), Matrix(g_a.tolist()))
+        Blocks(Matrix(m.tolist()), tuple(map(kn.expr.as_expr, f.tolist())), Matrix(g.tolist()), Matrix(m_a.tolist()),
+               tuple(map(kn.expr.as_expr, f_a.tolist())), Matrix(g_a.tolist()), Matrix(g_a.tolist()))
     )  # fmt: skip
     numbers = kn.evaluate([*found.accelerations, *found.reactions], {})
     assert np.array(numbers, dtype=float) == pytest.approx(wanted, rel=1e-10, abs=1e-10)

@@ -31,7 +31,7 @@ TREES = [name for name in COUNTED if "general axes" in name or "planar" in name 
 def state(expressions, seed):
     """A value for every symbol, sets of Euler parameters of length 1."""
     rng = np.random.default_rng(seed)
-    symbols = sorted(kn.expr.evaluate.free_symbols(expressions), key=lambda s: s.name)
+    symbols = sorted(kn.free_symbols(expressions), key=lambda s: s.name)
     values = {s: float(s.default) if getattr(s, "default", None) else rng.uniform(-1.2, 1.2) for s in symbols}
     sets = {}
     for s in symbols:

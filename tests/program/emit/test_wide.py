@@ -35,7 +35,7 @@ def roots():
     """Every operation of the table, of states, parameters, time and inputs."""
     (a, b, c), (k, l) = X, PARAMETERS
     given = [a * l + b, b * k - c, c + kn.time]
-    found = [kn.expr.node.intern_node(op, *given[: op.arity]) for op in OPS.values() if op.arity]
+    found = [kn.expr.intern_node(op, *given[: op.arity]) for op in OPS.values() if op.arity]
     return [*found, *given, k, k * l, kn.time, INPUTS[0] * a, a]
 
 

@@ -46,7 +46,7 @@ def legs(draw):
             *STATES[OWN * k : OWN * (k + 1)],
             *PARAMETERS[2 * k : 2 * k + 2],
             kn.time,
-            kn.expr.node.constant(1.5 + k),
+            kn.expr.constant(1.5 + k),
         ]
         for name, i, j in steps:
             own = [pool[i % len(pool)], pool[j % len(pool)]][: OPS[name].arity]
@@ -91,7 +91,7 @@ def test_limbs_of_turns(count):
         x, y, z = STATES[OWN * k : OWN * (k + 1)]
         p, q = node("mul", node("sin", node("neg", x) if k % 2 else x), y), node("cos", node("add", z, x))
         d = node("neg", node("sub", q, p)) if k % 3 else node("sub", p, q)
-        made.append(node("div", d, node("add", node("mul", y, y), kn.expr.node.constant(1.5 + k))))
+        made.append(node("div", d, node("add", node("mul", y, y), kn.expr.constant(1.5 + k))))
     total = sum(made[1:], start=made[0])
     program, handle = compiled([total, *(node("mul", total, v) for v in made), *made], contract=False)
     packs = program.routine("f").packs

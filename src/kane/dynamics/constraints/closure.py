@@ -22,7 +22,7 @@ from kane.program.bundle import Bundle
 _SEED = 20048
 OFF = 1e-6
 """Residual, over the reach of the coordinates, above which no configuration was found."""
-_ROWS = 16
+ROWS = 16
 """How many places are looked at one by one."""
 
 
@@ -66,7 +66,7 @@ def in_rows(run: Reference, x: Array, others: Sequence[Any]) -> Array:
 
     A few rows go one by one, in Python's floats, which take a twentieth of the time of arrays of a few.
     """
-    if 0 < len(x) <= _ROWS:
+    if 0 < len(x) <= ROWS:
         columns = [np.broadcast_to(v, len(x)).tolist() if np.ndim(v) else [float(v)] * len(x) for v in others]
         return np.array(run.rows([[*row, *rest] for row, *rest in zip(x.tolist(), *columns, strict=True)]), dtype=float)
     values = run([*x.T, *others])
