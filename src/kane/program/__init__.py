@@ -29,7 +29,6 @@ __getattr__ = offered(
         "native.machine_code": "Library Target compile_text host object_code target",
         "operation_count": "receipt",
         "passes.": "limbs optimize",
-        "passes.content": "without_content",
         "passes.gather": "gathered",
         "passes.optimize": "optimized rewritten",
         "passes.rounding": "rounding",

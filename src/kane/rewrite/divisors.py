@@ -64,20 +64,20 @@ class Factor(Row):
 
     rank = 0
 
-    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
+    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         v = self.graph.owner[t]
         return [((v, x), t) for x in dict.fromkeys(self.graph.cube[t])]
 
-    def gain(self, key: Any) -> int:
+    def gain(self, key: Any) -> int:  # noqa: D102
         price, cube = self.price, self.graph.cube
         cubes = [cube[t] for t in self.places[key]]
         base = common(cubes)
         rest = [over(c, base) for c in cubes]
         before = price.sum(cubes)
-        varies = any([price.varies(c) for c in rest])
+        varies = any(price.varies(c) for c in rest)
         return before - price.sum(rest) - price.with_factor(base, varies)
 
-    def taken(self, key: Any) -> list[int]:
+    def taken(self, key: Any) -> list[int]:  # noqa: D102
         g = self.graph
         held = list(self.places[key])
         base = common([g.cube[t] for t in held])
@@ -89,7 +89,7 @@ class Pair(Row):
 
     rank = 1
 
-    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
+    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         g = self.graph
         own = g.terms[g.owner[t]]
         assert own is not None
@@ -108,7 +108,7 @@ class Pair(Row):
                 found.append(((other, rest, s * signs[u]), (u, t)))
         return found
 
-    def gain(self, key: Any) -> int:
+    def gain(self, key: Any) -> int:  # noqa: D102
         g, price = self.graph, self.price
         first, second, _ = key
         varies = price.varies(first) or price.varies(second)
@@ -118,7 +118,7 @@ class Pair(Row):
             total += price.sum([a, g.cube[u]]) - price.with_factor(over(a, first), varies)
         return total
 
-    def taken(self, key: Any) -> list[int]:
+    def taken(self, key: Any) -> list[int]:  # noqa: D102
         g = self.graph
         first, second, sign = key
         used = set[int]()
@@ -136,7 +136,7 @@ class CubePair(Row):
 
     rank = 2
 
-    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
+    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         cube = self.graph.cube[t]
         n = len(cube)
         if n < 2 or n > MOST:
@@ -144,12 +144,12 @@ class CubePair(Row):
         found = dict.fromkeys([(cube[i], cube[j]) for j in range(1, n) for i in range(j)])
         return [(pair, t) for pair in found]
 
-    def gain(self, key: Any) -> int:
+    def gain(self, key: Any) -> int:  # noqa: D102
         varies = self.graph.varies
         weight = self.price.operation(varies[key[0] >> 1] or varies[key[1] >> 1])
         return (len(self.places[key]) - 1) * weight
 
-    def taken(self, key: Any) -> list[int]:
+    def taken(self, key: Any) -> list[int]:  # noqa: D102
         g = self.graph
         d, _ = g.sum([(1, key)])
         changed = [d]

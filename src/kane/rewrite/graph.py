@@ -77,7 +77,7 @@ class Graph:
         """The node op(args)."""
         v = self._functions.get((op, args))
         if v is None:
-            v = self._functions[op, args] = self._node(any([self.varies[a] for a, _ in args]))
+            v = self._functions[op, args] = self._node(any(self.varies[a] for a, _ in args))
             self.op[v], self.args[v] = op, args
             for a, _ in args:
                 self.calls[a][v] = None
@@ -95,7 +95,7 @@ class Graph:
         v = self._sums.get(key)
         if v is not None and self.is_read(v) and self._key(v) == key:
             return v, first
-        v = self._node(any([self.depends(cube) for cube, _ in key]))
+        v = self._node(any(self.depends(cube) for cube, _ in key))
         self.terms[v] = {}
         self._sums[key] = v
         for cube, sign in key:
@@ -215,7 +215,7 @@ class Graph:
     def depends(self, cube: Cube) -> bool:
         """Whether a cube depends on more than parameters."""
         varies = self.varies
-        return any([varies[x >> 1] for x in cube])
+        return any(varies[x >> 1] for x in cube)
 
     def parted(self, cube: Cube) -> tuple[Cube, float]:
         """A cube without its constant, and that."""

@@ -9,6 +9,9 @@ from kane.expr.ops import OPS
 from kane.rewrite.graph import Coefficients, Cube, Graph, over
 from kane.rewrite.price import Price
 
+MOST = 32
+"""Readers of a literal up to which sums that resemble each other are looked for among them."""
+
 _SIN, _COS = OPS["sin"], OPS["cos"]
 Terms = dict[Cube, float]
 """Terms of a sum by their cubes without constants."""
@@ -62,18 +65,16 @@ def squares(g: Graph, price: Price, v: int) -> int:
     if own is None or len(own) < 2:
         return 0
     mine = _terms(g, v)
-    cost = price.sum([g.cube[t] for t in own.values()])
-    for cube in list(mine):
+    changes: list[Terms] = []
+    for cube in mine:
         for x in dict.fromkeys(cube):
             twin = _twin(g, x) if cube.count(x) > 1 else None
-            if twin is None:
-                continue
-            base = over(cube, (x, x))
-            other = g.times(base, (twin, twin))
-            for share in (mine[cube], -mine.get(base, 0.0), mine.get(other, 0.0)):
-                if share and _changed(g, price, v, mine, {cube: -share, other: -share, base: share}, cost):
-                    return 1
-    return 0
+            if twin is not None:
+                base = over(cube, (x, x))
+                other = tuple(sorted([*base, twin, twin]))
+                shares = (mine[cube], -mine.get(base, 0.0), mine.get(other, 0.0))
+                changes += [{cube: -k, other: -k, base: k} for k in dict.fromkeys(shares) if k]
+    return _changed(g, price, v, mine, changes)
 
 
 def resum(g: Graph, price: Price, v: int) -> int:
@@ -84,19 +85,20 @@ def resum(g: Graph, price: Price, v: int) -> int:
     mine = _terms(g, v)
     near: dict[int, int] = {}
     for cube in mine:
-        for r in g.readers[cube[0] >> 1] if cube else ():
-            w = g.owner[r]
-            if w != v and len(g.terms[w] or ()) > 1 and g.parted(g.cube[r])[0] == cube:
-                near[w] = near.get(w, 0) + 1
-    cost = price.sum([g.cube[t] for t in own.values()])
-    for w, n in sorted(near.items(), key=lambda item: -item[1]):
-        if n < 2 or _needs(g, w, v):
+        readers = g.readers[min(cube, key=lambda x: len(g.readers[x >> 1])) >> 1] if cube else {}
+        if len(readers) > MOST:
             continue
-        other = _terms(g, w)
-        for ratio in dict.fromkeys([mine[c] / other[c] for c in mine if c in other]):
-            if _changed(g, price, v, mine, {c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio}, cost):
-                return 1
-    return 0
+        for r in readers:
+            w = g.owner[r]
+            if w != v and g.rest[r] == cube and not g.is_product(w):
+                near[w] = near.get(w, 0) + 1
+    changes = []
+    for w, n in near.items():
+        if n > 1 and not _needs(g, w, v):
+            other = _terms(g, w)
+            ratios = dict.fromkeys([mine[c] / other[c] for c in mine if c in other])
+            changes += [{c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio} for ratio in ratios]
+    return _changed(g, price, v, mine, changes)
 
 
 ROWS: tuple[Callable[[Graph, Price, int], int], ...] = (squares, content, resum)
@@ -112,27 +114,31 @@ def sweep(g: Graph, price: Price, rows: tuple[Callable[[Graph, Price, int], int]
     return gained
 
 
-def _changed(g: Graph, price: Price, v: int, mine: Terms, change: Terms, cost: int) -> bool:
-    """Whether a sum costs less with these changes of its coefficients; it has them then."""
-    left = Coefficients(g)
-    for cube, k in (*mine.items(), *change.items()):
-        left.add(cube, k)
-    terms = left.terms()
-    if not terms or price.sum([c for _, c in terms]) >= cost:
-        return False
+def _changed(g: Graph, price: Price, v: int, mine: Terms, changes: list[Terms]) -> int:
+    """What a sum gains by the best of some changes of its coefficients, which it has then."""
+    best, cost = None, price.sum([g.cube[t] for t in g.of(v)])
+    gain = 0
+    for change in changes:
+        left = Coefficients(g)
+        for cube, k in (*mine.items(), *change.items()):
+            left.add(cube, k)
+        terms = left.terms()
+        if terms and cost - price.sum([c for _, c in terms]) > gain:
+            best, gain = terms, cost - price.sum([c for _, c in terms])
+    if best is None:
+        return 0
     for t in g.of(v):
         g.drop(t)
-    for sign, cube in terms:
+    for sign, cube in best:
         g.add(v, sign, cube)
     g.settle([v])
-    return True
+    return gain
 
 
 def _terms(g: Graph, v: int) -> Terms:
     found: Terms = {}
     for t in g.of(v):
-        cube, value = g.parted(g.cube[t])
-        found[cube] = found.get(cube, 0.0) + g.sign[t] * value
+        found[g.rest[t]] = g.sign[t] * g.parted(g.cube[t])[1]
     return found
 
 

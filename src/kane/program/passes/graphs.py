@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
-from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
-from kane.program.passes.nary import Flat
-from kane.rewrite.divisors import MOST
-from kane.program.passes.spell import spelled
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB, Op
+from kane.program.passes.spell import Flat, spelled
 from kane.program.program import Code
+from kane.rewrite.divisors import MOST
 from kane.rewrite.graph import ONE, Coefficients, Cube, Graph
 
 Terms = list[tuple[int, Cube]]
@@ -21,7 +21,7 @@ def read(code: Code) -> Graph:
 
 
 class _Reader:
-    """Of each value of the code the node and sign, or where one value alone reads it the terms of a sum, or a product as its one term."""
+    """Of each value of the code the node and sign, or where one value alone reads it its terms: of a product one."""
 
     def __init__(self, code: Code) -> None:
         self.code, self.g = code, Graph()
@@ -47,7 +47,8 @@ class _Reader:
                 self.terms[i] = [*self._as_sum(args[0], 1, i), *self._as_sum(args[1], -1 if op is SUB else 1, i)]
                 self._kept(i, uses[i])
             elif op is MUL or op is DIV:
-                (s, a), (r, b) = self._as_product(args[0]), self._as_product(args[1])
+                s, a = self._as_product(args[0])
+                r, b = self._as_product(args[1]) if a or op is MUL else self._as_literal(args[1])
                 b = tuple(sorted([x ^ 1 for x in b])) if op is DIV else b
                 self.terms[i] = [(s * r, g.times(a, b))]
                 self._kept(i, uses[i])
@@ -58,8 +59,9 @@ class _Reader:
         return g
 
     def _kept(self, i: int, uses: int) -> None:
-        """A value that several others read becomes a node."""
-        if uses > 1:
+        """A value that several others read becomes a node, but for a reciprocal, which is a literal of its own."""
+        terms = self.terms[i]
+        if uses > 1 and not (len(terms) == 1 and len(terms[0][1]) == 1):
             self._as_node(i)
 
     def _negated(self, i: int, a: int, uses: int) -> None:
@@ -89,6 +91,9 @@ class _Reader:
         terms = self.terms[i]
         if self.node[i] is None and len(terms) == 1 and len(terms[0][1]) <= MOST:
             return terms[0]
+        return self._as_literal(i)
+
+    def _as_literal(self, i: int) -> tuple[int, Cube]:
         v, s = self._as_node(i)
         return s, ONE if self.g.number[v] == 1.0 else (2 * v,)
 
@@ -102,7 +107,9 @@ class _Reader:
     def _joined(self, terms: Terms) -> Terms:
         """The terms, like ones as one."""
         g = self.g
-        if len({c for _, c in terms}) == len(terms) and not any(g.number[x >> 1] is not None for _, c in terms for x in c):
+        if len({c for _, c in terms}) == len(terms) and not any(
+            g.number[x >> 1] is not None for _, c in terms for x in c
+        ):
             return terms
         total = Coefficients(g)
         for s, c in terms:
@@ -152,7 +159,9 @@ class _Writer:
         self.one = numbers[1.0]
         varies = [*g.varies[:inputs], *[False] * len(self.constants)]
         self.flat = Flat([None] * first, [[] for _ in range(first)], varies, [0] * first, [])
-        self.part = {v: 2 * v for v in range(inputs)} | {v: 2 * numbers[x] for v in used if (x := g.number[v]) is not None}
+        self.part = {v: 2 * v for v in range(inputs)} | {
+            v: 2 * numbers[x] for v in used if (x := g.number[v]) is not None
+        }
         self.divides = _divisors(g, order)
         self.inverse: dict[int, int] = {}
         self.products: dict[tuple[int, ...], int] = {}
@@ -213,7 +222,9 @@ class _Writer:
                 return p
             half = self._powers([p] * (n // 2))
             return self._known([half, half] if not n & 1 else [half, half, p])
-        return self._known([q for p, n in counts.items() for q in ([p] if n == 1 else [self._powers([p] * n)] if n > 2 else [p, p])])
+        return self._known(
+            [q for p, n in counts.items() for q in ([p] if n == 1 else [self._powers([p] * n)] if n > 2 else [p, p])]
+        )
 
     def _known(self, parts: list[int]) -> int:
         key = tuple(sorted(parts))
@@ -233,7 +244,7 @@ class _Writer:
         flat = self.flat
         for p in parts:
             flat.uses[p >> 1] += 1
-        varies = any([flat.varies[p >> 1] for p in parts])
+        varies = any(flat.varies[p >> 1] for p in parts)
         return 2 * flat.add(kind, parts, varies, 0)  # type: ignore[arg-type]
 
 
@@ -246,3 +257,23 @@ def _divisors(g: Graph, order: list[int]) -> dict[int, int]:
                 if x & 1:
                     found[x >> 1] = found.get(x >> 1, 0) + 1
     return found
+
+
+def joined(parts: list[Code]) -> Code:
+    """Code of the routines of several over the same ports; what is computed alike is computed once."""
+    inputs = len(parts[0].inputs)
+    constants = list(dict.fromkeys([(x, math.copysign(1.0, x)) for part in parts for x in part.constants]))
+    numbers = {key: inputs + k for k, key in enumerate(constants)}
+    first = inputs + len(constants)
+    known: dict[tuple[Op, tuple[int, ...]], int] = {}
+    routines, notes = [], []
+    for part in parts:
+        place = [*range(inputs), *[numbers[x, math.copysign(1.0, x)] for x in part.constants]]
+        for op, args in zip(part.ops, part.args, strict=True):
+            place.append(known.setdefault((op, tuple([place[a] for a in args])), first + len(known)))
+        routines += [replace(r, results=tuple([place[i] for i in r.results])) for r in part.routines]
+        notes += [(place[i], note) for i, note in part.notes]
+    return replace(
+        parts[0], constants=tuple([x for x, _ in constants]), ops=tuple([op for op, _ in known]), args=tuple([args for _, args in known]), routines=tuple(routines),
+        notes=tuple(dict.fromkeys(notes)),
+    )  # fmt: skip

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Fewer operations: code is read as a graph of sums and products, rewritten there, and written in an order that waits little.
 
-Two starts are tried: the sums and products as they are, and, for code of moderate length, multiplied out (`rewrite/normal.py`). The one
-of fewest operations is taken, or the code itself.
+Two starts are tried: the sums and products as they are, and, for code of moderate length, multiplied out (`rewrite/normal.py`). Of
+both and the code itself the one of fewest operations is taken.
 
 Results change by rounding errors, so that the pass belongs to compilation with contraction. Taking out a factor never raises the
 running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and a form
@@ -10,12 +10,15 @@ is left where the bound of a result would be more than twice as large in the mea
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
+from kane.expr.ops import DIV
 from kane.numeric.sampling import draw, value_of
-from kane.program.passes.graphs import read, written
+from kane.program.passes.graphs import joined, read, written
 from kane.program.passes.rounding import rounding
-from kane.program.program import Code
+from kane.program.passes.verify import verified
+from kane.program.program import Code, Routine
 from kane.rewrite.divisors import Search
 from kane.rewrite.graph import Graph
 from kane.rewrite.node_rows import sweep
@@ -27,6 +30,8 @@ IN_THE_MEAN, AT_ONE = 2.0, 4.0
 EPS = 2.0**-52
 _MODERATE = 3_000
 """Instructions up to which both starts are tried: longer code would take long to rewrite twice."""
+_SELDOM = 8
+"""Operations of parameters that weigh as much as one with the state."""
 _ROUNDS = 4
 """How often the rows at a node and the divisors take turns at the most."""
 _WIDE = 2.0
@@ -35,28 +40,44 @@ _WIDE = 2.0
 
 def optimized(code: Code) -> Code:
     """The code with fewer operations, or as it is where its results would be less exact."""
-    return next((result for result in _forms(code) if _as_exact(code, result)), code)
+    return _each(code, lambda part: next(form for form in _forms(part) if form is part or _as_exact(part, form)))
 
 
 def rewritten(code: Code) -> Code:
     """The code with fewer operations."""
-    return next(_forms(code), code)
+    return _each(code, lambda part: next(_forms(part)))
+
+
+def _each(code: Code, rewrite: Callable[[Code], Code]) -> Code:
+    """Every routine by itself: one call computes one of them, so that what they share is no gain."""
+    parts = [_alone(code, routine) for routine in code.routines]
+    found = list(map(rewrite, parts))
+    if all(made is part for made, part in zip(found, parts, strict=True)):
+        return code
+    return verified(found[0] if len(found) == 1 else joined(found), "optimize")
+
+
+def _alone(code: Code, routine: Routine) -> Code:
+    """The code of one routine, with the notes on its guards."""
+    if len(code.routines) == 1:
+        return code
+    needed = set(routine.results)
+    body = code.below(needed, True)
+    needed.update(body, code.below({*needed, *(a for i in body for a in code.args[i - code.first])}, False))
+    return replace(code, routines=(routine,), notes=tuple([(i, note) for i, note in code.notes if i in needed]))
 
 
 def _forms(code: Code) -> Iterator[Code]:
-    """Forms of the code of which no routine is longer, and one is shorter, the shortest first."""
-    before = _operations(code)
+    """Forms of the code of one routine, and the code itself, the shortest first, of equal ones what was rewritten."""
     graph = read(code)
     starts = [graph] if len(code.ops) > _MODERATE else [normal(graph), graph]
-    forms = [written(_rewritten(start), code) for start in starts]
-    counted = [(form, _operations(form)) for form in forms]
-    kept = [(form, counts) for form, counts in counted if all(n <= o for n, o in zip(counts, before, strict=True))]
-    return (form for form, counts in sorted(kept, key=lambda item: sum(item[1])) if counts != before)
+    forms = [*[written(_rewritten(start), code) for start in starts], code]
+    return iter(sorted(forms, key=_cost))
 
 
 def _rewritten(graph: Graph) -> Graph:
     """The graph by all rules, as long as one gains."""
-    price = Price(graph)
+    price = Price(graph, _SELDOM, 1)
     search = Search(graph, price)
     search.run()
     for _ in range(_ROUNDS):
@@ -66,14 +87,13 @@ def _rewritten(graph: Graph) -> Graph:
     return graph
 
 
-def _operations(code: Code) -> list[int]:
-    """Operations of each routine, of parameters included."""
-    found = []
-    for routine in code.routines:
-        body = code.below(set(routine.results), True)
-        read_there = {a for i in body for a in code.args[i - code.first]}.union(routine.results)
-        found.append(sum(code.ops[i - code.first].cost for i in (*body, *code.below(read_there, False))))
-    return found
+def _cost(code: Code) -> tuple[int, int]:
+    """Operations of a routine, of parameters included, those of divisions twice; and of these those with the state."""
+    (routine,) = code.routines
+    body = code.below(set(routine.results), True)
+    needed = {a for i in body for a in code.args[i - code.first]}.union(routine.results)
+    own = sum(2 if code.ops[i - code.first] is DIV else code.ops[i - code.first].cost for i in body)
+    return own + sum(code.ops[i - code.first].cost for i in code.below(needed, False)), own
 
 
 def _as_exact(code: Code, result: Code) -> bool:
