@@ -8,7 +8,7 @@ import kane as kn
 from kane.equations import program
 from kane.expr import DIV
 from kane.gallery import four_bar, slider_crank
-from kane.program import assembled, receipt, rewritten, rounding
+from kane.program import assembled, receipt, rewritten, rounding, starts, written
 from tests.examples import examples
 from tests.program.passes.codes import (
     ARITHMETIC,
@@ -28,8 +28,9 @@ FUNCTIONS = (*ARITHMETIC, *ARITHMETIC, "sqrt", "sin", "abs", "min", "max")
 
 
 def state(*roots):
-    """Operations with the state of roots without contents, and divisions among them."""
-    made = assembled(rewritten(code(roots)))
+    """Operations with the state of roots in normal form, rewritten, and divisions among them."""
+    given = code(roots)
+    made = assembled(written(starts(given)[0], given))
     body = made.routines[0].body
     return sum(made.op(i).cost for i in body), sum(made.op(i) is DIV for i in body)
 

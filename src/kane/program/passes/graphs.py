@@ -273,7 +273,6 @@ def joined(parts: list[Code]) -> Code:
             place.append(known.setdefault((op, tuple([place[a] for a in args])), first + len(known)))
         routines += [replace(r, results=tuple([place[i] for i in r.results])) for r in part.routines]
         notes += [(place[i], note) for i, note in part.notes]
-    return replace(
-        parts[0], constants=tuple([x for x, _ in constants]), ops=tuple([op for op, _ in known]), args=tuple([args for _, args in known]), routines=tuple(routines),
-        notes=tuple(dict.fromkeys(notes)),
-    )  # fmt: skip
+    ops, reads = [op for op, _ in known], [own for _, own in known]
+    made = replace(parts[0], constants=tuple([x for x, _ in constants]), ops=tuple(ops), args=tuple(reads))
+    return replace(made, routines=tuple(routines), notes=tuple(dict.fromkeys(notes)))

@@ -68,11 +68,17 @@ def _alone(code: Code, routine: Routine) -> Code:
 
 
 def _forms(code: Code) -> Iterator[Code]:
-    """Forms of the code of one routine, and the code itself, the shortest first, of equal ones what was rewritten."""
+    """Forms of the code of one routine that are no longer, and the code itself, the cheapest first, what was rewritten before it."""
+    forms = [written(start, code) for start in starts(code)]
+    most = _counts(code)[0]
+    return iter(sorted([*[form for form in forms if _counts(form)[0] <= most], code], key=_cost))
+
+
+def starts(code: Code) -> list[Graph]:
+    """The graphs of code from both starts, rewritten."""
     graph = read(code)
-    starts = [graph] if len(code.ops) > _MODERATE else [normal(graph), graph]
-    forms = [*[written(_rewritten(start), code) for start in starts], code]
-    return iter(sorted(forms, key=_cost))
+    both = [graph] if len(code.ops) > _MODERATE else [normal(graph), graph]
+    return list(map(_rewritten, both))
 
 
 def _rewritten(graph: Graph) -> Graph:
@@ -87,13 +93,19 @@ def _rewritten(graph: Graph) -> Graph:
     return graph
 
 
-def _cost(code: Code) -> tuple[int, int]:
-    """Operations of a routine, of parameters included, those of divisions twice; and of these those with the state."""
+def _counts(code: Code) -> tuple[int, int, int]:
+    """Operations of a routine, of parameters included; of these those with the state; and among these divisions."""
     (routine,) = code.routines
     body = code.below(set(routine.results), True)
     needed = {a for i in body for a in code.args[i - code.first]}.union(routine.results)
-    own = sum(2 if code.ops[i - code.first] is DIV else code.ops[i - code.first].cost for i in body)
-    return own + sum(code.ops[i - code.first].cost for i in code.below(needed, False)), own
+    own, more = (sum(code.ops[i - code.first].cost for i in part) for part in (body, code.below(needed, False)))
+    return own + more, own, sum(code.ops[i - code.first] is DIV for i in body)
+
+
+def _cost(code: Code) -> tuple[int, int]:
+    """Operations, divisions counted twice; and of these those with the state."""
+    total, own, divisions = _counts(code)
+    return total + divisions, own + divisions
 
 
 def _as_exact(code: Code, result: Code) -> bool:
