@@ -22,17 +22,22 @@ _TWICE = 2
 
 
 class Row:
-    """A kind of divisor: `places` gives where each one stands; of equal gains the smaller `rank` is taken first."""
+    """A kind of divisor: `places` gives where each one stands, `lone` the place of one that was met once; `rank` orders equal gains."""
 
     rank: ClassVar[int]
 
     def __init__(self, graph: Graph, price: Price) -> None:
         self.graph, self.price = graph, price
         self.places: dict[Any, dict[Any, None]] = {}
+        self.lone: dict[Any, Any] = {}
 
-    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:
-        """The divisors that a new term shows, each with its place."""
+    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:
+        """The divisors that a new term shows, each with its place; of literals that other terms hold, too."""
         raise NotImplementedError
+
+    def further(self, t: int, x: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:
+        """Those that a term shows besides, when another one holds its literal x, too."""
+        return ()
 
     def gain(self, key: Any) -> int:
         """By how much the price falls when a divisor is taken out of all its places."""
@@ -64,9 +69,12 @@ class Factor(Row):
 
     rank = 0
 
-    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         v = self.graph.owner[t]
-        return [((v, x), t) for x in dict.fromkeys(self.graph.cube[t])]
+        return [((v, x), t) for x in dict.fromkeys(self.graph.cube[t]) if x in often]
+
+    def further(self, t: int, x: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        return [((self.graph.owner[t], x), t)]
 
     def gain(self, key: Any) -> int:  # noqa: D102
         price, cube = self.price, self.graph.cube
@@ -89,7 +97,7 @@ class Pair(Row):
 
     rank = 1
 
-    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         g = self.graph
         own = g.terms[g.owner[t]]
         assert own is not None
@@ -136,13 +144,20 @@ class CubePair(Row):
 
     rank = 2
 
-    def shown(self, t: int) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
-        cube = self.graph.cube[t]
+    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        cube = [x for x in self.graph.cube[t] if x in often]
         n = len(cube)
         if n < 2 or n > MOST:
             return []
         found = dict.fromkeys([(cube[i], cube[j]) for j in range(1, n) for i in range(j)])
         return [(pair, t) for pair in found]
+
+    def further(self, t: int, x: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        cube = self.graph.cube[t]
+        if len(cube) > MOST:
+            return []
+        others = dict.fromkeys([y for y in cube if y in often and (y != x or cube.count(x) > 1)])
+        return [((x, y) if x < y else (y, x), t) for y in others]
 
     def gain(self, key: Any) -> int:  # noqa: D102
         varies = self.graph.varies
@@ -175,8 +190,9 @@ class Search:
         self.graph = graph
         self.rows = [row(graph, price) for row in rows]
         self._shown: dict[int, list[tuple[Row, Any, Any]]] = {}
+        self._first: dict[int, int] = {}
+        self._often = set[int]()
         self._fresh: dict[tuple[Row, Any], None] = {}
-        self._known: dict[tuple[Row, Any], int] = {}
         self._taken: dict[tuple[Row, Any], int] = {}
         self._heap: list[tuple[int, int, int, Row, Any]] = []
         self._turn = 0
@@ -187,26 +203,39 @@ class Search:
 
     def enter(self, t: int) -> None:
         """Enter a term with what it shows."""
-        own = self._shown.setdefault(t, [])
-        fresh, shown = self._fresh, self._shown
+        self._shown[t] = []
+        often, first = self._often, self._first
+        for x in dict.fromkeys(self.graph.cube[t]):
+            if x not in often and (u := first.setdefault(x, t)) != t:
+                often.add(x)
+                if u in self._shown:
+                    for row in self.rows:
+                        self._put(row, u, row.further(u, x, often))
         for row in self.rows:
-            places = row.places
-            for key, place in row.shown(t):
-                if type(place) is tuple:
-                    shown[place[1] if place[0] == t else place[0]].append((row, key, place))
-                held = places.get(key)
-                if held is None:
-                    places[key] = {place: None}
-                else:
-                    held[place] = None
-                    fresh[row, key] = None
-                own.append((row, key, place))
+            self._put(row, t, row.shown(t, often))
+
+    def _put(self, row: Row, t: int, shown: Iterable[tuple[Hashable, Any]]) -> None:
+        own, fresh, places, lone = self._shown[t], self._fresh, row.places, row.lone
+        for key, place in shown:
+            if type(place) is tuple:
+                self._shown[place[1] if place[0] == t else place[0]].append((row, key, place))
+            held = places.get(key)
+            if held is not None:
+                held[place] = None
+                fresh[row, key] = None
+            elif (other := lone.setdefault(key, place)) != place:
+                places[key] = {other: None, place: None}
+                del lone[key]
+                fresh[row, key] = None
+            own.append((row, key, place))
 
     def leave(self, t: int) -> None:
         """Take out what a term shows."""
         for row, key, place in self._shown.pop(t, ()):
             held = row.places.get(key)
-            if held is not None and place in held:
+            if held is None:
+                row.lone.pop(key, None)
+            elif place in held:
                 del held[place]
                 if not held:
                     del row.places[key]

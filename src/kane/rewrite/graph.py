@@ -54,6 +54,7 @@ class Graph:
         self.rest: list[Cube] = []
         self.listener: Listener | None = None
         self._constants: dict[float, int] = {}
+        self._numbers = set[int]()
         self._functions: dict[tuple[Op, tuple[Signed, ...]], int] = {}
         self._sums: dict[tuple[tuple[Cube, int], ...], int] = {}
         self._needed: dict[int, int] = {}
@@ -71,6 +72,7 @@ class Graph:
         if v is None:
             v = self._constants[value] = self._node(False)
             self.number[v] = value
+            self._numbers |= {2 * v, 2 * v + 1}
         return v
 
     def function(self, op: Op, args: tuple[Signed, ...]) -> int:
@@ -219,11 +221,13 @@ class Graph:
 
     def parted(self, cube: Cube) -> tuple[Cube, float]:
         """A cube without its constant, and that."""
-        for x in cube:
-            value = self.number[x >> 1]
-            if value is not None:
-                return tuple([y for y in cube if y != x]), 1.0 / value if x & 1 else value
-        return cube, 1.0
+        numbers = self._numbers
+        if numbers.isdisjoint(cube):
+            return cube, 1.0
+        x = next(x for x in cube if x in numbers)
+        value = self.number[x >> 1]
+        assert value is not None
+        return tuple([y for y in cube if y != x]), 1.0 / value if x & 1 else value
 
     def scaled(self, value: float, cube: Cube) -> Cube:
         """A cube without a constant, times a number above zero."""

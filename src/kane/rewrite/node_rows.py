@@ -12,6 +12,8 @@ from kane.rewrite.price import Price
 MOST = 32
 """Readers of a literal up to which sums that resemble each other are looked for among them."""
 
+_FEW = 2
+"""Terms that two sums have in common from which on one is looked for in the other."""
 _SIN, _COS = OPS["sin"], OPS["cos"]
 Terms = dict[Cube, float]
 """Terms of a sum by their cubes without constants."""
@@ -92,13 +94,24 @@ def resum(g: Graph, price: Price, v: int) -> int:
             w = g.owner[r]
             if w != v and g.rest[r] == cube and not g.is_product(w):
                 near[w] = near.get(w, 0) + 1
-    changes = []
+    likely = []
     for w, n in near.items():
-        if n > 1 and not _needs(g, w, v):
-            other = _terms(g, w)
-            ratios = dict.fromkeys([mine[c] / other[c] for c in mine if c in other])
-            changes += [{c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio} for ratio in ratios]
-    return _changed(g, price, v, mine, changes)
+        if n < _FEW:
+            continue
+        other = _terms(g, w)
+        for ratio in dict.fromkeys([mine[c] / other[c] for c in mine if c in other]):
+            gone = [c for c, k in other.items() if c in mine and mine[c] == ratio * k]
+            gain = sum([price.product(c) + price.operation(price.varies(c)) for c in gone])
+            gain -= sum([price.product(c) + price.operation(price.varies(c)) for c in other if c not in mine])
+            gain += sum([price.operation(price.varies(c)) for c in other if abs(mine.get(c, 1.0)) != 1.0])
+            if gain > price.operation(g.varies[w]):
+                likely.append((-gain, len(likely), w, {c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio}))
+    for _, _, w, change in sorted(likely):
+        if not _needs(g, w, v):
+            gain = _changed(g, price, v, mine, [change])
+            if gain:
+                return gain
+    return 0
 
 
 ROWS: tuple[Callable[[Graph, Price, int], int], ...] = (squares, content, resum)
