@@ -18,10 +18,10 @@ help:  ## list the targets
 demo: $(VENV)/.run-stamp  ## derive, check and simulate the rolling disk; write out/rolling_disk/report.html
 	$(BIN)/kane demo --out out
 
-test: $(VENV)/.dev-stamp  ## the quick tests (3 minutes at most)
+test: $(VENV)/.dev-stamp  ## the quick tests (four to five minutes on two cores)
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=quick -q
 
-test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (20 minutes at most); FULL=rest: less what `make test` ran alike
+test-full: $(VENV)/.dev-stamp  ## all tests, many random examples (half an hour on two cores); FULL=rest: less what `make test` ran alike
 	KANE_FULL=$(FULL) $(BIN)/python -m pytest -n $(JOBS) --dist worksteal --hypothesis-profile=full -q --durations=15
 
 test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at the lowest versions allowed

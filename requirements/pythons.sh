@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The quick tests of what meets the interpreter and other packages, from declarations to motions and the command, on the newest other Python that is at hand, on PATH or under pyenv, at the
-# versions of dev.txt; on those between, what depends most on the interpreter. What draws and documents is tried on one Python only.
+# The quick tests of what meets the interpreter and other packages, from declarations to motions and the command, on the newest other Python
+# that is at hand, on PATH or under pyenv, at the versions of dev.txt; on those between, what depends most on the interpreter. What draws and
+# documents is tried on one Python only.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)

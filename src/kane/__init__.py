@@ -7,7 +7,7 @@ Declare frames, points, bodies, loads and generalized speeds, gather them in a `
 import logging
 from typing import TYPE_CHECKING
 
-from kane.lazy import offered as _offered
+from kane.lazy_imports import offered as _offered
 
 # A public name is imported when it is first used (PEP 562), so that `import kane` takes next to no time: for type checkers it is
 # imported here, at run time `_NAMES` says from where.
@@ -89,17 +89,18 @@ __version__ = "0.1.0.dev0"
 logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says nothing unless it is asked to
 
 _NAMES = {
+    "": "analysis attitude beams errors expr figures joints loads solids",
     "analysis.assembly": "Assembled assemble",
-    "analysis.method_comparison": "MethodComparison compare_methods",
-    "analysis.speed_comparison": "SpeedComparison SpeedSet compare_speeds",
     "analysis.constraint_loads": "ConstraintForces constraint_forces",
-    "analysis.solution_branches": "Branch continuation",
     "analysis.impacts": "Impact impact",
     "analysis.inverse_dynamics": "Inverse inverse",
     "analysis.linear": "Linear Mode SecondOrder",
     "analysis.linearization": "Linearizer linearize linearizer",
+    "analysis.method_comparison": "MethodComparison compare_methods",
     "analysis.modes": "NormalModes normal_modes",
     "analysis.point": "OperatingPoint",
+    "analysis.solution_branches": "Branch continuation",
+    "analysis.speed_comparison": "SpeedComparison SpeedSet compare_speeds",
     "analysis.stability": "Crossing",
     "analysis.state": "Guess guess",
     "analysis.symbolic": "SymbolicLinear linearize_symbolic",
@@ -117,10 +118,10 @@ _NAMES = {
         "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError ModesWarning "
         "NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
-    "expr.linear_parts": "affine",
     "expr.count": "Operations count_operations",
     "expr.differentiation": "diff gradient jacobian time_derivative",
     "expr.evaluation": "evaluate free_symbols",
+    "expr.linear_parts": "affine",
     "expr.matrix": "Matrix",
     "expr.node": "Expr pi",
     "expr.operators":
@@ -191,11 +192,9 @@ _NAMES = {
     "write.latex": "to_latex",
     "write.text": "to_text",
 }  # fmt: skip
-"""The public names of each module."""
+"""The public names of each module, and families, which are modules themselves."""
 
-_FAMILIES = "analysis attitude beams errors expr figures joints loads solids"
-
-__getattr__ = _offered(__name__, _NAMES | {"": _FAMILIES})
+__getattr__ = _offered(__name__, _NAMES)
 
 
 def __dir__() -> list[str]:

@@ -4,5 +4,6 @@
 from kane.space.attitude import Rotation, small_rotation
 
 __all__ = [
-    "Rotation", "small_rotation",
-]  # fmt: skip
+    "Rotation",
+    "small_rotation",
+]

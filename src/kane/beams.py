@@ -10,4 +10,4 @@ __all__ = [
     "ModeShapes",
     "mode_shapes",
     "tapered",
-]  # fmt: skip
+]

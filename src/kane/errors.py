@@ -168,4 +168,4 @@ __all__ = [
     "StiffeningWarning",
     "UnitError",
     "ValueMissingError",
-]  # fmt: skip
+]

@@ -16,4 +16,4 @@ __all__ = [
     "plot",
     "report",
     "root_locus",
-]  # fmt: skip
+]

@@ -47,4 +47,4 @@ __all__ = [
     "universal",
     "weld",
     "worm_pair",
-]  # fmt: skip
+]

@@ -46,4 +46,4 @@ __all__ = [
     "torque_pair",
     "torsional_damper",
     "torsional_spring",
-]  # fmt: skip
+]

@@ -72,4 +72,4 @@ __all__ = [
     "thin_disk",
     "torus",
     "triangular_plate",
-]  # fmt: skip
+]

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The API pages document every public name once, and no other."""
 
-import inspect
 import re
 
 import kane as kn
 from tests.docs.snippets import ROOT
+from tests.test_api import FAMILIES
 
 _PART = re.compile(r"^\.\. (currentmodule|autoclass|autofunction|autoexception|py:data):: ([\w.]+)", re.MULTILINE)
-FAMILIES = [name for name in kn.__all__ if inspect.ismodule(getattr(kn, name))]
 
 
 def documented() -> list[tuple[str, str]]:

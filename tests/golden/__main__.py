@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`python -m tests.golden` makes every system anew and compares it with the committed file; `--write` writes that file.
 
-`python -m tests.golden --to FILE` writes what is made here, and `python -m tests.golden FILE OTHER` compares two such files.
+`--write FILE` writes another one, and `python -m tests.golden FILE OTHER` compares two such files.
 """
 
 import argparse
@@ -19,8 +19,9 @@ def main() -> int:
     parser.add_argument(
         "files", type=Path, nargs="*", help="one or two files instead of what is made here and the committed one"
     )
-    parser.add_argument("--to", type=Path, help="write what is made here to this file")
-    parser.add_argument("--write", action="store_true", help=f"write what is made here to {COMMITTED.name}")
+    parser.add_argument(
+        "--write", type=Path, nargs="?", const=COMMITTED, help=f"write it to a file, by default {COMMITTED.name}"
+    )
     parser.add_argument("--random", type=int, default=records.RANDOM, help="how many random systems")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument(
@@ -29,14 +30,12 @@ def main() -> int:
     asked = parser.parse_args()
     if len(asked.files) > 2:
         parser.error(f"Expected at most two files, got {len(asked.files)}")
-    made = [compare.read(file) for file in asked.files]
-    if len(made) < 2:
-        made = [*(made or [records.made(asked.random, asked.jobs)])]
-    if target := asked.to or (COMMITTED if asked.write else None):
-        compare.write(target, made[0])
+    other = compare.read(asked.files[-1]) if asked.files else records.made(asked.random, asked.jobs)
+    if asked.write:
+        compare.write(asked.write, other)
         return 0
-    one, other = made if len(made) == 2 else (compare.read(COMMITTED), made[0])
-    if len(asked.files) == 0:
+    one = compare.read(asked.files[0] if len(asked.files) == 2 else COMMITTED)
+    if not asked.files:
         one = {name: one[name] for name in one if name in other or not name.startswith("random")}
     lines = compare.differences(one, other, falling=asked.counts_fall)
     print("\n".join(lines) or f"{len(other)} systems agree.")

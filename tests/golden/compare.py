@@ -14,7 +14,7 @@ Record = dict[str, Any]
 COUNTS = ("state", "parameter")
 TEXTS = ("c", "numpy")
 TOLERANCES = {"accelerations": 1e-12, "end": 1e-9}
-"""Of the largest number of a record: rounding differs between machines, and with what is regrouped."""
+"""Of the largest number of a record, or of 1: rounding differs between machines, and with what is regrouped."""
 
 
 def write(path: Path, records: dict[str, Record]) -> None:

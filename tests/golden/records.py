@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import Any
@@ -19,6 +19,7 @@ import numpy as np
 import kane as kn
 from benchmarks.systems import COUNTED
 from kane.gallery import GALLERY, load
+from tests.golden.compare import COUNTS, TEXTS, Record
 from tests.systems.draft_kinds import drafted
 from tests.systems.drafts import built, verdict
 from tests.systems.slips import slipped
@@ -27,16 +28,11 @@ RANDOM = 1000
 """Random systems."""
 
 SPAN = (0.0, 0.05)
-TOLERANCES = {"rtol": 1e-11, "atol": 1e-11}
-
-Record = dict[str, Any]
 
 
-def made(random: int = RANDOM, jobs: int = 1) -> dict[str, Record]:
+def made(random: int, jobs: int) -> dict[str, Record]:
     """The records of all systems, by name; each is made alike in whatever process."""
     names = list(systems(random))
-    if jobs == 1:
-        return dict(zip(names, map(record_of, names), strict=True))
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         return dict(zip(names, pool.map(record_of, names, chunksize=8), strict=True))
 
@@ -52,12 +48,8 @@ def record_of(name: str) -> Record:
     """The record of a system by its name."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        if name.startswith("gallery: "):
-            record = _of_gallery(name.removeprefix("gallery: "))
-        elif name.startswith("counted: "):
-            record = emitted(kn.derive(COUNTED[name.removeprefix("counted: ")]()))
-        else:
-            record = _of_draft(int(name.removeprefix("random ")))
+        kind, _, which = name.partition(" ")
+        record = _KINDS[kind](which)
     if caught:
         record["warned"] = sorted({f"{w.category.__name__}: {w.message}" for w in caught})
     return record
@@ -66,15 +58,15 @@ def record_of(name: str) -> Record:
 def emitted(eom: kn.Equations) -> Record:
     """Operations by tier, and digests of the text in C and NumPy."""
     compiled = eom.compile()
-    record: Record = {"state": eom.operations.state, "parameter": eom.operations.parameter}
-    for target in ("c", "numpy"):
+    record: Record = {tier: getattr(eom.operations, tier) for tier in COUNTS}
+    for target in TEXTS:
         record[target] = hashlib.sha256(compiled.emit(target).encode()).hexdigest()[:16]
     return record
 
 
 def moved(eom: kn.Equations, start: Mapping[str, Any]) -> Record:
     """Accelerations at the start, and the state at the end of a motion."""
-    sol = kn.simulate(eom, SPAN, samples=2, **TOLERANCES, **start)
+    sol = kn.simulate(eom, SPAN, samples=2, rtol=1e-11, atol=1e-11, **start)
     ends = [*eom.coordinates, *eom.speeds]
     return {
         "accelerations": [float(v[0]) for v in sol[[u.dt for u in eom.speeds]]],
@@ -99,7 +91,8 @@ def _somewhere(eom: kn.Equations) -> dict[str, Any]:
     return {"q": q, "u": {u: 0.1 * float(rng.standard_normal()) for u in eom.speeds}}
 
 
-def _of_draft(seed: int) -> Record:
+def _of_draft(number: str) -> Record:
+    seed = int(number)
     draft = drafted(seed)
     eom = kn.derive(built(draft))
     start: dict[str, Any] = {
@@ -111,3 +104,11 @@ def _of_draft(seed: int) -> Record:
     slip, wrong = slipped(draft, np.random.default_rng([seed, 1]))
     said, where, kind = verdict(wrong)
     return emitted(eom) | moved(eom, start) | {"slip": slip, "said": said, "where": where, "kind": kind}
+
+
+_KINDS: dict[str, Callable[[str], Record]] = {
+    "gallery:": _of_gallery,
+    "counted:": lambda name: emitted(kn.derive(COUNTED[name]())),
+    "random": _of_draft,
+}
+"""How the record of a system is made, by the first word of its name."""

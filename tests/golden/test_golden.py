@@ -5,12 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from tests.golden.compare import differences, read, write
+from tests.golden.compare import Record, differences, read, write
 from tests.golden.records import record_of
 
 
-def test_records_are_repeatable_and_tell_systems_apart() -> None:
-    one, again, other = (record_of(f"gallery: {name}") for name in ("pendulum", "pendulum", "double_pendulum"))
+@pytest.fixture(scope="module")
+def pendulum() -> Record:
+    return record_of("gallery: pendulum")
+
+
+def test_records_are_repeatable_and_tell_systems_apart(pendulum: Record) -> None:
+    one, again, other = pendulum, record_of("gallery: pendulum"), record_of("gallery: double_pendulum")
     assert differences({"a": one}, {"a": again}) == []
     (line,) = differences({"a": one, "b": one}, {"a": one, "b": other})
     assert line.startswith("b: accelerations ")
@@ -18,8 +23,8 @@ def test_records_are_repeatable_and_tell_systems_apart() -> None:
 
 
 @pytest.mark.parametrize("key", ["state", "parameter", "c", "numpy", "status"])
-def test_every_entry_is_compared(key: str) -> None:
-    one = record_of("gallery: pendulum")
+def test_every_entry_is_compared(pendulum: Record, key: str) -> None:
+    one = pendulum
     assert differences({"a": one}, {"a": one | {key: 0}}) == [f"a: {key} {one[key]} and 0"]
 
 

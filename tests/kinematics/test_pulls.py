@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.dynamics import derived
-from kane.kinematics import _placed, rows_along_tree
+from kane.kinematics import placed_form, rows_along_tree
 from tests.dynamics.routes.test_recursive import state
 from tests.systems import jointed, rings
 
@@ -40,7 +40,7 @@ def test_rows_of_trees_of_any_joints(seed):
     found = rows_along_tree(constraints, kinematics)
     assert len(found) == len(constraints)
     for c in constraints:
-        own, usual = found[c], _placed(c, kinematics)
+        own, usual = found[c], placed_form(c, kinematics)
         speeds = dict.fromkeys((*own.coefficients, *usual.coefficients))
         roots = [f.coefficients.get(u, kn.expr.ZERO) for f in (own, usual) for u in speeds] + [
             own.rest,

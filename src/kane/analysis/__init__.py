@@ -3,7 +3,7 @@
 
 from typing import TYPE_CHECKING
 
-from kane.lazy import offered as _offered
+from kane.lazy_imports import offered as _offered
 
 if TYPE_CHECKING:
     from kane.analysis.assembly import Assembled, assemble

@@ -19,7 +19,7 @@ from kane.cli.options import AsJson
 from kane.cli.report import report
 from kane.cli.simulate import simulate
 from kane.gallery import GALLERY, load
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 app = typer.Typer(
     cls=Guarded,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Layer 4: generalized forces, equations of motion, energies."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,
@@ -29,7 +29,7 @@ __getattr__ = offered(
         "readings.programs": "mass_matrix",
         "readings.steps": "Kind shown_speeds",
         "readings.unsolved": "unsolved",
-        "routes.": "composite table",
+        "routes.": "composite table ways",
         "routes.absolute": "absolute",
         "routes.block_solution": "block_solution",
         "routes.carried": "regrouped",
@@ -42,11 +42,10 @@ __getattr__ = offered(
         "routes.power": "homogeneous power",
         "routes.reactions": "LARGE",
         "routes.recursive": "WAYS by_recursion carrying",
-        "routes.shortest": "_shortest",
+        "routes.shortest": "shortest_in_given_speeds",
         "routes.squares": "squares",
         "routes.trees": "tree_with_reactions",
         "routes.trial": "are_slender",
-        "routes.ways": "ways",
         "terms": "sum_of",
         "trees.": "inverse_dynamics",
         "trees.energy": "kinetic_energy_along_tree",

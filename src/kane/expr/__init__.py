@@ -4,7 +4,7 @@
 from typing import TYPE_CHECKING
 
 from kane.expr import operators as _operators  # noqa: F401  attaches the operators of Expr
-from kane.lazy import offered as _offered
+from kane.lazy_imports import offered as _offered
 
 if TYPE_CHECKING:
     from kane.expr.count import Operations, count_operations

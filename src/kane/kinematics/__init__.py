@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Layer 3: generalized speeds, velocities in them, partial velocities, auxiliary speeds."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,
     {
         "aligned": "AS_DECLARED aligned_bases",
-        "constraints": "_placed constraint_rows",
+        "constraints": "placed_form constraint_rows",
         "definitions": "generalized_speeds",
         "freedoms": "Unsuited",
         "matching": "Matching",

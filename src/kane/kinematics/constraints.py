@@ -62,7 +62,7 @@ def constraint_rows(
     large = len(speeds) >= _LARGE and not auxiliary
     along = rows_along_tree(listed, kinematics) if large else {}
     sets = [s.coordinates for s in kinematics.speeds.system.euler_parameters]
-    forms = _cleared([(c, along.get(c) or (_placed if c.placed else _bare)(c, kinematics)) for c in listed], sets)
+    forms = _cleared([(c, along.get(c) or (placed_form if c.placed else _bare)(c, kinematics)) for c in listed], sets)
     for c, form in forms:
         if any(s in form.coefficients for s in speeds):
             continue
@@ -138,7 +138,7 @@ def _total(form: ScalarForm) -> Expr:
     return ScalarForm(own, form.rest).total()
 
 
-def _placed(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
+def placed_form(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
     """Σ F·v + Σ T·ω, speed by speed."""
     coefficients: dict[Expr, Expr] = {}
     rest = constraint.own

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Layer 2: what the engineer declares. Checks here are local; what needs derivation is checked in `dynamics`."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,

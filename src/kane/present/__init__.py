@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Results to read and look at: steps as text, the report, plots."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,

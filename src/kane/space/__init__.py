@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Layer 1: frames, points, vectors; positions, velocities and accelerations in the rates q̇."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,

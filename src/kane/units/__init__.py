@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Units of measurement: a table, rules of their arithmetic, checks."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,

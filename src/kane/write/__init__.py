@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How expressions, vectors and tables are printed: text, LaTeX, HTML."""
 
-from kane.lazy import offered
+from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,

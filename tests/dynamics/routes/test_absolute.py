@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.dynamics import _shortest, absolute, classical
+from kane.dynamics import absolute, classical, shortest_in_given_speeds
 from kane.errors import ModelError
 from kane.gallery import load, pendulums
 from tests.dynamics.routes.test_shortest import admissible
@@ -52,7 +52,7 @@ def test_rods_by_relative_angles_take_a_sum_a_rod_more_than_by_absolute_ones():
 @examples(0.1)
 def test_links_about_parallel_axes_take_no_more_operations_than_by_their_own_rates(seed):
     eom = kn.derive(chain(seed))
-    by_rates = _shortest(eom.derived, None)
+    by_rates = shortest_in_given_speeds(eom.derived, None)
     assert eom.operations.total <= by_rates.operations.total
     rng = np.random.default_rng(seed)
     q, u = rng.uniform(-3, 3, len(eom.coordinates)), rng.normal(size=len(eom.speeds))
@@ -66,7 +66,7 @@ def test_under_constraints_they_give_the_numbers_of_the_classical_route(name, rn
     eom = kn.derive(load(name).system())
     assert absolute(eom.derived, eom.embedding.partition) is not None
     usual = classical(eom.derived, eom.embedding.partition)
-    assert eom.operations.total < _shortest(eom.derived, eom.embedding.partition).operations.total
+    assert eom.operations.total < shortest_in_given_speeds(eom.derived, eom.embedding.partition).operations.total
     for q, u in admissible(eom, name, rng, 3):
         wanted = numbers(eom, usual, q, u)
         assert np.abs(numbers(eom, eom.solved, q, u) - wanted).max() <= 1e-10 * np.abs(wanted).max()

@@ -54,13 +54,14 @@ def _by_speeds(derived: Derived, partition: Partition | None) -> Solved:
     other = absolute(derived, partition)
     if other is not None:
         try:
-            return other.declared(_shortest(other.derived, partition), derived, partition)
+            return other.declared(shortest_in_given_speeds(other.derived, partition), derived, partition)
         except KaneError:  # what is wrong is said of the declared speeds
             pass
-    return _shortest(derived, partition)
+    return shortest_in_given_speeds(derived, partition)
 
 
-def _shortest(derived: Derived, partition: Partition | None) -> Solved:
+def shortest_in_given_speeds(derived: Derived, partition: Partition | None) -> Solved:
+    """The shortest solution in the speeds of `derived`."""
     coupled = holds_reactions(derived)
     if partition is not None:
         return _Search(derived, embedding(derived.constraints, partition), coupled).shortest()
