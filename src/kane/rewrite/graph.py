@@ -36,7 +36,8 @@ class Listener(Protocol):
 class Graph:
     """Nodes by number and terms by number; of a term that is gone the owner is −1.
 
-    A sum knows its terms by their cubes without constants, `rest`: like terms are one.
+    A sum knows its terms by their cubes without constants, `rest`: like terms are one. `factor` is a term's constant; `changed` are the
+    sums whose terms came or went.
     """
 
     def __init__(self) -> None:
@@ -52,6 +53,9 @@ class Graph:
         self.sign: list[int] = []
         self.cube: list[Cube] = []
         self.rest: list[Cube] = []
+        self.factor: list[float] = []
+        self.changed: dict[int, None] = {}
+        self.place: dict[int, int] = {}
         self.listener: Listener | None = None
         self._constants: dict[float, int] = {}
         self._numbers = set[int]()
@@ -161,7 +165,7 @@ class Graph:
         rest, value = self.parted(cube)
         like = own.get(rest)
         if like is not None:
-            total = self.sign[like] * self.parted(self.cube[like])[1] + sign * value
+            total = self.sign[like] * self.factor[like] + sign * value
             self.drop(like)
             if abs(total) > _NOTHING * value:
                 self.add(v, 1 if total > 0 else -1, self.scaled(abs(total), rest))
@@ -171,6 +175,8 @@ class Graph:
         self.sign.append(sign)
         self.cube.append(cube)
         self.rest.append(rest)
+        self.factor.append(value)
+        self.changed[v] = None
         own[rest] = t
         readers = self.readers
         for x in cube:
@@ -185,6 +191,7 @@ class Graph:
         own = self.terms[self.owner[t]]
         assert own is not None
         del own[self.rest[t]]
+        self.changed[self.owner[t]] = None
         self.owner[t] = -1
         readers, loose = self.readers, self._loose
         for x in self.cube[t]:

@@ -64,7 +64,7 @@ def content(g: Graph, price: Price, v: int) -> int:
 def squares(g: Graph, price: Price, v: int) -> int:
     """x sin² + x cos² is x, and x − x sin² is x cos²."""
     own = g.terms[v]
-    if own is None or len(own) < 2:
+    if own is None or len(own) < 2 or not any(len(set(cube)) < len(cube) for cube in own):
         return 0
     mine = _terms(g, v)
     changes: list[Terms] = []
@@ -84,33 +84,33 @@ def resum(g: Graph, price: Price, v: int) -> int:
     own = g.terms[v]
     if own is None or len(own) < 2:
         return 0
-    mine = _terms(g, v)
     near: dict[int, int] = {}
-    for cube in mine:
-        readers = g.readers[min(cube, key=lambda x: len(g.readers[x >> 1])) >> 1] if cube else {}
+    place, owner, terms, rest = g.place, g.owner, g.terms, g.rest
+    before = place.get(v, 0)
+    for cube in own:
+        readers = min([g.readers[x >> 1] for x in cube], key=len) if cube else {}
         if len(readers) > MOST:
             continue
         for r in readers:
-            w = g.owner[r]
-            if w != v and g.rest[r] == cube and not g.is_product(w):
-                near[w] = near.get(w, 0) + 1
-    likely = []
-    for w, n in near.items():
-        if n < _FEW:
-            continue
+            if rest[r] == cube:
+                w = owner[r]
+                if place.get(w, before) < before and len(terms[w] or ()) > 1:
+                    near[w] = near.get(w, 0) + 1
+    found = []
+    near = {w: n for w, n in near.items() if n >= _FEW}
+    mine = _terms(g, v) if near else {}
+    for w in near:
         other = _terms(g, w)
         for ratio in dict.fromkeys([mine[c] / other[c] for c in mine if c in other]):
             gone = [c for c, k in other.items() if c in mine and mine[c] == ratio * k]
-            gain = sum([price.product(c) + price.operation(price.varies(c)) for c in gone])
-            gain -= sum([price.product(c) + price.operation(price.varies(c)) for c in other if c not in mine])
-            gain += sum([price.operation(price.varies(c)) for c in other if abs(mine.get(c, 1.0)) != 1.0])
-            if gain > price.operation(g.varies[w]):
-                likely.append((-gain, len(likely), w, {c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio}))
-    for _, _, w, change in sorted(likely):
-        if not _needs(g, w, v):
-            gain = _changed(g, price, v, mine, [change])
-            if gain:
-                return gain
+            likely = sum([price.product(c) + price.operation(price.varies(c)) for c in gone])
+            likely -= sum([price.product(c) + price.operation(price.varies(c)) for c in other if c not in mine])
+            likely += sum([price.operation(price.varies(c)) for c in other if abs(mine.get(c, 1.0)) != 1.0])
+            if likely > price.operation(g.varies[w]):
+                found.append((-likely, len(found), {c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio}))
+    for _, _, change in sorted(found):
+        if gain := _changed(g, price, v, mine, [change]):
+            return gain
     return 0
 
 
@@ -118,12 +118,16 @@ ROWS: tuple[Callable[[Graph, Price, int], int], ...] = (squares, content, resum)
 
 
 def sweep(g: Graph, price: Price, rows: tuple[Callable[[Graph, Price, int], int], ...] = ROWS) -> int:
-    """Each row at each node once; gives how often one gained."""
+    """Each row once at each sum that changed since the last time; gives how often one gained."""
+    order = g.order()
+    g.place = {v: i for i, v in enumerate(order)}
+    changed, g.changed = g.changed, {}
     gained = 0
-    for v in range(len(g.varies)):
-        for row in rows:
-            if g.terms[v] is not None and g.is_read(v):
-                gained += row(g, price, v) > 0
+    for v in order:
+        if v in changed:
+            for row in rows:
+                if g.terms[v] is not None and g.is_read(v):
+                    gained += row(g, price, v) > 0
     return gained
 
 
@@ -151,7 +155,7 @@ def _changed(g: Graph, price: Price, v: int, mine: Terms, changes: list[Terms]) 
 def _terms(g: Graph, v: int) -> Terms:
     found: Terms = {}
     for t in g.of(v):
-        found[g.rest[t]] = g.sign[t] * g.parted(g.cube[t])[1]
+        found[g.rest[t]] = g.sign[t] * g.factor[t]
     return found
 
 
@@ -174,19 +178,3 @@ def _twin(g: Graph, literal: int) -> int | None:
         return None
     twin = g.known(_COS if op is _SIN else _SIN, g.args[v])
     return None if twin is None else 2 * twin
-
-
-def _needs(g: Graph, w: int, v: int) -> bool:
-    """Whether w needs v."""
-    seen, stack = set[int](), [w]
-    while stack:
-        x = stack.pop()
-        if x == v:
-            return True
-        if x in seen:
-            continue
-        seen.add(x)
-        stack += [a for a, _ in g.args[x]]
-        for t in g.of(x):
-            stack += [y >> 1 for y in g.cube[t]]
-    return False

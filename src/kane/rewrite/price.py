@@ -63,3 +63,19 @@ class Price:
         count = len(cubes) - own
         total += self.parameter * (count - 1) if count > 1 else 0
         return total + self.state * (own - 1 + (count > 0)) if own else total
+
+
+def cost(graph: Graph) -> int:
+    """Operations of all that the results need, divisions counted twice."""
+    price = Price(graph)
+    total = 0
+    divided: dict[int, int] = {}
+    for v in graph.order():
+        op = graph.op[v]
+        if op is not None:
+            total += op.cost
+        cubes = [graph.cube[t] for t in graph.of(v)]
+        total += price.sum(cubes) if cubes else 0
+        for x in {x for cube in cubes for x in cube if x & 1}:
+            divided[x] = divided.get(x, 0) + 1
+    return total + sum([1 if n == 1 else 2 for n in divided.values()])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Fewer operations: code is read as a graph of sums and products, rewritten there, and written in an order that waits little.
 
-Two starts are tried: the sums and products as they are, and, for code of moderate length, multiplied out (`rewrite/normal.py`). Of
-both and the code itself the one of fewest operations is taken.
+Two starts are tried: the sums and products as they are, and multiplied out (`rewrite/normal.py`); of long code the one that promises
+more. Of both and the code itself the one of fewest operations is taken.
 
 Results change by rounding errors, so that the pass belongs to compilation with contraction. Taking out a factor never raises the
 running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and a form
@@ -23,14 +23,16 @@ from kane.rewrite.divisors import Search
 from kane.rewrite.graph import Graph
 from kane.rewrite.node_rows import sweep
 from kane.rewrite.normal import normal
-from kane.rewrite.price import Price
+from kane.rewrite.price import Price, cost
 
 IN_THE_MEAN, AT_ONE = 2.0, 4.0
 """By what factors the bound on a result's error may grow: in the geometric mean of the points, and at any of them."""
 EPS = 2.0**-52
-_MODERATE = 3_000
-"""Instructions up to which both starts are tried: longer code would take long to rewrite twice."""
-_SELDOM = 8
+_MODERATE, _LONG = 1_000, 3_000
+"""Instructions up to which both starts are tried, and up to which one is chosen; longer code is rewritten as it is."""
+_LENGTHENED = 1.25
+"""By what factor multiplying out lengthens code with so many brackets that others are likely to serve better."""
+_SELDOM = 3
 """Operations of parameters that weigh as much as one with the state."""
 _ROUNDS = 4
 """How often the rows at a node and the divisors take turns at the most."""
@@ -69,16 +71,24 @@ def _alone(code: Code, routine: Routine) -> Code:
 
 def _forms(code: Code) -> Iterator[Code]:
     """Forms of the code of one routine that are no longer, and the code itself, the cheapest first, what was rewritten before it."""
-    forms = [written(start, code) for start in starts(code)]
-    most = _counts(code)[0]
-    return iter(sorted([*[form for form in forms if _counts(form)[0] <= most], code], key=_cost))
+    own = _counts(code)
+    for start in starts(code):
+        form = written(start, code)
+        if (new := _counts(form))[0] <= own[0] and _cost(new) <= _cost(own):
+            yield form
+    yield code
 
 
 def starts(code: Code) -> list[Graph]:
-    """The graphs of code from both starts, rewritten."""
+    """The graphs of code from its starts, rewritten, the cheapest first."""
     graph = read(code)
-    both = [graph] if len(code.ops) > _MODERATE else [normal(graph), graph]
-    return list(map(_rewritten, both))
+    if len(code.ops) > _LONG:
+        return [_rewritten(graph)]
+    out = normal(graph)
+    both = [out, graph]
+    if len(code.ops) > _MODERATE:
+        both = [out if cost(out) > _LENGTHENED * cost(graph) else graph]
+    return sorted(map(_rewritten, both), key=cost)
 
 
 def _rewritten(graph: Graph) -> Graph:
@@ -102,9 +112,9 @@ def _counts(code: Code) -> tuple[int, int, int]:
     return own + more, own, sum(code.ops[i - code.first] is DIV for i in body)
 
 
-def _cost(code: Code) -> tuple[int, int]:
+def _cost(counts: tuple[int, int, int]) -> tuple[int, int]:
     """Operations, divisions counted twice; and of these those with the state."""
-    total, own, divisions = _counts(code)
+    total, own, divisions = counts
     return total + divisions, own + divisions
 
 
