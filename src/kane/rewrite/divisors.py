@@ -19,25 +19,38 @@ MOST = 32
 """Terms of a sum, and literals of a cube, up to which pairs are looked at."""
 _TWICE = 2
 """How often one divisor is taken out: what goes back into its only reader would be found again and again."""
+_SEVERAL = 2
 
 
 class Row:
-    """A kind of divisor: `places` gives where each one stands, `lone` the place of one that was met once; `rank` orders equal gains."""
+    """A kind of divisor: `places` gives where each one stands, `lone` the place of one met once; `rank` orders equal gains.
+
+    A place is a term, or a pair of them. Places are entered when their terms come, and left out when they are next asked for.
+    """
 
     rank: ClassVar[int]
 
     def __init__(self, graph: Graph, price: Price) -> None:
         self.graph, self.price = graph, price
-        self.places: dict[Any, dict[Any, None]] = {}
+        self.places: dict[Any, list[Any]] = {}
         self.lone: dict[Any, Any] = {}
 
-    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:
-        """The divisors that a new term shows, each with its place; of literals that other terms hold, too."""
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
+        """The divisors that a new term shows, each with its place: of literals that other terms hold, too; `lone` counts the rest."""
         raise NotImplementedError
 
-    def further(self, t: int, x: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
         """Those that a term shows besides, when another one holds its literal x, too."""
-        return ()
+        raise NotImplementedError
+
+    def stands(self, place: Any) -> bool:
+        """Whether a place is there still."""
+        return self.graph.owner[place] >= 0
+
+    def standing(self, key: Any) -> bool:
+        """Whether a divisor stands in several places still."""
+        held = self.places[key] = [*filter(self.stands, self.places[key])]
+        return len(held) >= _SEVERAL
 
     def gain(self, key: Any) -> int:
         """By how much the price falls when a divisor is taken out of all its places."""
@@ -69,11 +82,11 @@ class Factor(Row):
 
     rank = 0
 
-    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         v = self.graph.owner[t]
         return [((v, x), t) for x in dict.fromkeys(self.graph.cube[t]) if x in often]
 
-    def further(self, t: int, x: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         return [((self.graph.owner[t], x), t)]
 
     def gain(self, key: Any) -> int:  # noqa: D102
@@ -87,7 +100,7 @@ class Factor(Row):
 
     def taken(self, key: Any) -> list[int]:  # noqa: D102
         g = self.graph
-        held = list(self.places[key])
+        held = self.places[key]
         base = common([g.cube[t] for t in held])
         return self._made([(g.sign[t], over(g.cube[t], base)) for t in held], [(held, base, 1)])
 
@@ -97,24 +110,30 @@ class Pair(Row):
 
     rank = 1
 
-    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         g = self.graph
         own = g.terms[g.owner[t]]
         assert own is not None
-        if len(own) > MOST:
+        if len(own) > MOST or lone[t]:
             return []
         cubes, signs = g.cube, g.sign
         a, s = cubes[t], signs[t]
         found = []
         for u in own.values():
-            if u >= t:
-                break
-            rest, other = _without_common(a, cubes[u])
-            if rest < other:
-                found.append(((rest, other, s * signs[u]), (t, u)))
-            else:
-                found.append(((other, rest, s * signs[u]), (u, t)))
+            if u != t and lone.get(u) == 0:
+                rest, other = _without_common(a, cubes[u])
+                if rest < other:
+                    found.append(((rest, other, s * signs[u]), (t, u)))
+                else:
+                    found.append(((other, rest, s * signs[u]), (u, t)))
         return found
+
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        return self.shown(t, lone, often)
+
+    def stands(self, place: Any) -> bool:  # noqa: D102
+        owner = self.graph.owner
+        return owner[place[0]] >= 0 and owner[place[1]] >= 0
 
     def gain(self, key: Any) -> int:  # noqa: D102
         g, price = self.graph, self.price
@@ -144,7 +163,7 @@ class CubePair(Row):
 
     rank = 2
 
-    def shown(self, t: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         cube = [x for x in self.graph.cube[t] if x in often]
         n = len(cube)
         if n < 2 or n > MOST:
@@ -152,7 +171,7 @@ class CubePair(Row):
         found = dict.fromkeys([(cube[i], cube[j]) for j in range(1, n) for i in range(j)])
         return [(pair, t) for pair in found]
 
-    def further(self, t: int, x: int, often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         cube = self.graph.cube[t]
         if len(cube) > MOST:
             return []
@@ -168,7 +187,7 @@ class CubePair(Row):
         g = self.graph
         d, _ = g.sum([(1, key)])
         changed = [d]
-        for t in list(self.places[key]):
+        for t in self.places[key]:
             v, cube = g.owner[t], g.cube[t]
             if v < 0 or v == d:
                 continue
@@ -189,7 +208,7 @@ class Search:
     def __init__(self, graph: Graph, price: Price, rows: Iterable[type[Row]] = (Factor, Pair, CubePair)) -> None:
         self.graph = graph
         self.rows = [row(graph, price) for row in rows]
-        self._shown: dict[int, list[tuple[Row, Any, Any]]] = {}
+        self._lone: dict[int, int] = {}
         self._first: dict[int, int] = {}
         self._often = set[int]()
         self._fresh: dict[tuple[Row, Any], None] = {}
@@ -203,42 +222,38 @@ class Search:
 
     def enter(self, t: int) -> None:
         """Enter a term with what it shows."""
-        self._shown[t] = []
-        often, first = self._often, self._first
+        often, first, lone, owner = self._often, self._first, self._lone, self.graph.owner
+        alone = 0
         for x in dict.fromkeys(self.graph.cube[t]):
-            if x not in often and (u := first.setdefault(x, t)) != t:
-                often.add(x)
-                if u in self._shown:
-                    for row in self.rows:
-                        self._put(row, u, row.further(u, x, often))
+            if x in often:
+                continue
+            u = first.setdefault(x, t)
+            if u == t:
+                alone += 1
+                continue
+            often.add(x)
+            lone[u] -= 1
+            if owner[u] >= 0:
+                for row in self.rows:
+                    self._put(row, row.further(u, x, lone, often))
+        lone[t] = alone
         for row in self.rows:
-            self._put(row, t, row.shown(t, often))
+            self._put(row, row.shown(t, lone, often))
 
-    def _put(self, row: Row, t: int, shown: Iterable[tuple[Hashable, Any]]) -> None:
-        own, fresh, places, lone = self._shown[t], self._fresh, row.places, row.lone
+    def _put(self, row: Row, shown: Iterable[tuple[Hashable, Any]]) -> None:
+        fresh, places, lone = self._fresh, row.places, row.lone
         for key, place in shown:
-            if type(place) is tuple:
-                self._shown[place[1] if place[0] == t else place[0]].append((row, key, place))
             held = places.get(key)
             if held is not None:
-                held[place] = None
+                held.append(place)
                 fresh[row, key] = None
-            elif (other := lone.setdefault(key, place)) != place:
-                places[key] = {other: None, place: None}
-                del lone[key]
-                fresh[row, key] = None
-            own.append((row, key, place))
-
-    def leave(self, t: int) -> None:
-        """Take out what a term shows."""
-        for row, key, place in self._shown.pop(t, ()):
-            held = row.places.get(key)
-            if held is None:
-                row.lone.pop(key, None)
-            elif place in held:
-                del held[place]
-                if not held:
-                    del row.places[key]
+            elif (other := lone.setdefault(key, place)) is not place:
+                if row.stands(other):
+                    places[key] = [other, place]
+                    del lone[key]
+                    fresh[row, key] = None
+                else:
+                    lone[key] = place
 
     def run(self) -> int:
         """Take out divisors as long as one gains; gives what was gained."""
@@ -259,7 +274,7 @@ class Search:
         heap = self._heap
         while heap:
             gain, _, _, row, key = heapq.heappop(heap)
-            if len(row.places.get(key, ())) < _TWICE or self._taken.get((row, key), 0) >= _TWICE:
+            if self._taken.get((row, key), 0) >= _TWICE or not row.standing(key):
                 continue
             now = row.gain(key)
             if now == -gain:
@@ -269,7 +284,7 @@ class Search:
 
     def _push(self, row: Row, key: Any, gain: int | None = None) -> None:
         if gain is None:
-            if len(row.places.get(key, ())) < _TWICE:
+            if not row.standing(key):
                 return
             gain = row.gain(key)
         if gain > 0:

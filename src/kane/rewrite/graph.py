@@ -29,9 +29,6 @@ class Listener(Protocol):
     def enter(self, t: int) -> None:
         """A term is new."""
 
-    def leave(self, t: int) -> None:
-        """A term goes."""
-
 
 class Graph:
     """Nodes by number and terms by number; of a term that is gone the owner is −1.
@@ -186,8 +183,6 @@ class Graph:
 
     def drop(self, t: int) -> None:
         """Take a term out; what nothing reads then goes with the next `collect`."""
-        if self.listener:
-            self.listener.leave(t)
         own = self.terms[self.owner[t]]
         assert own is not None
         del own[self.rest[t]]
@@ -347,18 +342,19 @@ class Graph:
     def order(self) -> list[int]:
         """What the results need, arguments first."""
         found: dict[int, None] = {}
-        stack = [(v, False) for v, _ in reversed(self.results)]
+        args, terms, cube = self.args, self.terms, self.cube
+        stack = [v for v, _ in reversed(self.results)]
         while stack:
-            v, done = stack.pop()
-            if v in found:
-                continue
-            if done:
-                found[v] = None
-                continue
-            stack.append((v, True))
-            stack += [(a, False) for a, _ in self.args[v]]
-            for t in self.of(v):
-                stack += [(x >> 1, False) for x in self.cube[t]]
+            v = stack.pop()
+            if v < 0:
+                found[~v] = None
+            elif v not in found:
+                own = terms[v]
+                stack.append(~v)
+                if own:
+                    stack += [x >> 1 for t in own.values() for x in cube[t] if x >> 1 not in found]
+                elif args[v]:
+                    stack += [a for a, _ in args[v] if a not in found]
         return list(found)
 
 

@@ -66,7 +66,7 @@ class Price:
 
 
 def cost(graph: Graph) -> int:
-    """Operations of all that the results need, divisions counted twice."""
+    """Operations of all that the results need; divisions with the state count twice."""
     price = Price(graph)
     total = 0
     divided: dict[int, int] = {}
@@ -78,4 +78,4 @@ def cost(graph: Graph) -> int:
         total += price.sum(cubes) if cubes else 0
         for x in {x for cube in cubes for x in cube if x & 1}:
             divided[x] = divided.get(x, 0) + 1
-    return total + sum([1 if n == 1 else 2 for n in divided.values()])
+    return total + sum([(n > 1) + graph.varies[x >> 1] for x, n in divided.items()])

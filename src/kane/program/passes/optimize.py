@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Fewer operations: code is read as a graph of sums and products, rewritten there, and written in an order that waits little.
 
-Two starts are tried: the sums and products as they are, and multiplied out (`rewrite/normal.py`); of long code the one that promises
-more. Of both and the code itself the one of fewest operations is taken.
+There are two starts: the sums and products as they are, and multiplied out (`rewrite/normal.py`). Of short code both are tried, else
+the one that promises more, and the other where that gains nothing. Of these and the code itself the shortest is taken.
 
 Results change by rounding errors, so that the pass belongs to compilation with contraction. Taking out a factor never raises the
 running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and a form
@@ -28,8 +28,8 @@ from kane.rewrite.price import Price, cost
 IN_THE_MEAN, AT_ONE = 2.0, 4.0
 """By what factors the bound on a result's error may grow: in the geometric mean of the points, and at any of them."""
 EPS = 2.0**-52
-_MODERATE, _LONG = 1_000, 3_000
-"""Instructions up to which both starts are tried, and up to which one is chosen; longer code is rewritten as it is."""
+_SHORT, _LONG = 200, 3_000
+"""Instructions up to which both starts are tried, and up to which the second one is where the first gains nothing."""
 _LENGTHENED = 1.25
 """By what factor multiplying out lengthens code with so many brackets that others are likely to serve better."""
 _SELDOM = 3
@@ -84,11 +84,12 @@ def starts(code: Code) -> list[Graph]:
     graph = read(code)
     if len(code.ops) > _LONG:
         return [_rewritten(graph)]
-    out = normal(graph)
-    both = [out, graph]
-    if len(code.ops) > _MODERATE:
-        both = [out if cost(out) > _LENGTHENED * cost(graph) else graph]
-    return sorted(map(_rewritten, both), key=cost)
+    before, out = cost(graph), normal(graph)
+    ordered = [out, graph] if cost(out) > _LENGTHENED * before else [graph, out]
+    made = [_rewritten(ordered[0])]
+    if len(code.ops) <= _SHORT or cost(made[0]) >= before:
+        made.append(_rewritten(ordered[1]))
+    return sorted(made, key=cost)
 
 
 def _rewritten(graph: Graph) -> Graph:
