@@ -68,12 +68,12 @@ if TYPE_CHECKING:
     from kane.model.declarations import Event
     from kane.model.reactions import auxiliary_speed, reaction
     from kane.model.system import System
-    from kane.motion.accuracy import Accuracy
-    from kane.motion.drives import Signal, signal
-    from kane.motion.feedback import sampled
+    from kane.motion.inputs.feedback import sampled
+    from kane.motion.inputs.functions import Signal, signal
     from kane.motion.load import load_solution
-    from kane.motion.run import simulate
-    from kane.motion.solution import Solution
+    from kane.motion.simulate import simulate
+    from kane.motion.solution.accuracy import Accuracy
+    from kane.motion.solution.solution import Solution
     from kane.present.version_list import show_versions
     from kane.program.native.machine import Settings
     from kane.solids import *
@@ -170,12 +170,12 @@ _NAMES = {
         "circular_arc circular_sector ellipsoid frustum half_cylinder hemisphere rectangular_plate "
         "right_triangle torus triangular_plate",
     "model.system": "System",
-    "motion.accuracy": "Accuracy",
-    "motion.drives": "Signal signal",
-    "motion.feedback": "sampled",
+    "motion.solution.accuracy": "Accuracy",
+    "motion.inputs.functions": "Signal signal",
+    "motion.inputs.feedback": "sampled",
     "motion.load": "load_solution",
-    "motion.run": "simulate",
-    "motion.solution": "Solution",
+    "motion.simulate": "simulate",
+    "motion.solution.solution": "Solution",
     "present.beam_figures": "beam_figure mode_figure",
     "present.campbell": "campbell_diagram",
     "present.checks": "Check",

@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.analysis.held import held_at
 from kane.analysis.search import Found, Search
-from kane.analysis.state import GIVEN, Entries, check_equations, entries, misses
+from kane.analysis.state import Entries, check_equations, entries, misses
 from kane.dynamics.constraints.closure import closure
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
@@ -20,11 +20,9 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed
 from kane.numeric.projection import least_squares
-from kane.numeric.rank import ROUNDING, STATE_RANK, singular
+from kane.numeric.rank import singular
+from kane.numeric.scale import GIVEN, ROUNDED, ROUNDED_ROOT, STATE_RANK
 from kane.progress import working
-
-_ROUNDING = 1e-7
-"""Share of the largest row of A below which a row's misses are compared with the largest instead: near a singular position."""
 
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 
@@ -210,7 +208,7 @@ def _not_closed(search: Search, found: Found) -> str:
 def _undetermined(block: Array, start: Entries, names: Sequence[str], among: Sequence[int]) -> tuple[list[str], int]:
     """Which `among` what is free may still move where `block` holds the rest; and how many values are too few."""
     directions = singular(block).kernel(STATE_RANK)
-    open_ = np.abs(directions).max(axis=0, initial=0) > 1e-7
+    open_ = np.abs(directions).max(axis=0, initial=0) > ROUNDED_ROOT
     return [names[i] for i, x in zip(start.free, open_, strict=True) if x and i in among], len(directions)
 
 
@@ -230,11 +228,11 @@ def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bo
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
     # what a unit of each does: metres and radians per second compare by that
     pace = np.abs(rows).max(axis=0, initial=0)
-    pace = np.where(pace > ROUNDING * pace.max(initial=0), pace, 1.0)
+    pace = np.where(pace > ROUNDED * pace.max(initial=0), pace, 1.0)
     rows, x = rows / pace, start.values * pace
     size = np.abs(rows).max(axis=1, initial=0)
     # a row that vanishes here but for rounding holds nothing
-    scale = np.maximum(size, max(_ROUNDING * size.max(initial=0), np.finfo(float).tiny))
+    scale = np.maximum(size, max(ROUNDED_ROOT * size.max(initial=0), np.finfo(float).tiny))
     free = list(start.free)
     if free:
         block = rows[:, free] / scale[:, None]

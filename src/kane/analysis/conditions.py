@@ -23,10 +23,10 @@ from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import close
 from kane.numeric.sampling import draw
+from kane.numeric.scale import UNRELATED
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
-_LINK = 1e-9
 _ROUNDS = 3
 """Times that sizes of what moves and of what must vanish follow from each other."""
 
@@ -212,7 +212,7 @@ def conditions(
         further |= set(np.flatnonzero(every[flow.counts[1] :]).tolist())
         constant |= {i for i, m in zip(tangent.free_q, matters, strict=True) if m}
         by_cyclic = np.abs(tangent.e[:, ~matters]).max(axis=1, initial=0)
-        steady -= set(np.flatnonzero(by_cyclic > _LINK * np.abs(tangent.e).max(initial=0)).tolist())
+        steady -= set(np.flatnonzero(by_cyclic > UNRELATED * np.abs(tangent.e).max(initial=0)).tolist())
     return Conditions(
         numeric,
         t,

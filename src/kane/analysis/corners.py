@@ -22,11 +22,8 @@ from kane.expr.ops import GONE
 from kane.expr.switching import Switch
 from kane.numeric.arrays import Mask
 from kane.numeric.rank import balance
+from kane.numeric.scale import EQUAL, ROUNDED_SUM
 
-_NOTHING = 1e-11
-"""Share of the largest slopes, by rows and columns, up to which two sides are the same."""
-_SAME = 1e-9
-"""Share of two values up to which they are the same."""
 _AS_ZERO = 1e-4
 """Share of a tolerance by which a steady state that was solved for is off."""
 
@@ -115,7 +112,7 @@ def different_slopes(every: Sequence[Piece]) -> Mask:
     scaled = table / (scale.rows * scale.columns)
     blur = np.array([np.broadcast_to(p.blur, table.shape[1:]) for p in every]) / (scale.rows * scale.columns)
     with np.errstate(invalid="ignore"):
-        apart = ~(np.abs(scaled[:, None] - scaled[None]) <= _NOTHING + blur[:, None] + blur[None])
+        apart = ~(np.abs(scaled[:, None] - scaled[None]) <= ROUNDED_SUM + blur[:, None] + blur[None])
     both = ~finite[:, None] & ~finite[None]
     return np.asarray(
         (apart & ~both).any(axis=(2, 3)) | (alike[:, None] != alike[None]) | ~alike[:, None] & ~alike[None]
@@ -132,7 +129,7 @@ def _different_levels(sides: Sides) -> Mask:
     shape = every[0].slopes.shape
     slopes = np.array([p.slopes if p.slopes.shape == shape else every[0].slopes for p in every])
     apart = np.abs(level[:, None] - level[None])
-    noise = _SAME * (np.abs(level[:, None]) + np.abs(level[None]))
+    noise = EQUAL * (np.abs(level[:, None]) + np.abs(level[None]))
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.array([np.abs(p.gradients) for p in every]).max(axis=0)
         step = np.where(reach > 0, sides.corner.slack[:, None] / reach, 0.0).max(axis=0, initial=0)

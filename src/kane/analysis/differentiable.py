@@ -23,6 +23,7 @@ from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
+from kane.numeric.scale import EPS
 
 _TOLD = 3
 
@@ -106,7 +107,7 @@ def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:
     found = []
     for p in every:
         change = p.gradients @ d
-        noise = np.finfo(float).eps * (np.abs(p.gradients) @ np.abs(d))
+        noise = EPS * (np.abs(p.gradients) @ np.abs(d))
         if (np.array(p.signs) * change >= -noise).all() and not np.isnan(change).any():
             found.append(p)
     return found

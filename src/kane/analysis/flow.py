@@ -14,11 +14,12 @@ from kane.analysis.numbers import Coded, Numbers
 from kane.analysis.outputs import Outputs
 from kane.analysis.state import State
 from kane.analysis.tangents import Tangents, in_numbers, perturbations, spread, tangents, turning_rates
-from kane.dynamics.constraints.partition import POOR, quality
+from kane.dynamics.constraints.partition import quality
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility, sizes
+from kane.numeric.scale import POOR
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import GIVEN, misses
+from kane.analysis.state import misses
 from kane.analysis.tangents import turning
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
@@ -25,7 +25,8 @@ from kane.expr.visit import substituted
 from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_squares
-from kane.numeric.rank import DERIVE_RANK, balance, singular
+from kane.numeric.rank import balance, singular
+from kane.numeric.scale import DERIVE_RANK, GIVEN
 
 _TOLD = 6
 

@@ -22,12 +22,12 @@ from kane.expr.symbols import Speed
 from kane.model.directions import check_unit
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
+from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK
 from kane.space.point import Point
 from kane.space.vector import Vector
 
 _TURNS = 181
 """Directions among which that of slip is looked for."""
-_STILL = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +96,7 @@ def impact(
             f"Expected points that approach each other, got a velocity of {v_n:.6g} along the normal from the struck to the "
             "striking one. Turn the normal, or there is no blow."
         )
-    if not reach > _STILL * np.abs(inverse).max(initial=0.0):
+    if not reach > ROUNDED_CHAIN * np.abs(inverse).max(initial=0.0):
         raise SimulationError(
             "Expected an impulse that moves the point along the normal, got a constraint that holds it there, and takes "
             "the blow. Free the point, or strike elsewhere."
@@ -151,10 +151,10 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
     felt = axes @ inverse @ axes.T
     v = axes @ before
     wanted = np.array([-(1 + e) * v[0], -v[1], -v[2]])
-    stuck = np.linalg.lstsq(felt, wanted, rcond=1e-12)[0]
+    stuck = np.linalg.lstsq(felt, wanted, rcond=SOLVE_RANK)[0]
     size = np.abs(stuck).max(initial=0.0)
-    holds = np.abs(felt @ stuck - wanted).max() <= 1e-9 * np.abs(wanted).max()
-    if holds and np.hypot(*stuck[1:]) <= friction[0] * stuck[0] + _STILL * size:
+    holds = np.abs(felt @ stuck - wanted).max() <= EQUAL * np.abs(wanted).max()
+    if holds and np.hypot(*stuck[1:]) <= friction[0] * stuck[0] + ROUNDED_CHAIN * size:
         return np.asarray(stuck @ axes), False
 
     def blow(angle: float) -> tuple[Array, Array]:
@@ -173,7 +173,7 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
     angles = np.linspace(-np.pi, np.pi, _TURNS)
     values = np.array([turned(a) for a in angles])
     for k in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:])):
-        angle = float(brentq(turned, angles[k], angles[k + 1], xtol=1e-15))
+        angle = float(brentq(turned, angles[k], angles[k + 1], xtol=LAST_DIGIT))
         own, after = blow(angle)
         if after[1] * np.cos(angle) + after[2] * np.sin(angle) >= 0 and own[0] >= 0:
             return np.asarray(own @ axes), True

@@ -28,7 +28,8 @@ from kane.expr.size import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values, symbol_named
-from kane.numeric.rank import INVERSE_RANK, STATE_RANK, TAKES_PART, balance, singular
+from kane.numeric.rank import balance, singular
+from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
 from kane.program.bundle import Bundle
 from kane.program.native.machine import Settings
 

@@ -16,8 +16,7 @@ from kane.errors import Attributes, SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.rank import singular
-
-_LINK = 1e-9
+from kane.numeric.scale import UNRELATED
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,7 +149,7 @@ class Linear(Attributes):
         )
 
     def _check_untied(self, rows: Array, whole: Array, labels: Sequence[str], gone: Sequence[int]) -> None:
-        tied = np.argwhere(np.abs(rows[:, gone]) > _LINK * np.abs(whole).max(initial=0))
+        tied = np.argwhere(np.abs(rows[:, gone]) > UNRELATED * np.abs(whole).max(initial=0))
         if labels and len(tied):
             i, j = tied[0]
             raise SimulationError(
@@ -188,7 +187,7 @@ class Linear(Attributes):
         back = np.linalg.solve(self.mass, h.T)
         mobility = h @ back
         length = np.sqrt(np.diag(mobility))
-        if not np.all(length > 0) or not singular(mobility / np.outer(length, length)).regular(_LINK):
+        if not np.all(length > 0) or not singular(mobility / np.outer(length, length)).regular(UNRELATED):
             raise SimulationError(
                 f"Expected as many speeds as coordinates, got {len(q)} coordinates ({', '.join(self.states[i] for i in q)}) moved by "
                 f"{len(self.speeds)} independent speeds ({', '.join(self.speeds)}), which do not move them one by one. Name the "
@@ -212,9 +211,9 @@ class Linear(Attributes):
         size = np.abs(self.A).max(initial=0)
         most = (np.abs(h) @ np.abs(self.A[count:])).max(initial=0)
         pairs = [
-            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(self.A[np.ix_(q, rest)]) > _LINK * size)),
-            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(h @ self.A[count:, rest]) > _LINK * most)),
-            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(np.abs(hidden) > _LINK * most)),
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(self.A[np.ix_(q, rest)]) > UNRELATED * size)),
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(h @ self.A[count:, rest]) > UNRELATED * most)),
+            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(np.abs(hidden) > UNRELATED * most)),
         ]
         if pairs:
             i, other = pairs[0]

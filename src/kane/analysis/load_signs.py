@@ -26,12 +26,11 @@ from kane.expr.symbols import Coordinate, Parameter, Reaction, Speed, State
 from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
-from kane.numeric.rank import STATE_RANK, singular
+from kane.numeric.rank import singular
+from kane.numeric.scale import STATE_RANK, UNRELATED
 
 DIRECTIONS = 8
 _SEED = 20251
-_SLACK = 1e-9
-"""Share of the sizes of F and v up to which a power is rounding's."""
 
 Numbers = Mapping[Expr, Any]
 
@@ -138,5 +137,5 @@ def _velocity(eom: Equations, term: Term, numbers: Numbers, u: Array) -> Array:
 
 def _largest(total: Array, size: Array) -> float | None:
     """The largest of numbers that are all positive, beyond rounding."""
-    positive = np.isfinite(total) & (total > _SLACK * size) & (size > 0)
+    positive = np.isfinite(total) & (total > UNRELATED * size) & (size > 0)
     return float(total.max()) if positive.all() else None

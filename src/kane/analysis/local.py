@@ -24,7 +24,8 @@ from kane.expr.symbols import Symbol
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility
-from kane.numeric.rank import POLE_RANK, SOLVE_RANK, SURE_RANK, balanced, singular
+from kane.numeric.rank import balanced, singular
+from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
 from kane.program.bundle import Bundle
 from kane.program.program import Port
 
@@ -194,7 +195,7 @@ def solver(eom: Equations, values: Values, state: State | None = None) -> Callab
             "parameters are singular here."
         )
     found = singular(balanced(matrix / _units(values, n)[keep][:, keep]))
-    if matrix.size and not found.regular(POLE_RANK if eom.solved.twin else SOLVE_RANK):
+    if matrix.size and not found.regular(NEAR_SINGULAR if eom.solved.twin else SOLVE_RANK):
         raise SingularError(
             at_false_pole(eom)
             or "Expected equations of motion that determine u' and the reactions, got a singular matrix at this state: a speed moves "

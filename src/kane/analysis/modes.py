@@ -11,10 +11,9 @@ import numpy as np
 from kane.analysis.linear import Linear, SecondOrder
 from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, UNRELATED
 
-_SHARE = 1e-8
-"""Share of the terms up to which damping and gyroscopic terms are those of rounding."""
-_ROUNDING = 16 * np.finfo(float).eps
+_ROUNDING = 16 * EPS
 """Share of the largest λ, a coordinate, that rounding leaves of a λ that vanishes."""
 
 
@@ -104,12 +103,12 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     scale = np.sqrt(np.diag(m))
     unit = np.outer(scale, scale)
     stiff = np.abs(k / unit).max(initial=0.0)
-    if np.abs(c / unit).max(initial=0.0) > _SHARE * np.sqrt(stiff):
+    if np.abs(c / unit).max(initial=0.0) > UNRELATED * np.sqrt(stiff):
         raise SimulationError(
             "Expected equations without damping and gyroscopic terms for normal modes, got C with "
             f"{np.abs(c).max():.3g}. linear.modes has the complex modes; second_order() has C."
         )
-    if np.abs((k - k.T) / unit).max(initial=0.0) > _SHARE * stiff:
+    if np.abs((k - k.T) / unit).max(initial=0.0) > UNRELATED * stiff:
         raise SimulationError(
             "Expected a symmetric K for normal modes, got one of forces without a potential energy. linear.modes has "
             "the complex modes."

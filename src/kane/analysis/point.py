@@ -21,9 +21,10 @@ from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values, symbol_named
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_squares, of_unit_length, row_sizes
+from kane.numeric.scale import LAST_DIGIT
 
-_CLOSED, _ROUNDS = 1e-15, 4
-"""Share of the largest terms at which no further steps are tried, and how many there are."""
+_ROUNDS = 4
+"""Steps at most."""
 _GROUPS = ("q", "u", "parameters", "inputs", "states")
 
 
@@ -141,7 +142,7 @@ def closed(numeric: Numeric[Equations], state: State) -> State:
 
     start = of_unit_length(state.x, perturbed.sets), values
     size = row_sizes(values.matrix[:n, :n], values.constraints(n)[: len(values.configuration)])
-    limit = _CLOSED * (values.configuration_terms / size).max(initial=0)
+    limit = LAST_DIGIT * (values.configuration_terms / size).max(initial=0)
     x, values = improved(start, lambda at: np.abs(at[1].configuration / size).max(initial=0), closer, limit, _ROUNDS)
     if values.motion.any():
         eom.evaluate(

@@ -20,18 +20,13 @@ from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.many import Indices, Sizes, close_many, sizes
 from kane.numeric.newton import Closed, close
-from kane.numeric.rank import STATE_RANK, singular
+from kane.numeric.rank import singular
+from kane.numeric.scale import CLOSED, LAST_DIGIT, ONE_POSITION, ROUNDED_ROOT, STATE_RANK
 
 TRIES = (60, 400, 1600)
 """Starts that are made together: more where those before led to no branch that is meant."""
 _SEED = 20048
-_FIRM = 1e-10
-"""Residual, over the size of its terms, at which a configuration is closed."""
-_CLOSED = 1e-15
-"""The same at which no further steps are tried."""
-_SAME = 1e-5
-"""Distance up to which two configurations are one: steps to a dead centre, where two branches meet, end so far from it."""
-_SLID, _SLIDES, _NEAREST = 1e-7, 40, 6
+_SLIDES, _NEAREST = 40, 6
 _TOLD = 6
 
 
@@ -99,7 +94,7 @@ class Search:
 
     def _apart(self, x: Array, other: Array) -> str:
         """Where coordinates are that differ from others, the first few."""
-        apart = np.abs(x - other) > _SAME * self._wide
+        apart = np.abs(x - other) > ONE_POSITION * self._wide
         pairs = [(q, v) for q, v, differs in zip(self.system.coordinates, x, apart, strict=True) if differs]
         return ", ".join(f"{q} = {v:.4g}" for q, v in pairs[:_TOLD]) + (", …" if len(pairs) > _TOLD else "")
 
@@ -132,7 +127,7 @@ class Search:
 
     def closed(self, x: Array) -> Closed:
         """Steps from q (n) on, of what is free, in sizes of its own."""
-        return close(self.one, x, self.start.free, _CLOSED, sizes=(self._size.f, self._wide))
+        return close(self.one, x, self.start.free, LAST_DIGIT, sizes=(self._size.f, self._wide))
 
     @cached_property
     def _wide(self) -> Array:
@@ -164,7 +159,7 @@ class Search:
         found = close_many(self._free, x, self._size, lambda x, _: ~self._turned(self._whole(x)).any(axis=1))
         best = int(np.argmin(np.where(np.isfinite(found.left), found.left, np.inf)))
         nearest = self.closed(self._whole(found.x[best : best + 1])[0])
-        whole = self._homed(self._whole(found.x[found.left <= _FIRM]))
+        whole = self._homed(self._whole(found.x[found.left <= CLOSED]))
         if not len(whole):
             return (), nearest, ""
         whole = whole[np.argsort(self.distances(whole), kind="stable")]
@@ -184,7 +179,8 @@ class Search:
         away[:, list(self.start.free)] = (x - self.start.values)[:, list(self.start.free)] / self._size.x
         guessed = np.linalg.norm(away[:, list(self.start.guessed)], axis=1)
         return np.asarray(
-            guessed + (_SAME if self.start.guessed else 1.0) * np.linalg.norm(away[:, list(self.start.missing)], axis=1)
+            guessed
+            + (ONE_POSITION if self.start.guessed else 1.0) * np.linalg.norm(away[:, list(self.start.missing)], axis=1)
         )
 
     def _distinct(self, x: Array) -> Array:
@@ -192,7 +188,7 @@ class Search:
         kept: list[Array] = []
         free, size = list(self.start.free), self._size.x
         for one in x:
-            if all(np.abs((one - other)[free] / size).max() > _SAME for other in kept):
+            if all(np.abs((one - other)[free] / size).max() > ONE_POSITION for other in kept):
                 kept.append(one)
         return np.array(kept)
 
@@ -209,7 +205,7 @@ class Search:
                 side = np.where(side == 0, home[:, at[0]], side)
                 home[:, at] *= np.where(side < 0, -1.0, 1.0)[:, None]
         left = np.abs(self.many(home)[0] / self._size.f).max(axis=1, initial=0)
-        kept = (left <= 10 * _FIRM) & (self._turned(home) == self._turned(x)).all(axis=1)
+        kept = (left <= 10 * CLOSED) & (self._turned(home) == self._turned(x)).all(axis=1)
         return np.where(kept[:, None], home, x)
 
     def singular_at(self, x: Array) -> str:
@@ -236,7 +232,7 @@ class Search:
         for _ in range(_SLIDES):
             kernel = self._kernel(x)
             change = kernel.T @ (kernel @ (pull * (self.start.values - x)[free] / size))
-            if np.abs(change).max(initial=0) <= _SLID:
+            if np.abs(change).max(initial=0) <= ROUNDED_ROOT:
                 break
             for share in (1.0, 0.5, 0.25, 0.1):
                 trial = x.copy()

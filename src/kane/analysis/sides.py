@@ -21,16 +21,13 @@ from kane.errors import SingularError
 from kane.expr.node import Expr
 from kane.expr.ops import GONE
 from kane.numeric.arrays import Array
-from kane.numeric.rank import ROUNDING, balance
+from kane.numeric.rank import balance
+from kane.numeric.scale import ROUNDED, SIX_DIGITS, UNRELATED
 
 _MOST = 6
 """Switches of which all sides are looked at together; of more, all on one side, and each of them on the other."""
-_OPEN = 1e-9
-"""Least share by which a direction must lead away from every switch, their slopes being 1 at most."""
 _NEAR = (2.0**-16, 2.0**-24, 2.0**-32)
 """Distances at which a piece is looked at whose derivative has no value at the corner itself."""
-_GONE = 1e-6
-"""Share of what it is at the first of them, below which its limit is zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +121,7 @@ def _limit(series: Sequence[Array]) -> Array:
     with np.errstate(all="ignore"):
         limit = last - two**2 / (two - one)
     limit = np.where((np.abs(two) < np.abs(one)) & np.isfinite(limit), limit, last)
-    return np.where(np.abs(limit) <= _GONE * np.abs(first), 0.0, limit)
+    return np.where(np.abs(limit) <= SIX_DIGITS * np.abs(first), 0.0, limit)
 
 
 def _built(corner: Corner, state: State, numbers: OneSided) -> Piece | None:
@@ -150,7 +147,7 @@ def _leaving(rows: Array, moves: Array) -> Array:
     """∇c along the changes that are allowed, what rounding leaves of zero being zero; what c does not hold need not be finite."""
     terms = np.where(rows[:, :, None] == 0, 0.0, rows[:, :, None] * moves[None])
     found = terms.sum(axis=1)
-    return np.asarray(np.where(np.abs(found) <= ROUNDING * np.abs(terms).sum(axis=1), 0.0, found))
+    return np.asarray(np.where(np.abs(found) <= ROUNDED * np.abs(terms).sum(axis=1), 0.0, found))
 
 
 def _direction(rows: Array) -> Array | None:
@@ -167,7 +164,7 @@ def _direction(rows: Array) -> Array | None:
         above = np.hstack([-scaled.matrix, np.ones((len(rows), 1))])
         best = linprog([*[0.0] * width, -1.0], above, np.zeros(len(rows)), bounds=[(-1, 1)] * width + [(None, 1)])
         found = np.asarray(best.x if best.success else np.zeros(width + 1), dtype=np.float64)
-        if not found[-1] > _OPEN:
+        if not found[-1] > UNRELATED:
             return None
         d = found[:-1]
     d = d / scaled.columns[0]

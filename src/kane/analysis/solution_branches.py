@@ -21,13 +21,11 @@ from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut, none_of
 from kane.expr.symbols import Symbol
-from kane.numeric.arclength import CLOSED, Curve, Path
+from kane.numeric.arclength import Curve, Path
 from kane.numeric.arrays import Array
+from kane.numeric.scale import CLOSED, ROUNDED
 from kane.program.native.machine import Settings
 from kane.progress import far, working
-
-_ROUNDED = 1e-14
-"""Share of what counts as 1 below which a value of a point is zero but for rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,7 +228,7 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
 
     def at(y: Array) -> tuple[OperatingPoint, Linear, str]:
         far(lambda: f"linearizing at {unknowns.where(y)}")
-        y = np.where(np.abs(y) <= _ROUNDED, 0.0, y)
+        y = np.where(np.abs(y) <= ROUNDED, 0.0, y)
         point = point_of(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
         at_point, corner = _linear(lin, point, independent, lambda: beside(y))
         gone = [n for n in (*at_point.coordinates, *at_point.further) if n not in kept]

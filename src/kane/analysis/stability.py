@@ -10,15 +10,12 @@ import numpy as np
 from kane.analysis.point import OperatingPoint
 from kane.errors import Attributes
 from kane.numeric.arrays import Array, Complex
+from kane.numeric.scale import ROUNDED, ROUNDED_ROOT
 
 Middle = Callable[[Array, Array], Array | None]
 Spectrum = Callable[[Array], Complex]
 
-GROWS = 1e-7
-"""Real part, over the largest eigenvalue, above which a mode grows: below it is what rounding leaves of zero."""
-_BISECTIONS, _CLOSE = 60, 1e-13
-_ALIKE = 1e-7
-"""Distance along the branch below which two crossings of equal frequency are one."""
+_BISECTIONS = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +67,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
     spectrum : the eigenvalues at a point
     """
     size = max((float(np.abs(r).max(initial=0)) for r in roots), default=0.0)
-    least = GROWS * size
+    least = ROUNDED_ROOT * size
     crossings = []
     for k, (first, last) in enumerate(pairwise(roots)):
         before, after = tracked([first, last])
@@ -91,7 +88,7 @@ def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spe
 def _same(one: Change, other: Change, least: float) -> bool:
     """Whether two changes are those of a pair."""
     apart = np.linalg.norm(one.y - other.y)
-    return bool(one.grows == other.grows and apart < _ALIKE and abs(one.root - other.root) <= 10 * least)
+    return bool(one.grows == other.grows and apart < ROUNDED_ROOT and abs(one.root - other.root) <= 10 * least)
 
 
 def _bisected(
@@ -103,7 +100,7 @@ def _bisected(
     """
     level = 0.0 if min(abs(a[1][k].real), abs(b[1][k].real)) > least else least
     for _ in range(_BISECTIONS):
-        y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > _CLOSE else None
+        y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > ROUNDED else None
         if y is None:
             break
         # in the order of those before and after: the modes together, so that none takes another's place
@@ -115,7 +112,7 @@ def _bisected(
             a = y, roots
     y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
     frequency = abs(roots[k].imag)
-    if np.linalg.norm(b[0] - a[0]) <= 10 * _CLOSE and abs(b[1][k].real - a[1][k].real) > 100 * least:
+    if np.linalg.norm(b[0] - a[0]) <= 10 * ROUNDED and abs(b[1][k].real - a[1][k].real) > 100 * least:
         return y, complex(roots[k])  # a switch takes it across
     return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
 
@@ -127,5 +124,5 @@ def _matched(row: Complex, distance: Array) -> Complex:
     """
     from scipy.optimize import linear_sum_assignment
 
-    least = GROWS * np.abs(row).max(initial=0)
+    least = ROUNDED_ROOT * np.abs(row).max(initial=0)
     return np.asarray(row[linear_sum_assignment(distance + least * (distance > least))[1]])

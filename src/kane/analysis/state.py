@@ -14,10 +14,8 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
+from kane.numeric.scale import GIVEN
 
-GIVEN = 1e-8
-"""Share of the terms up to which what a state that is given whole misses of constraints is moved onto them."""
-_UNIT_SLACK = 1e-8
 _TINY = np.finfo(float).tiny
 
 
@@ -102,7 +100,7 @@ def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
     place = {c: i for i, c in enumerate(eom.coordinates)}
     for s in eom.system.euler_parameters:
         length = float(np.sqrt(sum(state[place[e]] ** 2 for e in s.coordinates)))
-        if abs(length - 1) > _UNIT_SLACK:
+        if abs(length - 1) > GIVEN:
             names = ", ".join(e.name for e in s.coordinates)
             raise SimulationError(
                 f"Expected Euler parameters ({names}) with e0² + e1² + e2² + e3² = 1, got length {length:.9g}. Divide them by it."

@@ -12,13 +12,12 @@ import numpy.typing as npt
 
 from kane.analysis.flow import Choice, Flow, flow_at
 from kane.analysis.magnitudes import share
-from kane.analysis.state import GIVEN, State, open_shares
+from kane.analysis.state import State, open_shares
 from kane.analysis.tangents import perturbations, turning
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_squares
-from kane.numeric.rank import ROUNDING
+from kane.numeric.scale import GIVEN, ROUNDED, ROUNDED_ROOT, UNRELATED
 
-_SAME, _LINK = 1e-7, 1e-10
 _SHIFTS = (0.71, -1.13)
 """For how long what moves is followed, in the time in which the state changes: any one place would show a dependence."""
 
@@ -31,9 +30,9 @@ def dependence(a: Array, count: int, last: int | None = None) -> Mask:
     """
     from scipy.linalg import matrix_balance
 
-    a = np.where(np.abs(a) > ROUNDING * np.abs(a).max(initial=0), a, 0.0)
+    a = np.where(np.abs(a) > ROUNDED * np.abs(a).max(initial=0), a, 0.0)
     scaled = np.abs(matrix_balance(a, permute=False)[0])
-    linked = scaled > _LINK * scaled.max(initial=0)
+    linked = scaled > UNRELATED * scaled.max(initial=0)
     places = np.arange(len(a))
     matters = (places >= count) & (places < (len(a) if last is None else last))
     while True:
@@ -77,7 +76,7 @@ def changing(flow: Flow, tolerance: float) -> tuple[int, ...]:
     n, count = len(flow.numeric.equations.speeds), len(flow.rest)
     slopes, size = flow.answers[:n, :count], flow.magnitudes
     turns = slopes @ flow.rest
-    noise = _SAME * (np.abs(slopes) @ np.abs(flow.rest))
+    noise = ROUNDED_ROOT * (np.abs(slopes) @ np.abs(flow.rest))
     least = np.maximum(tolerance * size.pace * size.accelerations, noise)
     changed = share(flow.z[:n], size.accelerations) > tolerance
     return tuple(np.flatnonzero(changed | (np.abs(turns) > least)).tolist())
@@ -119,8 +118,8 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
     before, after = scaled(flow.a, flow)[inner], scaled(there.a, flow)[inner]
     change = (there.rest - flow.rest)[matters]
     return bool(
-        np.abs(after - before).max(initial=0) <= _SAME * np.abs(before).max(initial=0)
-        and share(change, flow.terms[matters]).max(initial=0) <= max(_SAME, tolerance)
+        np.abs(after - before).max(initial=0) <= ROUNDED_ROOT * np.abs(before).max(initial=0)
+        and share(change, flow.terms[matters]).max(initial=0) <= max(ROUNDED_ROOT, tolerance)
     )
 
 

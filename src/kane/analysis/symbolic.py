@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import GIVEN, check_equations, misses
+from kane.analysis.state import check_equations, misses
 from kane.analysis.steady import dependence
 from kane.analysis.tangents import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.dynamics.constraints.partition import choose
@@ -31,6 +31,7 @@ from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
 from kane.numeric.sampling import values_of
+from kane.numeric.scale import GIVEN
 
 _SEED = 20050
 

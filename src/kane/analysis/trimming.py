@@ -23,13 +23,12 @@ from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, closest, starts
-from kane.numeric.rank import STATE_RANK, TAKES_PART, level, singular
+from kane.numeric.rank import level, singular
+from kane.numeric.scale import ROUNDED_CHAIN, STATE_RANK, TAKES_PART
 from kane.program.native.machine import Settings
 from kane.progress import working
 
 _TRIES, _SEED = 12, 20049
-_ROUNDED = 1e-12
-"""Share of what would change some terms by their size below which a value is zero but for rounding."""
 KINDS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
 """Groups of values by the arguments that give them, in the order of X."""
 
@@ -212,13 +211,13 @@ def _shares(conditions: Conditions, x: Array) -> Array:
 def _plain(task: Problem, best: Closed) -> Array:
     """Y with what is zero but for rounding made zero: where nothing else has a size, no number is small."""
     free = np.array(task.free, dtype=int)
-    tiny = free[np.abs(best.x[free]) <= _ROUNDED]
+    tiny = free[np.abs(best.x[free]) <= ROUNDED_CHAIN]
     if not best.x[tiny].any():
         return best.x
     y = best.x.copy()
     y[tiny] = 0.0
     left = np.abs(task.measured(y)[0]).max(initial=0)
-    return y if left <= max(best.size, _ROUNDED) else best.x
+    return y if left <= max(best.size, ROUNDED_CHAIN) else best.x
 
 
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:

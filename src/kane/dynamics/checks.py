@@ -20,8 +20,9 @@ from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.bounds import vanish
-from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
+from kane.numeric.rank import null_direction
 from kane.numeric.sampling import sample
+from kane.numeric.scale import SOLVE_RANK, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 

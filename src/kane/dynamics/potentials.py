@@ -21,14 +21,13 @@ from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.bounds import ROUNDING, bounded
 from kane.numeric.sampling import draw
+from kane.numeric.scale import SIX_DIGITS
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
 _SEED, _STATES = 20091, 6
 _WIDE = 1.2
-_DIFFERS = 1e-6
-"""Share of its terms by which a generalized force may differ from the potential's, beside what rounding leaves."""
 
 
 def check_potentials(derived: Derived) -> None:
@@ -88,11 +87,11 @@ def _differs(load: Load, sample: Sample, a: Array | None, inertial: Frame) -> bo
     if not (np.isfinite(gap).all() and np.isfinite(size).all()):
         return None
     if a is None or not len(a):
-        return bool((np.abs(gap) > _DIFFERS * size + left).any())
+        return bool((np.abs(gap) > SIX_DIGITS * size + left).any())
     w = sample.inverse
-    own, whole = gap @ w, (size + left / _DIFFERS) @ np.abs(w)
+    own, whole = gap @ w, (size + left / SIX_DIGITS) @ np.abs(w)
     left = own - np.linalg.lstsq(a.T, own, rcond=None)[0] @ a
-    return bool((np.abs(left) > _DIFFERS * whole.max(initial=0)).any())
+    return bool((np.abs(left) > SIX_DIGITS * whole.max(initial=0)).any())
 
 
 def _motion(place: Point | Frame, inertial: Frame) -> Vector:

@@ -18,9 +18,8 @@ from kane.expr.symbols import Parameter
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array
 from kane.numeric.places import first_place
+from kane.numeric.scale import EQUAL
 
-_SAME = 1e-9
-"""Share of the largest derivative up to which two sides have the same."""
 State = tuple[Any, Any, Any, Any, Any, Any]
 """q, u, parameters, inputs, t, further states."""
 
@@ -32,7 +31,7 @@ def at_state(solved: Solved, matrix: Matrix, state: State) -> Array:
         one, other = (np.asarray(evaluate_along(solved, side, *state)) for side in sides)
         scale = np.abs(np.nan_to_num(one)).max(axis=(-2, -1), keepdims=True, initial=0)
         with np.errstate(invalid="ignore"):
-            apart = (~(np.abs(one - other) <= _SAME * scale) & ~(np.isnan(one) & np.isnan(other))).any(axis=(-2, -1))
+            apart = (~(np.abs(one - other) <= EQUAL * scale) & ~(np.isnan(one) & np.isnan(other))).any(axis=(-2, -1))
         if (apart & here).any():
             place = f" at {first_place(apart & here)}" if apart.ndim else ""
             raise CornerError(

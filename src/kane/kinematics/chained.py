@@ -24,11 +24,10 @@ from kane.kinematics.speeds import is_rate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import draw, unit
+from kane.numeric.scale import ROUNDED_CHAIN
 
 Row = Mapping[Expr, Expr]
 _SEEDS = range(20611, 20616)
-_SAME = 1e-12
-"""Share of its terms up to which a difference of rows is rounding, where it is so at all samples."""
 _AXES = 3
 
 
@@ -124,7 +123,9 @@ def _turned(
     gram = np.einsum("ik...,jk...->ij...", d, d)
     sizes = np.abs(after) + np.einsum("ij...,jk...->ik...", np.abs(turn), np.abs(before))
     off = np.abs(after - np.einsum("ij...,jk...->ik...", turn, before))
-    if not (np.all(np.abs(gram - np.eye(len(inner))[..., None]) <= _SAME) and np.all(off <= _SAME * sizes)):
+    if not (
+        np.all(np.abs(gram - np.eye(len(inner))[..., None]) <= ROUNDED_CHAIN) and np.all(off <= ROUNDED_CHAIN * sizes)
+    ):
         return None
     return [
         {

@@ -18,8 +18,9 @@ from kane.kinematics.quaternion_rates import blocks, rates_along, turned
 from kane.kinematics.speeds import Speeds, is_rate
 from kane.model.system import System
 from kane.model.variables import basic_rates, rates_by_quasi
-from kane.numeric.rank import SPEEDS_RANK, TAKES_PART, null_direction
+from kane.numeric.rank import null_direction
 from kane.numeric.sampling import draw, unit, values_of
+from kane.numeric.scale import SPEEDS_RANK, TAKES_PART
 
 _SEED = 20041
 

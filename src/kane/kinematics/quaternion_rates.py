@@ -22,10 +22,9 @@ from kane.expr.symbols import Coordinate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import draw, unit
+from kane.numeric.scale import ROUNDED_CHAIN
 
 _SEEDS = range(20601, 20606)
-_SAME = 1e-12
-"""Difference of direction cosines at unit Euler parameters up to which they are the same, where they are so at all samples."""
 
 
 _AXES = 3
@@ -53,7 +52,7 @@ def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> Turne
     if not set(free_symbols(cosines.entries)) <= set(group.coordinates):
         return None
     pairs = [_sample(group, cosines, seed) for seed in _SEEDS]
-    if any(np.abs(c @ c.T - np.eye(3)).max() > _SAME for c, _ in pairs):
+    if any(np.abs(c @ c.T - np.eye(3)).max() > ROUNDED_CHAIN for c, _ in pairs):
         return None
     return Turned(places, cosines, _along(places, pairs))
 
@@ -73,7 +72,7 @@ def _along(places: tuple[int, ...], pairs: Sequence[tuple[Array, Array]]) -> tup
         place
         for axis in range(3)
         for k, place in enumerate(places)
-        if all(np.abs(c[k] - whole[axis]).max() <= _SAME for c, whole in pairs)
+        if all(np.abs(c[k] - whole[axis]).max() <= ROUNDED_CHAIN for c, whole in pairs)
     ]
     return tuple(found) if len(found) == len(places) else None
 
@@ -108,7 +107,7 @@ def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
     for seed in _SEEDS:
         values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
         c = np.asarray(evaluate(cosines, unit(values, (s.coordinates for s in sets))), dtype=float)
-        if np.abs(c @ c.T - np.eye(len(c))).max() > _SAME:
+        if np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN:
             return False
     return True
 

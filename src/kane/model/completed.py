@@ -18,8 +18,9 @@ from kane.expr.visit import substituted
 from kane.model.constraints import Constraint
 from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
 from kane.numeric.arrays import Array
-from kane.numeric.rank import SPEEDS_RANK, balanced, singular
+from kane.numeric.rank import balanced, singular
 from kane.numeric.sampling import values_of
+from kane.numeric.scale import SPEEDS_RANK
 
 _SEEDS = (20119, 20120, 20121)
 

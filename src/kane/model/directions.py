@@ -7,10 +7,10 @@ from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.symbols import Parameter
 from kane.numeric.sampling import sample
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, frames_of
 from kane.space.vector import Vector
 
-_SLACK = 1e-9
 _SEED = 20045
 
 
@@ -25,7 +25,7 @@ def length(v: Vector) -> float:
 
 def is_unit(v: Vector) -> bool:
     """Whether |v| = 1."""
-    return abs(length(v) - 1) <= _SLACK
+    return abs(length(v) - 1) <= DECLARED
 
 
 def check_unit(v: object, what: str) -> None:

@@ -12,13 +12,13 @@ from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.loads import Gravity
 from kane.numeric.sampling import sample, value_of
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector, angular_velocity
 
 _SEEDS = (20092, 20093, 20094, 20095)
-_SLACK = 1e-9
 
 
 def warn_of_doubts(
@@ -66,7 +66,7 @@ def _depends_on_coordinates(exprs: Sequence[Expr]) -> bool:
         for seed in _SEEDS
     )
     size = max(map(abs, first))
-    return any(abs(a - b) > _SLACK * size for row in others for a, b in zip(first, row, strict=True))
+    return any(abs(a - b) > DECLARED * size for row in others for a, b in zip(first, row, strict=True))
 
 
 def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
@@ -130,7 +130,7 @@ def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:
     numbers = [p.velocity(inertial).dot(e), center.velocity(inertial).dot(e), turned.dot(e)]
     rows = [sample(numbers, seed) for seed in _SEEDS]
     return all(
-        abs(own - moved - round_) <= _SLACK * (abs(own) + abs(moved) + abs(round_)) for own, moved, round_ in rows
+        abs(own - moved - round_) <= DECLARED * (abs(own) + abs(moved) + abs(round_)) for own, moved, round_ in rows
     )
 
 

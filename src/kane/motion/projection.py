@@ -25,14 +25,13 @@ from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length, row_sizes
 from kane.numeric.rank import Mixed
+from kane.numeric.scale import CLOSED_FULLY
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
 Mixes = tuple[Mixed | None, Mixed | None]
 
 _ROUNDS = 6
-_CLOSED = 1e-13
-"""Share of the largest terms of f at which no further steps are tried."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +108,7 @@ class Manifold:
         reach = np.maximum(reach, np.abs(now.a))
         c, n = len(now.f), len(now.m)
         size = row_sizes(now.m, reach[:c])
-        limit = _CLOSED * (now.terms / size).max(initial=0)
+        limit = CLOSED_FULLY * (now.terms / size).max(initial=0)
 
         def closer(at: tuple[Array, Numbers]) -> tuple[Array, Numbers]:
             x, now = at

@@ -19,7 +19,7 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
 from kane.model.system import System
 from kane.model.units import unit_in
-from kane.motion.solution import Solution
+from kane.motion.solution.solution import Solution
 from kane.present.labels import label as label_of
 from kane.space.vector import Vector
 from kane.units.text import unit_text

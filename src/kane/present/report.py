@@ -15,7 +15,7 @@ from markupsafe import Markup
 from kane.analysis.state import check_equations
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, cut
-from kane.motion.solution import Solution
+from kane.motion.solution.solution import Solution
 from kane.present.checks import Check, motion_checks
 from kane.present.costs import costs
 from kane.present.report_chapters import LONG, chapters

@@ -20,8 +20,6 @@ from kane.numeric.newton import Residual
 from kane.program.bundle import Bundle
 
 _SEED = 20048
-OFF = 1e-6
-"""Residual, over the reach of the coordinates, above which no configuration was found."""
 ROWS = 16
 """How many places are looked at one by one."""
 

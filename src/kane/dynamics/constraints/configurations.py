@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.branches import branch_scalars, branches, turned_function
-from kane.dynamics.constraints.closure import OFF, Closure, closure, in_rows, rounding_function, unit_places
+from kane.dynamics.constraints.closure import Closure, closure, in_rows, rounding_function, unit_places
 from kane.errors import ModelError
 from kane.expr.evaluation import compile_reference, free_symbols
 from kane.expr.matrix import Matrix
@@ -23,6 +23,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.many import ClosedMany, Indices, Residuals, close_many, close_most, sizes
 from kane.numeric.named import finite_number, named_values
 from kane.numeric.sampling import HIGH, LOW, values_of
+from kane.numeric.scale import CLOSED, CLOSED_NEARLY
 
 _SEED = 20322
 _TRIES = (12, 60, 300, 1500)
@@ -31,8 +32,6 @@ _FEW, _MORE = 6, 1500
 """How many configurations are so few that more are looked for, and how many coordinates are moved at once for that."""
 _TIMES = (1.0, 0.01, 0.0)
 """Shares of a random time at which a mechanism that is driven is closed: t = 0, which may be a special position, comes last."""
-_FIRM = 1e-10
-"""Residual, over the size of its terms, at which a configuration is closed; up to `OFF` it is where there is none better."""
 _SAME = 1e-3
 """Distance up to which a configuration is one that was found before, in rad or the coordinate's size."""
 _AROUND, _NEAR = 0.1, 1.0
@@ -255,8 +254,8 @@ class _Search:
 
     @staticmethod
     def _closed(found: ClosedMany) -> Mask:
-        firm = found.left <= _FIRM
-        return firm if firm.any() else found.left <= OFF
+        firm = found.left <= CLOSED
+        return firm if firm.any() else found.left <= CLOSED_NEARLY
 
     def _drawn(self) -> list[Symbol]:
         return [s for s in self.held if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None]
@@ -265,7 +264,7 @@ class _Search:
         """Constraints that are left open where least is, the worst first; or closures that are turned away from what they mean."""
         best = int(np.argmin(np.where(np.isfinite(found.left), found.left, np.inf)))
         rows = zip(self.conditions.names, found.residual[best], found.shares[best], strict=True)
-        left = [(abs(share), name, float(r)) for name, r, share in rows if not abs(share) <= OFF]
+        left = [(abs(share), name, float(r)) for name, r, share in rows if not abs(share) <= CLOSED_NEARLY]
         if left:
             return tuple((name, r) for _, name, r in sorted(left, reverse=True))
         ways = zip(branches(self.system), turned[best], strict=True)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.dynamics.constraints.choice import Compared
-from kane.dynamics.constraints.closure import OFF, Closure
+from kane.dynamics.constraints.closure import Closure
 from kane.dynamics.constraints.embed import Embedding
 from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import dot
@@ -21,6 +21,7 @@ from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.size import largest
 from kane.model.constraints import Constraint
 from kane.model.system import System
+from kane.numeric.scale import CLOSED_NEARLY
 
 _HOLDS = 1e-2
 """Share above which a row holds more: beside a place where branches meet it is the root of what a closed state may leave open."""
@@ -71,7 +72,7 @@ def watch(embedding: Embedding, compared: Compared, conditions: Closure, system:
         limit = mul(constant(_HOLDS), largest([terms, constant(float(usual[k]))]))
         found.append(LeftOut(rows.constraints[r], beyond, limit))
     reach = compared.reach(conditions, system)
-    off = largest(div(f, constant(float(OFF * r))) for f, r in zip(conditions.f, reach, strict=True) if r > 0)
+    off = largest(div(f, constant(float(CLOSED_NEARLY * r))) for f, r in zip(conditions.f, reach, strict=True) if r > 0)
     return Watch(tuple(found), off)
 
 

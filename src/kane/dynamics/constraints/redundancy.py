@@ -23,12 +23,11 @@ from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.rank import TAKES_PART, balance, dependencies, indeterminate, within
+from kane.numeric.rank import balance, dependencies, indeterminate, within
 from kane.numeric.sampling import values_of
+from kane.numeric.scale import ROUNDED_ROOT, TAKES_PART
 
 _SEED = 20067
-_AGREE = 1e-7
-"""Share of the largest term up to which a sum counts as zero."""
 _STEADY = (Coordinate, Time)
 
 
@@ -198,5 +197,5 @@ def _against(a: Array, right: Array) -> list[bool]:
     combinations = dependencies(a)
     terms = combinations * scaled
     reach = np.abs(combinations * np.maximum(np.abs(scaled), 1.0)).max(axis=1, initial=0)
-    broken = combinations[np.abs(terms.sum(axis=1)) > _AGREE * reach]
+    broken = combinations[np.abs(terms.sum(axis=1)) > ROUNDED_ROOT * reach]
     return [bool(x) for x in np.abs(broken).max(axis=0, initial=0) > TAKES_PART]

@@ -24,6 +24,7 @@ from kane.kinematics.sample import Sample
 from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.model.reactions import Cut, constraint_of, cut_of
+from kane.numeric.scale import ROUNDED_SUM
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -31,8 +32,6 @@ from kane.space.vector import Vector
 Source = TypeVar("Source", Load, Body)
 
 _SEEDS = (20045, 20046, 20047)
-_SLACK = 1e-11
-"""Share of its terms below which a contribution is zero, where it is at all samples."""
 _SWITCHES = {"where", "less", "max", "min", "abs", "sign"}
 
 
@@ -145,6 +144,6 @@ def vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
     def zero(seed: int) -> bool:
         numbers = np.array(np.broadcast_arrays(*Sample(derived.kinematical, seed).numbers(both)), dtype=float)
         values, sizes = np.split(numbers, 2)
-        return bool((np.abs(values) <= _SLACK * np.abs(sizes)).all())  # NaN is not zero
+        return bool((np.abs(values) <= ROUNDED_SUM * np.abs(sizes)).all())  # NaN is not zero
 
     return all(map(zero, _SEEDS))

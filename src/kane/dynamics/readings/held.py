@@ -21,11 +21,8 @@ from kane.expr.size import Sizes, largest, size
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituted
 from kane.numeric.places import first_place
+from kane.numeric.scale import CLOSED, SIX_DIGITS
 
-MISSED = 1e-6
-"""Share of the terms of a constraint above which speeds miss it: below, six digits of them are right."""
-NOISE = 1e-10
-"""What may be missed of the size of a constraint's terms, sines and cosines taken as 1: ten digits of q and of the fastest u."""
 _NONE_FREE = "The constraints give all speeds: leave them out."
 
 
@@ -60,7 +57,7 @@ def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
         if all(s in known or _has_default(s) for s in free_symbols([rate])):
             terms = largest([*map(mul, a, speeds), b])
             left = add(size(rate, memo), mul(largest(size(x, memo) for x in a), fastest))
-            limit = add(mul(constant(MISSED), terms), mul(constant(NOISE), left))
+            limit = add(mul(constant(SIX_DIGITS), terms), mul(constant(CLOSED), left))
             rows.append((constraint.name, rate, limit))
     return rows
 

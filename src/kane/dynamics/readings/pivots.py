@@ -22,7 +22,8 @@ from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, WHERE
 from kane.expr.regular import factors, guards_below, unguarded
 from kane.numeric.places import First, first_place
-from kane.numeric.rank import STATE_RANK, balanced
+from kane.numeric.rank import balanced
+from kane.numeric.scale import STATE_RANK
 
 
 def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:

@@ -28,9 +28,8 @@ from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symb
 from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED_CHAIN
 
-_RULE = 1e-12
-"""Share of all terms below which a difference is what integration by a rule leaves."""
 _LEAST = 2
 """Places at which numbers must be finite."""
 
@@ -193,4 +192,4 @@ def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Pl
     sizes = measured([size(e, memo) for pair in zip(slopes, forces, strict=True) for e in pair], at)
     finite = np.isfinite(values).all(axis=1)
     whole = np.nan_to_num(sizes).reshape(len(at), len(q), 2).sum(axis=2)
-    return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > _RULE * whole))[finite].any()
+    return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > ROUNDED_CHAIN * whole))[finite].any()

@@ -20,6 +20,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate
 from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED_ROOT, STATE_RANK
 
 Rows = list[list[Expr]]
 Held = tuple[tuple[Coordinate, ...], Exprs]
@@ -28,7 +29,6 @@ _SETS, _FEW = 24, 4
 """Sets of coordinates that are tried as those that V does without, and as those that the others give."""
 _SEEN = 8
 """Configurations at which constraints are looked at."""
-_SLACK = 1e-7
 
 
 def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> None:
@@ -52,7 +52,7 @@ def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> No
         free = _null(c[k])
         inside = np.triu_indices(free.shape[1], 1)
         within = [(free.T @ t @ free)[inside] for t in turns]
-        bound = _SLACK * np.linalg.norm(
+        bound = ROUNDED_ROOT * np.linalg.norm(
             (np.abs(free).T @ (2 * np.abs(tables[0][k].reshape(n, n))) @ np.abs(free))[inside]
         )
         others = np.array(within[1:]).reshape(len(rows), -1).T
@@ -75,7 +75,7 @@ def _not_allowed(names: str, q: Sequence[Coordinate], at: Place) -> str:
 
 def _null(c: Array) -> Array:
     _, s, v = np.linalg.svd(c)
-    rank = int((s > 1e-9 * s.max(initial=0)).sum())
+    rank = int((s > STATE_RANK * s.max(initial=0)).sum())
     return np.asarray(v[rank:].T)
 
 
@@ -150,7 +150,7 @@ def _independent(table: Array, count: int) -> list[int] | None:
     for _ in range(count):
         sizes = np.linalg.norm(left, axis=1) if len(left) else np.zeros(0)
         k = int(np.argmax(sizes)) if len(sizes) else -1
-        if k < 0 or not sizes[k] > _SLACK * np.abs(table).max():
+        if k < 0 or not sizes[k] > ROUNDED_ROOT * np.abs(table).max():
             return None
         chosen.append(k)
         along = left[k] / sizes[k]

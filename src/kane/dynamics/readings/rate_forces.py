@@ -19,6 +19,7 @@ from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.sampling import draw
+from kane.numeric.scale import UNRELATED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Triple
@@ -30,8 +31,6 @@ Place = dict[Expr, float]
 _SEED, _PLACES, _WIDE = 20111, 8, 1.2
 _ABOUT = (0.7, 1.3)
 """Multiples of their defaults between which parameters are drawn."""
-ZERO_SHARE = 1e-9
-"""Share of its terms below which a sum is zero, where it is at all places."""
 _NEIGHBOURS, _STEP, _SPREAD = 4, 1e-11, 0.1
 """Places near by at which a number is computed again, how far they are, and by which share what is not of rounding changes at most."""
 
@@ -162,7 +161,7 @@ def differs(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Arra
     for k in range(_NEIGHBOURS):
         spread = np.fmax(spread, np.abs(sums(measured(flat, [_near(place, k) for place in at])) - total))
     with np.errstate(invalid="ignore"):
-        told = (np.abs(total) > ZERO_SHARE * terms) & (spread <= _SPREAD * np.abs(total))
+        told = (np.abs(total) > UNRELATED * terms) & (spread <= _SPREAD * np.abs(total))
     return total, np.asarray(told)
 
 

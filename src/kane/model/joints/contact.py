@@ -20,6 +20,7 @@ from kane.model.constraints import Constraint, rolling, touching
 from kane.model.directions import check_unit, home_of
 from kane.model.joints.joint import check_place, fixed
 from kane.numeric.sampling import sample
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import single
@@ -101,7 +102,7 @@ def _down(name: str, axis: Vector, normal: Vector, down: Vector | None) -> Vecto
     checks = [down.dot(axis), down.cross(axis).dot(normal), normal.dot(down)]
     for seed in _SEEDS:
         level, sideways, sense = sample(checks, seed)
-        if abs(level) > 1e-9 or abs(sideways) > 1e-9 or sense > 0:
+        if abs(level) > DECLARED or abs(sideways) > DECLARED or sense > 0:
             raise ModelError(
                 f"Expected down= in the plane of the wheel {name!r}, across its axis and pointing to the ground, got {down}: its "
                 f"products with the axis, the horizontal and the normal are {level:.3g}, {sideways:.3g}, {sense:.3g} at a random "

@@ -20,7 +20,7 @@ from kane.expr.node import Expr
 from kane.model.force_systems import ForceSystem, Wrench
 from kane.model.principal import Principal
 from kane.model.system import System
-from kane.motion.solution import Solution
+from kane.motion.solution.solution import Solution
 from kane.present.notebook.equations import equations_html
 from kane.present.notebook.force_systems import force_system_html, wrench_html
 from kane.present.notebook.linear import linear_html
