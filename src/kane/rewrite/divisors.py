@@ -45,7 +45,8 @@ class Row:
 
     def stands(self, place: Any) -> bool:
         """Whether a place is there still."""
-        return self.graph.owner[place] >= 0
+        owner: int = self.graph.owner[place]
+        return owner >= 0
 
     def standing(self, key: Any) -> bool:
         """Whether a divisor stands in several places still."""
@@ -132,8 +133,8 @@ class Pair(Row):
         return self.shown(t, lone, often)
 
     def stands(self, place: Any) -> bool:  # noqa: D102
-        owner = self.graph.owner
-        return owner[place[0]] >= 0 and owner[place[1]] >= 0
+        t, u = place
+        return super().stands(t) and super().stands(u)
 
     def gain(self, key: Any) -> int:  # noqa: D102
         g, price = self.graph, self.price

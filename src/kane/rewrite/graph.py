@@ -33,8 +33,8 @@ class Listener(Protocol):
 class Graph:
     """Nodes by number and terms by number; of a term that is gone the owner is −1.
 
-    A sum knows its terms by their cubes without constants, `rest`: like terms are one. `factor` is a term's constant; `changed` are the
-    sums whose terms came or went.
+    A sum knows its terms by their cubes without constants, `rest`: like terms are one. `factor` is a term's constant. `changed` are
+    the sums whose terms came or went, `place` their places in the last order of arguments first.
     """
 
     def __init__(self) -> None:

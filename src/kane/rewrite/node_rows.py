@@ -96,7 +96,7 @@ def resum(g: Graph, price: Price, v: int) -> int:
                 w = owner[r]
                 if place.get(w, before) < before and len(terms[w] or ()) > 1:
                     near[w] = near.get(w, 0) + 1
-    found = []
+    found: list[tuple[int, int, Terms]] = []
     near = {w: n for w, n in near.items() if n >= _FEW}
     mine = _terms(g, v) if near else {}
     for w in near:

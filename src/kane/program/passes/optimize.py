@@ -29,7 +29,7 @@ IN_THE_MEAN, AT_ONE = 2.0, 4.0
 """By what factors the bound on a result's error may grow: in the geometric mean of the points, and at any of them."""
 EPS = 2.0**-52
 _SHORT, _LONG = 200, 3_000
-"""Instructions up to which both starts are tried, and up to which the second one is where the first gains nothing."""
+"""Operations up to which both starts are tried, and up to which the second one is where the first gains nothing."""
 _LENGTHENED = 1.25
 """By what factor multiplying out lengthens code with so many brackets that others are likely to serve better."""
 _SELDOM = 3
@@ -81,13 +81,13 @@ def _forms(code: Code) -> Iterator[Code]:
 
 def starts(code: Code) -> list[Graph]:
     """The graphs of code from its starts, rewritten, the cheapest first."""
-    graph = read(code)
-    if len(code.ops) > _LONG:
+    graph, count = read(code), _counts(code)[0]
+    if count > _LONG:
         return [_rewritten(graph)]
     before, out = cost(graph), normal(graph)
     ordered = [out, graph] if cost(out) > _LENGTHENED * before else [graph, out]
     made = [_rewritten(ordered[0])]
-    if len(code.ops) <= _SHORT or cost(made[0]) >= before:
+    if count <= _SHORT or cost(made[0]) >= before:
         made.append(_rewritten(ordered[1]))
     return sorted(made, key=cost)
 
