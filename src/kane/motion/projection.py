@@ -47,8 +47,8 @@ from kane.model.constraints import Branch
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length, row_sizes
-from kane.numeric.rank import Mixed, balance, combinations, mixed, singular
-from kane.numeric.scale import CLOSED, CLOSED_FULLY, DERIVE_RANK, MOTION_RANK
+from kane.numeric.rank import Mixed, balance, combinations, mixed, singular, weak_values
+from kane.numeric.scale import CLOSED, CLOSED_FULLY, MOTION_RANK
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
@@ -253,7 +253,7 @@ def mixes(
     def mix(count: int) -> Mixed | None:
         a = numbers.a[:count]
         values = combinations(a, reach[:count])[1] if count else np.zeros(0)
-        weak = (values > DERIVE_RANK * values[:1]) & (values <= MOTION_RANK * values[:1])
+        weak = weak_values(values)
         return mixed(a, reach[:count]) if weak.any() and not _vanishes(numbers, reach, beside, count, weak) else None
 
     return mix(len(numbers.f)), mix(len(numbers.a))
