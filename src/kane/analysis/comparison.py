@@ -18,7 +18,7 @@ import numpy as np
 from kane import show
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import METHODS
-from kane.dynamics.routes.divisors import divisors
+from kane.dynamics.routes.candidates import divisors
 from kane.dynamics.routes.table import ASKED
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
