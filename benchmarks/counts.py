@@ -14,7 +14,7 @@ from pathlib import Path
 import kane as kn
 from benchmarks.systems import COUNTED
 from kane.equations.routines import program
-from kane.expr.count import price
+from kane.expr.forms.count import price
 from kane.program.operation_count import receipt
 
 HERE = Path(__file__).parent

@@ -47,8 +47,8 @@ if TYPE_CHECKING:
         tanh,
         where,
     )
+    from kane.expr.piecewise import table
     from kane.expr.symbols import coordinate, coordinates, input, parameter, parameters, speed, speeds, state, time
-    from kane.expr.tables import table
     from kane.figures import *
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.joints import *
@@ -113,7 +113,7 @@ _NAMES = {
         "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError ModesWarning "
         "NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
-    "expr.count": "Operations count_operations",
+    "expr.forms.count": "Operations count_operations",
     "expr.differentiation": "diff gradient jacobian time_derivative",
     "expr.evaluation": "evaluate free_symbols",
     "expr.linear_parts": "affine",
@@ -122,12 +122,12 @@ _NAMES = {
     "expr.operators":
         "Rational abs acos asin atan atan2 cos cosh exp less log max min sign sin sinh sqrt tan tanh where",
     "expr.solve": "solve_linear",
-    "expr.substitution": "substitute",
+    "expr.visit": "substitute",
     "expr.symbols":
         "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed StateVariable Symbol coordinate coordinates "
         "input parameter parameters speed speeds state time",
-    "expr.tables": "Table table",
-    "expr.taylor_series": "taylor",
+    "expr.piecewise": "Table table",
+    "expr.forms.taylor_series": "taylor",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",

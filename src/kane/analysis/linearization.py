@@ -31,8 +31,8 @@ from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.piecewise import on_sides, switches
 from kane.expr.solve import solve_lu
-from kane.expr.switching import on_sides, switches
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries

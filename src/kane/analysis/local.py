@@ -25,8 +25,8 @@ from kane.errors import ArgumentError, SingularError, ValueMissingError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
+from kane.expr.piecewise import Switch, switches
 from kane.expr.size import Sizes, size
-from kane.expr.switching import Switch, switches
 from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited

@@ -39,8 +39,8 @@ from kane.errors import CornerError, SingularError, cut
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, SQRT
+from kane.expr.piecewise import Switch, on_sides
 from kane.expr.size import Sizes, size
-from kane.expr.switching import Switch, on_sides
 from kane.expr.symbols import Parameter, Symbol
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balance

@@ -20,13 +20,13 @@ from typing import Any, NamedTuple
 
 from kane.dynamics.bodies import Moving
 from kane.expr.build import add
-from kane.expr.common_factor import Contents, content, divider, over_number
 from kane.expr.evaluation import free_symbols
-from kane.expr.irreducible import blocks as connected
 from kane.expr.linear_parts import Affine, affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
+from kane.expr.solve import blocks as connected
+from kane.expr.square_system import Contents, content, divider, over_number
 from kane.expr.symbols import QuasiRate, Rate, Reaction
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form
 from kane.kinematics.speeds import Speeds

@@ -15,7 +15,7 @@ from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.constraints.partition import Compared, compared
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
-from kane.expr.count import Prices
+from kane.expr.forms.count import Prices
 from kane.expr.immutable import Immutable
 from kane.expr.linear_parts import Affine
 from kane.expr.matrix import Matrix

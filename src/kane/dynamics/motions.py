@@ -21,8 +21,8 @@ from kane.dynamics.derivation import Derived, Exprs, derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.values import without_rates
 from kane.errors import SpaceError, SpeedsError, cut
-from kane.expr.count import price
 from kane.expr.evaluation import free_symbols
+from kane.expr.forms.count import price
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr

@@ -14,14 +14,14 @@ from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.expr.build import add, neg, sub
-from kane.expr.count import Operations, count_operations
 from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time
+from kane.expr.forms.count import Operations, count_operations
+from kane.expr.forms.linear_forms import joined
+from kane.expr.forms.shorten import shortened
 from kane.expr.immutable import Immutable
-from kane.expr.linear_forms import joined
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.regular import Guards, extended, factors, guarding, unguarded
-from kane.expr.shorten import shortened
 from kane.expr.size import Sizes, never_zero, size
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substituted

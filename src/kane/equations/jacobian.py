@@ -20,13 +20,13 @@ from kane.dynamics.readings.values import evaluate_along
 from kane.dynamics.solved import Solved
 from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, CornerError, cut
-from kane.expr.count import Operations, count_operations
+from kane.expr.forms.count import Operations, count_operations
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.ops import GONE
+from kane.expr.piecewise import Switch, on_sides, switches
 from kane.expr.size import Sizes, size
-from kane.expr.switching import Switch, on_sides, switches
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, first_place

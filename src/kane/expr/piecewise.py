@@ -2,23 +2,31 @@
 """Operations that are data: polynomials in pieces, f(x) = Σ_j a_ij (x − c_i)^j on piece i.
 
 Each is an operation of one argument with a derivative of its own kind, made once of equal data. In expressions and what is printed
-it is one function; where code is made it is written in comparisons and choices (`lowered`), which every language has.
+it is one function; where code is made it is written in comparisons and choices (`lowered`), which every language has. A `Table`
+interpolates data.
+
+A piece's end, a comparison and a choice switch where a quantity passes zero: what the quantity is, and what the expression is on
+either side of it.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cache
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from kane.expr.build import NODE_BUILDERS, add, div, mul, sub
+from kane.errors import Attributes, ExpressionError, cut, none_of
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.evaluation import know
-from kane.expr.node import Expr, as_expr, constant, constant_value, intern_node, postorder
-from kane.expr.ops import Op
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, intern_node, postorder
+from kane.expr.ops import LESS, NEG, OPS, Op
+from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import fold, rebuilt
 
 Numbers = npt.NDArray[np.float64]
@@ -194,3 +202,298 @@ def _picked(values: list[Expr], before: list[Expr]) -> Expr:
 def applied(op: Piecewise, x: Any) -> Expr:
     """The expression op(x)."""
     return NODE_BUILDERS[op.name](as_expr(x))
+
+
+_ROUNDED = 1e-9
+"""Share of their sizes that values and slopes of two sides differ by at a corner."""
+Piece = tuple[float, float, list[float]]
+"""Where it ends, its center, its coefficients."""
+
+
+def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
+    """The operation of data, and of its sides where it has corners."""
+    corners = found(data)
+    if not corners:
+        return piecewise(data, label, unit, of)
+    if data.period is not None and len(corners) % 2:  # signs must come round
+        corners = (data.period[0], *corners)
+    data = replace(data, corners=corners)
+    turning = piecewise(_turning(data), f"corners of {label}")
+    one, other = (piecewise(_side(data, k), f"{label}{'+-'[k]}", unit, of) for k in (0, 1))
+    return piecewise(data, label, unit, of, 0, (turning, one, other))
+
+
+def found(data: Data) -> tuple[float, ...]:
+    """The ends of pieces at which values or slopes differ."""
+    apart = _apart(data) | _apart(data.slope())
+    return tuple(data.ends[apart].tolist())
+
+
+@cache
+def leaps(op: Piecewise) -> bool:
+    """Whether values differ at an end of pieces: the operation jumps there, and does not only bend."""
+    return bool(_apart(op.data).any())
+
+
+def _apart(data: Data) -> npt.NDArray[np.bool_]:
+    """At which ends the values of two pieces differ."""
+    powers = np.arange(data.coefficients.shape[1])
+    before, after = (
+        data.coefficients[k : k + len(data.ends)]
+        * (data.ends - data.centers[k : k + len(data.ends)])[:, None] ** powers
+        for k in (0, 1)
+    )
+    sizes = np.maximum(np.abs(before).max(axis=1, initial=0), np.abs(after).max(axis=1, initial=0))
+    far: npt.NDArray[np.bool_] = np.abs(before.sum(axis=1) - after.sum(axis=1)) > _ROUNDED * sizes
+    return far
+
+
+def _turning(data: Data) -> Data:
+    """The quantity that changes its sign at the corners."""
+    corners = list(data.corners)
+    if data.period is None:
+        bounds = [-np.inf, *corners, np.inf]
+    else:
+        start, period = data.period
+        bounds = [*([corners[-1] - period] if corners[0] > start else []), *corners, corners[0] + period]
+    rows, centers = [], []
+    for i, (a, b) in enumerate(pairwise(bounds)):
+        sign = -1.0 if i % 2 else 1.0
+        if np.isinf(a):
+            centers.append(b)
+            rows.append([0.0, -sign, 0.0])
+        else:
+            centers.append(a)
+            rows.append([0.0, sign, 0.0 if np.isinf(b) else -sign / (b - a)])
+    return Data(np.array(bounds[1:-1]), np.array(centers), np.array(rows), data.period)
+
+
+def _side(data: Data, which: int) -> Data:
+    """The data on the side of + (0) or − (1), going on across the corners."""
+    corners = list(data.corners)
+    if data.period is not None:
+        corners += [data.period[0] + data.period[1]] if corners[0] > data.period[0] else []
+    pieces: list[Piece] = []
+    ends = [*data.ends.tolist(), np.inf]
+    own = list(zip(ends, data.centers.tolist(), data.coefficients.tolist(), strict=True))
+    regions = [-np.inf, *[c for c in corners if np.isfinite(c)], np.inf]
+    shift = 1 if data.period is not None and data.corners[0] == data.period[0] else 0
+    for i, (a, b) in enumerate(pairwise(regions)):
+        inside = [p for k, p in enumerate(own) if p[0] > a and (k == 0 or own[k - 1][0] < b)]
+        if (i - shift) % 2 == which or not inside:
+            pieces += [(min(end, b), c, row) for end, c, row in inside]
+            continue
+        before = next((p for p in reversed(own) if p[0] <= a), None)
+        after = next((p for k, p in enumerate(own) if k and own[k - 1][0] >= b), None)
+        if before is not None and after is not None:
+            pieces.append(((a + b) / 2, before[1], before[2]))
+        last = after or before
+        if last is not None:
+            pieces.append((b, last[1], last[2]))
+    return Data(
+        np.array([end for end, _, _ in pieces[:-1]]),
+        np.array([center for _, center, _ in pieces]),
+        np.array([row for _, _, row in pieces]),
+        data.period,
+    )
+
+
+ABS, SIGN, MIN, MAX = (OPS[name] for name in ("abs", "sign", "min", "max"))
+_OF_TWO = frozenset((LESS, MIN, MAX))
+
+
+class Switch(NamedTuple):
+    """A quantity, and the nodes that turn where it passes zero."""
+
+    quantity: Expr
+    nodes: tuple[Expr, ...]
+
+
+def turning_on(node: Expr) -> tuple[Expr, bool] | None:
+    """The quantity of a switch, and whether it counts as declared or with the other sign; None of what is no switch.
+
+    Of a quantity and its negative there is one, so that x < 0 and 0 < x turn on the same.
+    """
+    if node.op is ABS or node.op is SIGN:
+        c = node.args[0]
+    elif isinstance(node.op, Piecewise) and node.op.sides is not None:
+        return applied(node.op.sides[0], node.args[0]), True
+    elif node.op in _OF_TWO:
+        c = sub(node.args[1], node.args[0])
+    else:
+        return None
+    return (c.args[0], False) if c.op is NEG else (c, True)
+
+
+def switches(roots: Iterable[Expr]) -> tuple[Switch, ...]:
+    """The switches below `roots` by their quantities, but those whose quantity changes in jumps alone, or with parameters."""
+    order = postorder(roots)
+    varies: dict[Expr, bool] = {}
+    found: dict[Expr, list[Expr]] = {}
+    for node in order:
+        own = turning_on(node)
+        if own is not None and any(varies[a] for a in node.args):
+            found.setdefault(own[0], []).append(node)
+        varies[node] = _varies(node, varies)
+    return tuple(Switch(c, tuple(nodes)) for c, nodes in found.items())
+
+
+def _varies(node: Expr, varies: Mapping[Expr, bool]) -> bool:
+    if isinstance(node, Symbol):
+        return not isinstance(node, Parameter)
+    return node.op is not LESS and node.op is not SIGN and any(varies[a] for a in node.args)
+
+
+_Choose = Callable[[Expr, Expr], Expr]
+_ON_SIDE: dict[Op, Callable[[tuple[Expr, ...], _Choose], Expr]] = {
+    ABS: lambda a, choose: choose(a[0], neg(a[0])),
+    SIGN: lambda a, choose: choose(ONE, constant(-1)),
+    MAX: lambda a, choose: choose(a[1], a[0]),
+    MIN: lambda a, choose: choose(a[0], a[1]),
+}
+_LESS = NODE_BUILDERS["less"]
+
+
+def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -> Expr:
+    """`root` with every switch of a quantity in `sides` replaced by what it is where that symbol is positive, or negative."""
+
+    def replaced(node: Expr) -> Expr:
+        args = tuple(memo[a] for a in node.args)
+        own = turning_on(node)
+        side = sides.get(own[0]) if own is not None else None
+        if own is None or side is None:
+            return rebuilt(node, args)
+        holds = _LESS(ZERO, side) if own[1] else _LESS(side, ZERO)
+        if isinstance(node.op, Piecewise) and node.op.sides is not None:
+            return where(holds, *(applied(op, args[0]) for op in node.op.sides[1:]))
+        return holds if node.op is LESS else _ON_SIDE[node.op](args, lambda x, y: where(holds, x, y))
+
+    return fold(root, memo, replaced)
+
+
+Kind = Literal["linear", "cubic", "periodic", "steps"]
+_LEAST = {"linear": 2, "cubic": 3, "periodic": 4, "steps": 1}
+"""How many points each kind needs."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table(Attributes):
+    """A function through points: of an expression it is an expression, of numbers their values."""
+
+    op: Piecewise
+    points: tuple[Numbers, Numbers]
+    kind: str
+
+    def __call__(self, x: Any) -> Any:
+        """The value at x."""
+        return applied(self.op, x) if isinstance(x, Expr) else self.op.data.at(x)
+
+    def derivative(self, order: int = 1) -> Callable[[Any], Any]:
+        """The nth derivative, a table too."""
+        op = self.op
+        for _ in range(order):
+            op = derivative(op)
+        return Table(op, self.points, self.kind)
+
+    def __repr__(self) -> str:
+        x = self.points[0]
+        return f"Table({self.op.label}: {len(x)} points, {x[0]:g} … {x[-1]:g}, {self.kind})"
+
+
+def table(
+    x: Sequence[float], y: Sequence[float], kind: Kind = "linear", *, name: str = "table", unit: str = "", of: str = ""
+) -> Table:
+    """A function through the points (x, y), to be called with an expression: `pressure = kn.table(x, y, "periodic"); pressure(q1)`.
+
+    It is part of the equations like any function: its derivatives are exact, and it runs in compiled and emitted code.
+
+    Parameters
+    ----------
+    x, y : increasing places, and the values there
+    kind : "linear": straight from point to point, with corners at which linearizations ask for a side; "cubic": the spline that is
+        twice continuously differentiable; "periodic": the same, going round, so that the last value is the first one; "steps": the
+        value of the last point passed. Before the first and beyond the last point a table keeps its value there.
+    name : what it is called in print
+    unit, of : the units of values and of the argument, which are then checked
+
+    Raises
+    ------
+    ExpressionError
+        if points are missing, not finite or not in order, or values of a periodic table do not go round
+    """
+    places, values = _points(x, y, kind)
+    told: dict[str, Any] = {"name": name, "unit": unit, "of": of}
+    for what, text in told.items():
+        if not isinstance(text, str) or (what == "name" and not text.isidentifier()):
+            raise ExpressionError(f"Expected {what} of a table as a text such as 'p', got {cut(repr(text))}.")
+    return Table(with_corners(_KINDS[kind](places, values), name, unit, of), (places, values), kind)
+
+
+def _points(x: Any, y: Any, kind: Any) -> tuple[Numbers, Numbers]:
+    if not isinstance(kind, str) or kind not in _LEAST:
+        raise ExpressionError(f"Expected the kind of a table as one of {none_of(_LEAST, kind)}")
+    try:
+        places, values = np.array(x, dtype=float), np.array(y, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ExpressionError(
+            f"Expected numbers as the points of a table, got {cut(repr(x))} and {cut(repr(y))}."
+        ) from error
+    if places.ndim != 1 or places.shape != values.shape or len(places) < _LEAST[kind]:
+        raise ExpressionError(
+            f"Expected at least {_LEAST[kind]} points (x, y) for a table of kind {kind!r}, got shapes {places.shape} and "
+            f"{values.shape}. Give more, or take another kind."
+        )
+    if not (np.isfinite(places).all() and np.isfinite(values).all()):
+        raise ExpressionError("Expected finite points of a table, got NaN or infinity. Leave those points out.")
+    if (np.diff(places) <= 0).any():
+        k = int(np.argmax(np.diff(places) <= 0))
+        raise ExpressionError(
+            f"Expected increasing places of a table, got {places[k + 1]:g} after {places[k]:g}. Sort the points; where the value "
+            "jumps, take kind='steps', or join the two values over a short stretch."
+        )
+    if kind == "periodic" and values[0] != values[-1]:
+        raise ExpressionError(
+            f"Expected a periodic table to end at the value that it begins with, {values[0]:g}, got {values[-1]:g}. Close it "
+            "by a last point one period after the first."
+        )
+    return places, values
+
+
+def _linear(x: Numbers, y: Numbers) -> Data:
+    rows = np.column_stack([y[:-1], np.diff(y) / np.diff(x)])
+    return _held(x, y, x[:-1], rows)
+
+
+def _cubic(x: Numbers, y: Numbers) -> Data:
+    from scipy.interpolate import CubicSpline
+
+    return _held(x, y, x[:-1], CubicSpline(x, y).c[::-1].T)
+
+
+def _held(x: Numbers, y: Numbers, centers: Numbers, rows: Numbers) -> Data:
+    """Pieces between the points, and what is kept before and beyond them."""
+    ends = np.zeros((2, rows.shape[1]))
+    ends[:, 0] = y[[0, -1]]
+    return Data(x, np.concatenate([x[:1], centers, x[-1:]]), np.vstack([ends[:1], rows, ends[1:]]))
+
+
+def _periodic(x: Numbers, y: Numbers) -> Data:
+    """The period begins in the middle of the first piece, so that every point is between two."""
+    from scipy.interpolate import CubicSpline
+
+    rows = CubicSpline(x, y, bc_type="periodic").c[::-1].T
+    period = float(x[-1] - x[0])
+    start = float((x[0] + x[1]) / 2)
+    return Data(x[1:], x, np.vstack([rows, rows[:1]]), (start, period))
+
+
+def _steps(x: Numbers, y: Numbers) -> Data:
+    return Data(x, np.concatenate([x[:1], x]), np.concatenate([y[:1], y])[:, None])
+
+
+_KINDS: dict[str, Callable[[Numbers, Numbers], Data]] = {
+    "linear": _linear,
+    "cubic": _cubic,
+    "periodic": _periodic,
+    "steps": _steps,
+}

@@ -11,10 +11,10 @@ from functools import cached_property
 
 from kane.errors import ModelError, NotAffineError, cut
 from kane.expr.build import add, neg
-from kane.expr.collect import collected
-from kane.expr.count import exceeds, price
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.forms.collect import collected
+from kane.expr.forms.count import exceeds, price
 from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr

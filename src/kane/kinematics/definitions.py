@@ -25,11 +25,10 @@ import numpy as np
 from kane.errors import SingularError, SpeedsError, cut
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluation import Walk, evaluate, free_symbols
-from kane.expr.irreducible import blocks, matched_columns, structural_rank
 from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant
-from kane.expr.solve import invert
+from kane.expr.solve import blocks, invert, matched_columns, structural_rank
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substituted
 from kane.kinematics.speeds import Speeds, is_rate

@@ -15,8 +15,8 @@ import numpy as np
 from kane import expect, show
 from kane.errors import ModelError, cut
 from kane.expr.build import div
-from kane.expr.collect import collected
 from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.forms.collect import collected
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr
 from kane.expr.size import Sizes, size

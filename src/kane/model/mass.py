@@ -18,8 +18,8 @@ import numpy.typing as npt
 from kane import expect, show
 from kane.errors import ModelError, cut
 from kane.expr.build import add, cos, div, mul, sin, sub
-from kane.expr.collect import collected
 from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.forms.collect import collected
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import TWO, ZERO, Expr, as_expr, constant, constant_value, pi

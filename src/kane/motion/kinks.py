@@ -20,8 +20,8 @@ from kane.equations.routines import ports
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE
+from kane.expr.piecewise import Switch, switches
 from kane.expr.size import Sizes, size
-from kane.expr.switching import Switch, switches
 from kane.expr.symbols import time
 from kane.motion.projection import Numbers, Tolerances, constraint_numbers
 from kane.numeric.arrays import Array

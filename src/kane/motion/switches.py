@@ -14,8 +14,7 @@ from kane.expr.build import sub
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, OPS, SQRT
-from kane.expr.piecewise import Piecewise, applied
-from kane.expr.piecewise_sides import leaps
+from kane.expr.piecewise import Piecewise, applied, leaps
 from kane.expr.symbols import Parameter, Time
 from kane.numeric.scale import CHANGES_SIDE, ROUNDED_CHAIN
 

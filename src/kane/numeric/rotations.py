@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 
+from kane.expr.constants import value_of_numbers
 from kane.expr.ops import COS, OPS, SIN
-from kane.expr.rounded_functions import value_of_numbers
 from kane.numeric.arrays import Array, product
 from kane.numeric.scale import LAST_DIGIT
 

@@ -17,7 +17,7 @@ from kane.dynamics.readings.contributions import Contributions
 from kane.dynamics.readings.steps import STATES, Kind, Quantity, Result, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
-from kane.expr.count import count_operations
+from kane.expr.forms.count import count_operations
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.motion.solution.solution import Solution

@@ -8,10 +8,10 @@ import numpy as np
 
 from kane.collector import collecting_seldom
 from kane.errors import ValueMissingError
+from kane.expr.constants import value_of_numbers
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.piecewise import lowered
-from kane.expr.rounded_functions import value_of_numbers
 from kane.expr.symbols import Symbol
 from kane.program.passes.limbs import beside
 from kane.program.passes.optimize import optimized

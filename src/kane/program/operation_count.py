@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kane.errors import ValueMissingError, none_of
-from kane.expr.count import Operations
+from kane.expr.forms.count import Operations
 from kane.program.program import Program
 
 

@@ -14,8 +14,8 @@ from kane.dynamics.readings.regularity import nan_where_more
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
-from kane.expr.count import Prices
 from kane.expr.differentiation import tangent, weighted
+from kane.expr.forms.count import Prices
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Symbol

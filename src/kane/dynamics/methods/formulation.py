@@ -17,7 +17,7 @@ from kane.dynamics.methods.in_rates import LinearConstraints
 from kane.dynamics.routes.recursive import is_regular
 from kane.errors import ModelError, SingularError
 from kane.expr.build import add, neg, sub
-from kane.expr.count import Operations, count_operations
+from kane.expr.forms.count import Operations, count_operations
 from kane.expr.immutable import Immutable
 from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix, dot

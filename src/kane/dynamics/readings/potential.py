@@ -28,13 +28,13 @@ from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
 from kane.errors import KaneError, KaneWarning, PotentialError, cut
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.collect import factored
-from kane.expr.count import price
 from kane.expr.differentiation import diff, time_derivative
 from kane.expr.evaluation import free_symbols
-from kane.expr.expand import expanded
+from kane.expr.forms.collect import factored
+from kane.expr.forms.count import price
+from kane.expr.forms.expand import expanded
+from kane.expr.forms.integration import antiderivative
 from kane.expr.immutable import Immutable
-from kane.expr.integration import antiderivative
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.size import size
 from kane.expr.solve import invert

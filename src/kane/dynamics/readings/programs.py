@@ -15,8 +15,8 @@ from kane.dynamics.solved import Solved
 from kane.dynamics.trees import inverse_dynamics as trees
 from kane.errors import ArgumentError, SingularError
 from kane.expr.build import div, sub
-from kane.expr.count import price
 from kane.expr.differentiation import weighted
+from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import forward, ldl, solve_lu

@@ -20,10 +20,10 @@ from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.solved import Solved
 from kane.errors import ExpressionError, ModelError, ValueMissingError, alike, cut
 from kane.expr.build import add, neg, sub
-from kane.expr.collect import collected
-from kane.expr.count import price
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import free_symbols
+from kane.expr.forms.collect import collected
+from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Reaction, Symbol, Time, input_of, rate

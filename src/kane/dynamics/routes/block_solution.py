@@ -19,8 +19,8 @@ from typing import NamedTuple
 from kane.dynamics.assembly import Blocks, primitive
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
-from kane.expr.collect import collected
-from kane.expr.count import price
+from kane.expr.forms.collect import collected
+from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.solve import finish, forward, ldl, solve_lu

@@ -38,8 +38,8 @@ from kane.dynamics.routes.shorten import short_forms
 from kane.dynamics.routes.speeds import ConstraintRates, by_definitions, by_mass_centre, twins
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, neg
-from kane.expr.count import Prices, price
 from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.forms.count import Prices, price
 from kane.expr.node import ZERO, Expr, nodes
 from kane.expr.ops import DIV, OPS, REGULAR
 from kane.expr.regular import factors

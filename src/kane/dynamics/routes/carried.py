@@ -16,11 +16,11 @@ from itertools import chain
 from kane.dynamics.bodies import ConstantInertia
 from kane.dynamics.derivation import Derived, free_fall
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.collect import collected, quotient
-from kane.expr.common_factor import Contents, content, divider, over_number
 from kane.expr.evaluation import is_constant_in_time
+from kane.expr.forms.collect import collected, quotient
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, constant_value
+from kane.expr.square_system import Contents, content, divider, over_number
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.pulls import placed_forces, placed_torques, together
 from kane.kinematics.segments import Segment, Segments

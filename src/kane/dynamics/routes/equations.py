@@ -40,9 +40,9 @@ from kane.dynamics.derivation import Derived, free_fall
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.collect import collected
-from kane.expr.count import Prices
 from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.forms.collect import collected
+from kane.expr.forms.count import Prices
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed

@@ -14,8 +14,8 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.equations import holds_reactions
 from kane.dynamics.solved import Solved
 from kane.expr.build import mul, neg, sub
-from kane.expr.collect import collected
-from kane.expr.count import price
+from kane.expr.forms.collect import collected
+from kane.expr.forms.count import price
 from kane.expr.linear_parts import Affine
 from kane.expr.node import ONE, ZERO, Expr
 from kane.model.constraints import Constraint

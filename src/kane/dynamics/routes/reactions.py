@@ -17,7 +17,7 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.equations import Motions, about_points_at_rest
 from kane.expr.build import neg
-from kane.expr.count import Prices, exceeds
+from kane.expr.forms.count import Prices, exceeds
 from kane.expr.matrix import Matrix
 from kane.expr.memo import remembered
 from kane.expr.node import ZERO, Expr

@@ -18,17 +18,16 @@ from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, div, mul
-from kane.expr.collect import collected
-from kane.expr.count import Prices, exceeds, price
-from kane.expr.known import named
-from kane.expr.linear_forms import combined
+from kane.expr.forms.collect import collected
+from kane.expr.forms.count import Prices, exceeds, price
+from kane.expr.forms.linear_forms import combined
+from kane.expr.forms.scales import scaled
+from kane.expr.forms.shorten import named, shared
+from kane.expr.forms.shorten import with_short_quotients as shortened
 from kane.expr.linear_parts import affine_forms
 from kane.expr.node import TWO, ZERO, Expr
 from kane.expr.ops import ADD, MUL, NEG, SUB
-from kane.expr.products import shared
 from kane.expr.regular import extended
-from kane.expr.scales import scaled
-from kane.expr.shorten import with_short_quotients as shortened
 
 LONG = 200
 """Operations above which equations stay as they are."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The search for the fewest operations: of the `candidates` the shortest that divides by nothing of W by which the classical does not.
 
-One price, `kane.expr.count.price`, compares them all. Candidates are priced by q̇ and u̇ of the independent speeds first; few are
+One price, `kane.expr.forms.count.price`, compares them all. Candidates are priced by q̇ and u̇ of the independent speeds first; few are
 followed to the other accelerations, and to the reactions.
 """
 
@@ -32,7 +32,7 @@ from kane.dynamics.routes.speeds import absolute
 from kane.dynamics.routes.trees import compared, is_grown, loops, trees
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
-from kane.expr.count import Prices, exceeds, price
+from kane.expr.forms.count import Prices, exceeds, price
 
 _FEW = 2
 """Candidates that are followed."""

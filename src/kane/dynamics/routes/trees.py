@@ -15,8 +15,8 @@ from kane.dynamics.routes.closed import closings
 from kane.dynamics.routes.recursive import BENT, recursions
 from kane.dynamics.routes.shorten import with_half_speeds
 from kane.dynamics.solved import Solved
-from kane.expr.count import price
 from kane.expr.evaluation import is_constant_in_time
+from kane.expr.forms.count import price
 from kane.expr.node import Expr
 from kane.expr.regular import factors
 from kane.model.bodies import deforming

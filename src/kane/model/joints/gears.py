@@ -17,11 +17,10 @@ from typing import Any, NamedTuple
 
 from kane import expect
 from kane.errors import ModelError, cut
-from kane.expr.build import add, div, mul, sqrt, sub
+from kane.expr.build import add, div, mul, split, sqrt, sub
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
-from kane.expr.patterns import split
 from kane.model.constraints import Constraint, no_slip
 from kane.model.directions import check_unit
 from kane.model.joints.joint import Joint, is_along, numbers

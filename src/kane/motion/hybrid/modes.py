@@ -24,12 +24,10 @@ from kane.errors import cut
 from kane.expr.build import neg
 from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr, constant
-from kane.expr.piecewise import Piecewise
-from kane.expr.piecewise_sides import leaps
-from kane.expr.substitution import substitute
-from kane.expr.switching import on_sides
-from kane.expr.switching import switches as switches_of
+from kane.expr.piecewise import Piecewise, leaps, on_sides
+from kane.expr.piecewise import switches as switches_of
 from kane.expr.symbols import Parameter
+from kane.expr.visit import substitute
 from kane.motion.inputs.expressions import Formula, law_ports
 from kane.motion.inputs.functions import law_and
 from kane.motion.right_hand_side import Routines, rates, watched

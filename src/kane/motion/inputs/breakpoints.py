@@ -18,8 +18,7 @@ from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.ops import ADD, SUB, WHERE
-from kane.expr.piecewise import Data, Piecewise
-from kane.expr.switching import switches, turning_on
+from kane.expr.piecewise import Data, Piecewise, switches, turning_on
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.numeric.arrays import Array
 from kane.numeric.scale import LEAPS, NEAR_TIME

@@ -18,8 +18,7 @@ from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant, postorder
 from kane.expr.ops import CONST, OPS
-from kane.expr.piecewise import Piecewise
-from kane.expr.switching import switches
+from kane.expr.piecewise import Piecewise, switches
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import fold, substituted
 from kane.motion.inputs.breakpoints import breakpoints

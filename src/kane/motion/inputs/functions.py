@@ -16,8 +16,8 @@ import numpy as np
 from kane.equations.equations import Equations
 from kane.errors import Attributes, KaneWarning, SimulationError, ValueMissingError, cut
 from kane.expr.node import Expr, as_expr
+from kane.expr.piecewise import Table
 from kane.expr.symbols import Input, input_of, time
-from kane.expr.tables import Table
 from kane.motion.inputs.breakpoints import MANY
 from kane.motion.inputs.expressions import Formula, SharedLaw, formula, law, with_gains
 from kane.motion.inputs.feedback import Held, HeldInput, Law, LawInput, Sampled, along

@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 
 from kane.equations.equations import Equations
-from kane.expr.count import count_operations
+from kane.expr.forms.count import count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.present.notebook.typeset import (

@@ -11,10 +11,10 @@ from typing import Any
 
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, sub
-from kane.expr.collect import factored
-from kane.expr.count import price
 from kane.expr.differentiation import leaves, tangent
-from kane.expr.expand import expanded
+from kane.expr.forms.collect import factored
+from kane.expr.forms.count import price
+from kane.expr.forms.expand import expanded
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.expr.symbols import Parameter
 from kane.expr.visit import substituted

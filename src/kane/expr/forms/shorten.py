@@ -1,20 +1,79 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Products and quotients share what they have in common.
+"""The shortest of a few ways to write an expression: as it was built, collected, or multiplied out with common factors taken out.
 
-u₂/c,  u₁ u₂/(c c)  →  w = u₂/c,  w u₁/c;      c u₁ u₁,  s u₁ u₁  →  v = u₁ u₁,  c v,  s v
+Where an expression holds what is known by a name, the name stands for it; products and quotients share what they have in common.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations
 from typing import NamedTuple
 
-from kane.expr.build import div, mul
+from kane.expr.build import div, mul, neg
 from kane.expr.constants import number_of
-from kane.expr.count import price
+from kane.expr.forms.collect import collected, factored
+from kane.expr.forms.count import price
+from kane.expr.forms.expand import expanded
 from kane.expr.node import ONE, Expr, Number, constant, postorder
-from kane.expr.ops import CONST, DIV, MUL
+from kane.expr.ops import CONST, DIV, MUL, NEG
 from kane.expr.visit import substituted
+
+
+def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
+    """`roots` with names in the places of what is known.
+
+    Parameters
+    ----------
+    roots : what is computed
+    given : names by what they stand for, which is found as it is, or as factors of products
+    kept : expressions in the roots that stay as they are
+    """
+    same = {e: e for e in kept}
+    known = [(_factors(e), e, name) for e, name in given.items() if e.args]
+    replaced: dict[Expr, Expr] = {}
+    for node in postorder(roots):
+        for factors, e, name in known:
+            if node is e or (e.op is NEG and node is e.args[0]):
+                replaced[node] = name if node is e else neg(name)
+            elif (node.op is MUL or node.op is DIV) and len(factors) > 1:
+                rest = _without(node, factors, same)
+                if rest is not None:
+                    replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
+    memo: dict[Expr, Expr] = {}
+    whole = replaced | same
+    return tuple(substituted(r, whole, memo) for r in roots) if replaced else tuple(roots)
+
+
+def _factors(e: Expr) -> list[Expr]:
+    """What a product without divisors is the product of, its sign apart; the whole where it is none."""
+    found, waiting = [], [e.args[0] if e.op is NEG else e]
+    while waiting:
+        x = waiting.pop()
+        if x.op is MUL:
+            waiting += x.args
+        else:
+            found.append(x)
+    return found
+
+
+def _without(e: Expr, factors: Sequence[Expr], kept: Mapping[Expr, Expr]) -> Expr | None:
+    """What is left of a product, in its order, without some factors; None where it has not all of them."""
+    left = list(factors)
+
+    def rest(x: Expr) -> Expr:
+        place = next((k for k, f in enumerate(left) if f is x), None)
+        if place is not None:
+            del left[place]
+            return ONE
+        if x in kept:
+            return x
+        if x.op is MUL:
+            return mul(*map(rest, x.args))
+        return div(rest(x.args[0]), x.args[1]) if x.op is DIV else x
+
+    found = rest(e)
+    return None if left else found
+
 
 _MOST = 60
 """Products up to which what each two have in common is looked at."""
@@ -172,3 +231,65 @@ def _of(first: Expr, powers: Powers) -> Expr:
         for _ in range(-k):
             first = div(first, f)
     return first
+
+
+_LONG = 300
+"""Nodes above which expressions that are read are left as they were built."""
+_QUOTIENT = 24
+"""Nodes up to which a quotient that is computed is looked at."""
+
+
+def shortened(*ways: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Of each expression, given in one or more ways, the shortest; all as they come first where that is shorter together."""
+    first = tuple(ways[0])
+    if len(postorder(x for way in ways for x in way)) > _LONG:
+        return min(map(tuple, ways), key=price)
+    best = tuple(min(_forms(same), key=lambda e: price([e])) for same in zip(*ways, strict=True))
+    return min((first, best), key=price)
+
+
+def _forms(same: Iterable[Expr]) -> list[Expr]:
+    found: list[Expr] = []
+    for e in same:
+        terms = expanded(e)
+        found += [e, collected(e)] if terms is None else [e, collected(e), factored(terms)]
+    return found
+
+
+def with_short_quotients(exprs: Sequence[Expr], beside: Sequence[Expr]) -> tuple[Expr, ...]:
+    """`exprs` with short quotients in their shortest form, where all, and what stands `beside` them, then take fewer operations.
+
+    I Ω u/(R² (m + I/R²)) is I Ω u/(m R² + I).
+    """
+    unsigned = (e.args[0] if e.op is NEG else e for e in exprs)
+    short = {e: min(_forms([e]), key=lambda form: price([form])) for e in unsigned if _is_short_quotient(e)}
+    short = {e: form for e, form in short.items() if form is not e}
+    if not short:
+        return tuple(exprs)
+    best = tuple(exprs)
+    least = _length(best, beside)
+    inner = {e: form for e, form in short.items() if not any(x is not e and x in short for x in postorder([e]))}
+    for replaced in (inner, *({e: form} for e, form in short.items())):  # what they share decides: together, then each
+        memo: dict[Expr, Expr] = {}
+        trial = tuple(substituted(e, replaced, memo) for e in best)
+        if (length := _length(trial, beside)) < least:
+            best, least = trial, length
+    return best
+
+
+def _length(exprs: Sequence[Expr], beside: Sequence[Expr]) -> tuple[int, int]:
+    """Operations of all together, and of each by itself, as it reads."""
+    return price((*beside, *exprs)), sum(price([e]) for e in exprs)
+
+
+def _is_short_quotient(e: Expr) -> bool:
+    seen: set[Expr] = set()
+    waiting = [e]
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            if len(seen) > _QUOTIENT:
+                return False
+            waiting += node.args
+    return any(node.op is DIV for node in seen)

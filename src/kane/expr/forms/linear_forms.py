@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from kane.expr.build import add, mul, sub
 from kane.expr.constants import number_of
-from kane.expr.count import price
+from kane.expr.forms.count import price
 from kane.expr.node import ZERO, Expr, Number, constant, postorder
 from kane.expr.ops import ADD, CONST, MUL, NEG, SUB
 from kane.expr.visit import fold, imaged, substituted
