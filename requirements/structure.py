@@ -1,18 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `make check` asks beside ruff's complexity and import-linter's rings: the length of functions, what tests import.
+"""What `make check` asks beside ruff and import-linter: how long functions are, how large packages, what tests import.
+
+A package has a budget of lines and a folder one of modules, `requirements/budget.json`: who adds cuts elsewhere first, or says why in
+the commit that raises it. `--write` lowers the budgets to what is there.
 
 Tests reach the library by its public names or by what a package offers in its `__init__`, so that modules can move behind it.
 """
 
 import ast
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src"
+BUDGET = Path(__file__).with_name("budget.json")
 LONGEST = 60
 """Lines of a function, its docstring apart."""
+MODULES = 20
+"""Modules of a folder besides `__init__`, unless the budget names it."""
+STEP = 50
+"""Budgets of lines are multiples of this."""
 
 
 def long_functions() -> Iterator[str]:
@@ -26,6 +35,45 @@ def long_functions() -> Iterator[str]:
                 length = (node.end_lineno or 0) - node.lineno + 1 - described
                 if length > LONGEST:
                     yield f"{path.relative_to(SOURCE)}:{node.lineno}: {node.name} has {length} lines"
+
+
+def lines() -> dict[str, int]:
+    """Lines of each package, and of the modules beside them."""
+    found: dict[str, int] = {}
+    for path in sorted((SOURCE / "kane").rglob("*.py")):
+        first = path.relative_to(SOURCE / "kane").parts[0]
+        name = first if path.parent != SOURCE / "kane" else "modules at the top"
+        found[name] = found.get(name, 0) + len(path.read_text(encoding="utf-8").splitlines())
+    return found
+
+
+def modules() -> dict[str, int]:
+    """Modules of each folder."""
+    folders = [
+        folder for folder in (SOURCE / "kane").rglob("*") if folder.is_dir() and (folder / "__init__.py").is_file()
+    ]
+    return {str(folder.relative_to(SOURCE)): len([*folder.glob("*.py")]) - 1 for folder in sorted(folders)}
+
+
+def over_budget() -> Iterator[str]:
+    """Packages with more lines, and folders with more modules, than they may have."""
+    budget = json.loads(BUDGET.read_text(encoding="utf-8"))
+    for name, count in lines().items():
+        if count > budget["lines"].get(name, 0):
+            yield f"{name}: {count} lines, at most {budget['lines'].get(name, 0)}"
+    for name, count in modules().items():
+        if count > budget["modules"].get(name, MODULES):
+            yield f"{name}: {count} modules, at most {budget['modules'].get(name, MODULES)}"
+
+
+def lowered_budget() -> dict[str, dict[str, int]]:
+    """The budget that what is there needs, nowhere above the present one."""
+    old = json.loads(BUDGET.read_text(encoding="utf-8"))
+    needed = {name: -(-count // STEP) * STEP for name, count in lines().items()}
+    return {
+        "lines": {name: min(count, old["lines"].get(name, count)) for name, count in needed.items()},
+        "modules": {name: count for name, count in modules().items() if count > MODULES},
+    }
 
 
 def deep_imports() -> Iterator[str]:
@@ -43,12 +91,15 @@ def deep_imports() -> Iterator[str]:
 
 CHECKS = {
     f"Functions of more than {LONGEST} lines, docstring apart": long_functions,
+    "Over the budget": over_budget,
     "Imports in tests of modules within a package": deep_imports,
 }
 
 
 def main() -> int:
-    """Print what is found; 1 if there is any."""
+    """Print what is found; 1 if there is any. With --write, lower the budgets before."""
+    if "--write" in sys.argv[1:]:
+        BUDGET.write_text(json.dumps(lowered_budget(), indent=1) + "\n", encoding="utf-8")
     found = {title: list(check()) for title, check in CHECKS.items()}
     for title, lines in found.items():
         if lines:
