@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives at a state at which a switch stands at zero: they are those of both sides, or there are none.
+"""`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and at a state as numbers.
 
-`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and at a state as numbers.
+Where a switch stands at zero they are those of both sides, or there are none.
 """
 
 from __future__ import annotations
@@ -29,9 +29,8 @@ from kane.expr.size import Sizes, size
 from kane.expr.switching import Switch, on_sides, switches
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.expr.visit import substituted
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, first_place
 from kane.numeric.named import symbols_named
-from kane.numeric.places import first_place
 from kane.numeric.scale import EQUAL
 
 
