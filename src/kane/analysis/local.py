@@ -9,10 +9,10 @@ import numpy as np
 
 from kane.analysis.state import State
 from kane.dynamics.constraints.partition import choose
-from kane.dynamics.derivatives.inverse import residual_slopes
 from kane.dynamics.readings.undirected import undirected
 from kane.dynamics.readings.unsolved import Unsolved, partials, unsolved
 from kane.dynamics.routes.recursive import WAYS
+from kane.dynamics.slopes import residual_slopes
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports

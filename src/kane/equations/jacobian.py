@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.derivatives.slopes import slopes
 from kane.dynamics.lazy import read
+from kane.dynamics.slopes import slopes
 from kane.dynamics.solved import Solved
 from kane.equations.two_sides import at_state
 from kane.errors import ArgumentError, cut

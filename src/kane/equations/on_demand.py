@@ -4,8 +4,8 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.derivatives.slopes import backward, forward, second, slopes
 from kane.dynamics.readings.programs import inverse_dynamics
+from kane.dynamics.slopes import backward, forward, second, slopes
 from kane.dynamics.solved import Solved
 from kane.equations.jacobian import KINDS, rate_symbols
 from kane.expr.node import Expr

@@ -29,7 +29,7 @@ from kane.numeric.arrays import Array, product
 from kane.numeric.rotations import about, turned, zx
 from kane.space.frame import Frame
 from kane.space.rotation import Basis, Orientation
-from kane.space.spatial import triple
+from kane.tree.triples import triple
 
 
 @dataclass(frozen=True, slots=True, eq=False)

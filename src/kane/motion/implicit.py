@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kane.dynamics.derivatives.slopes import forward, slopes
 from kane.dynamics.readings.singular import with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.slopes import forward, slopes
 from kane.equations.equations import Equations
 from kane.equations.on_demand import along
 from kane.equations.routines import ports

@@ -5,11 +5,11 @@ from collections.abc import Iterable, Sequence
 
 from kane.dynamics.bodies import Moving, Turning
 from kane.dynamics.derivation import Derived
+from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree
 from kane.dynamics.readings.values import time_derivative
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
 from kane.dynamics.terms import sum_of
-from kane.dynamics.trees import energy as trees
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr
@@ -42,7 +42,7 @@ def whole_kinetic_energy(solved: Solved) -> Expr:
     """That of all bodies; of large trees that recursions solve from the velocities of their segments."""
     if solved.route in WAYS and solved.twin is None and len(solved.derived.inertias) >= _LARGE:
         try:
-            return trees.kinetic_energy_along_tree(solved.derived)
+            return kinetic_energy_along_tree(solved.derived)
         except Unsuited:
             pass
     return solved.written([kinetic_energy(solved.regular.bodies)])[0]

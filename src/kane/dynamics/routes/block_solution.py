@@ -15,14 +15,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from kane.dynamics.blocks import Blocks, primitive
-from kane.dynamics.routes.order import sparse_order
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
 from kane.expr.collect import collected
 from kane.expr.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
-from kane.expr.solve import finish, forward, ldl, solve_lu
+from kane.expr.solve import finish, forward, ldl, solve_lu, sparse_order
 
 
 class BlockSolution(NamedTuple):
