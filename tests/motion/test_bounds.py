@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kane.motion import SHARES, passages
+from kane.numeric import SHARES, passages
 from tests.examples import examples
 
 

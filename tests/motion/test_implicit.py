@@ -11,7 +11,7 @@ import pytest
 import kane as kn
 from kane import substitute
 from kane.gallery import load, pendulum_on_cart
-from kane.motion import SOLVERS, Formula, exact, implicit, routines
+from kane.motion import SOLVERS, Formula, exact, right_hand_side, routines
 from tests.oracles.duals import values_and_slopes
 
 
@@ -28,12 +28,12 @@ def routines_of(eom):
 @pytest.mark.parametrize("long", [0, np.inf])
 @pytest.mark.parametrize("name", ["double_pendulum", "rolling_disk", "four_bar", "pendulum_on_cart"])
 def test_they_are_those_of_the_rates_and_of_the_power(name, long, monkeypatch, rng):
-    monkeypatch.setattr(implicit, "_LONG", long)
+    monkeypatch.setattr(right_hand_side, "_LONG", long)
     eom = derived(name)
     now = routines_of(eom)
     y = rng.uniform(0.3, 1.1, size=now.width + 1)
     roots = [*eom.right_hand_side, eom.power]
-    plain = implicit.without_unknowns(eom.solved, roots)
+    plain = right_hand_side.without_unknowns(eom.solved, roots)
     _, expected = values_and_slopes(plain, now.values(0.2, y), (*eom.coordinates, *eom.speeds))
     found = exact(now)(0.2, y)
     assert found.shape == (now.width + 1, now.width + 1)
@@ -49,10 +49,11 @@ def test_inputs_that_follow_from_the_state_count(rng):
     now = routines(eom, np.array([p.default for p in eom.parameters]), [Formula(law, {}, symbols)], None)
     y = rng.uniform(0.3, 1.1, size=now.width)
     plain = [
-        substitute(e, {force: law}) for e in implicit.without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
+        substitute(e, {force: law})
+        for e in right_hand_side.without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     ]
     _, expected = values_and_slopes(plain, now.values(0.2, y), symbols)
-    found = eom.numeric(None).routine(implicit.closed, law)(0.2, y, now.p, now.inputs(0.2, y))
+    found = eom.numeric(None).routine(right_hand_side.closed, law)(0.2, y, now.p, now.inputs(0.2, y))
     assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import pendulums
-from kane.motion import implicit
+from kane.motion import right_hand_side
 from tests.lanes import SMOOTH
 
 N = kn.Frame("N")
@@ -78,7 +78,7 @@ def test_feedback_is_differentiated(gain, monkeypatch):
     assert own.method in [f"{method}, radau9" for method in SMOOTH]
     assert own.steps < 1100
     assert own.q == pytest.approx(other.q, abs=1e-6 * np.abs(other.q).max())
-    monkeypatch.setattr(implicit, "_LONG", 0)
+    monkeypatch.setattr(right_hand_side, "_LONG", 0)
     left = kn.simulate(eom, (0, 0.5), **given, inputs={f: law})
     assert left.method in [f"{method}, Radau" for method in SMOOTH]
     assert "SciPy's Radau leads on" in left.events[0][0].message

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import load
-from kane.motion import exact, pattern, routines, sundials
+from kane.motion import cvode, exact, pattern, routines
 from tests.motion.test_stiff import chain, derived
 from tests.peer import require
 
@@ -38,8 +38,8 @@ def test_without_the_package(monkeypatch):
 
 def test_a_polynomial_of_a_step_is_exact_to_order_5():
     c = np.random.default_rng(1).normal(size=(6, 3))
-    t = 2.0 + 0.3 * sundials._SHARES
-    along = sundials.Polynomial(2.0, 2.3, np.vander(t, 6) @ c)
+    t = 2.0 + 0.3 * cvode._SHARES
+    along = cvode.Polynomial(2.0, 2.3, np.vander(t, 6) @ c)
     at = np.linspace(2.0, 2.3, 17)
     np.testing.assert_allclose(along(at).T, np.vander(at, 6) @ c, atol=1e-11)
     np.testing.assert_allclose(along(2.1), (np.vander([2.1], 6) @ c)[0], atol=1e-11)
@@ -85,8 +85,8 @@ class TestInstalled:
     def test_a_stiff_chain(self, sparse, monkeypatch):
         """Rates of 1e6 /s; J as a whole and by its entries give the same steps, and Radau's the same motion to 1e-7."""
         if sparse:
-            monkeypatch.setattr(sundials, "_LARGE", 1)
-            monkeypatch.setattr(sundials, "_SPARSE", 1.0)
+            monkeypatch.setattr(cvode, "_LARGE", 1)
+            monkeypatch.setattr(cvode, "_SPARSE", 1.0)
         given = {"q": [0.0] * 4, "u": [0.0] * 4, "samples": 6}
         own = kn.simulate(derived(), (0, 5), **given, method="cvode", rtol=1e-12, atol=1e-19)
         for method, tolerance in (("radau9", 1e-9), ("Radau", 1e-9)):

@@ -10,24 +10,24 @@ nonholonomic partial velocities, so that constraints hold on. What slips, slips 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import check_equations
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.expr.symbols import Speed
 from kane.model.directions import check_unit
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
+from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK
 from kane.space.point import Point
 from kane.space.vector import Vector
 
 _TURNS = 181
 """Directions among which that of slip is looked for."""
-_STILL = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,12 +54,13 @@ def impact(
     eom: Equations,
     point: Point,
     normal: Vector,
+    state: State | None = None,
     *,
     restitution: float,
     friction: float | tuple[float, float] = 0.0,
     other: Point | None = None,
-    q: Any,
-    u: Any,
+    q: Any = None,
+    u: Any = None,
     parameters: Mapping[Any, float] | None = None,
     t: float = 0.0,
 ) -> Impact:
@@ -70,6 +71,7 @@ def impact(
     eom : Equations
     point : the particle that strikes, made with `fixed_in`
     normal : the unit vector across the surface, from what is struck to `point`
+    state : `kn.State` before the blow, in place of q, u, parameters and t
     restitution : e, from 0 to 1: v_n′ = −e v_n
     friction : μ, or (μ, μ′) of rest and of slip; 0 for smooth surfaces
     other : the particle that is struck; none where that is at rest
@@ -86,9 +88,9 @@ def impact(
     check_equations(eom)
     check_unit(normal, "normal of the impact")
     e, coefficients = _coefficients(restitution, friction)
-    state = {"q": q, "u": u, "parameters": parameters, "t": t}
+    at = state_of(state, q=q, u=u, parameters=parameters, t=t)
     speeds = eom.independent_speeds
-    before, axis, partials, mass = _numbers(eom, point, other, normal, state)
+    before, axis, partials, mass = _numbers(eom, point, other, normal, at)
     inverse = partials.T @ np.linalg.solve(mass, partials)
     v_n, reach = float(axis @ before), float(axis @ inverse @ axis)
     if not v_n < 0:
@@ -96,17 +98,17 @@ def impact(
             f"Expected points that approach each other, got a velocity of {v_n:.6g} along the normal from the struck to the "
             "striking one. Turn the normal, or there is no blow."
         )
-    if not reach > _STILL * np.abs(inverse).max(initial=0.0):
+    if not reach > ROUNDED_CHAIN * np.abs(inverse).max(initial=0.0):
         raise SimulationError(
             "Expected an impulse that moves the point along the normal, got a constraint that holds it there, and takes "
             "the blow. Free the point, or strike elsewhere."
         )
     pushed, slips = _impulse(axis, before, inverse, e, coefficients)
     change = np.linalg.solve(mass, partials @ pushed)
-    own = np.array(eom.evaluate(list(speeds), **state), dtype=float)
+    own = np.array(eom.evaluate(list(speeds), at), dtype=float)
     after = dict(zip(speeds, (own + change).tolist(), strict=True))
-    whole = eom.evaluate(list(eom.speeds), **(state | {"u": after}))
-    k, k_after = (float(eom.evaluate(eom.kinetic_energy, **(state | {"u": x}))) for x in (u, after))
+    whole = eom.evaluate(list(eom.speeds), replace(at, u=after))
+    k, k_after = (float(eom.evaluate(eom.kinetic_energy, x)) for x in (at, replace(at, u=after)))
     values = dict(zip(eom.speeds, map(float, whole), strict=True))
     return Impact(values, pushed, float(axis @ pushed), slips, k - k_after)
 
@@ -123,9 +125,7 @@ def _coefficients(restitution: Any, friction: Any) -> tuple[float, tuple[float, 
     return e, (mu[0], mu[1])
 
 
-def _numbers(
-    eom: Equations, point: Any, other: Any, normal: Vector, state: dict[str, Any]
-) -> tuple[Array, Array, Array, Array]:
+def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: State) -> tuple[Array, Array, Array, Array]:
     """The relative velocity, the normal, partial velocities (speeds × 3) and M̃."""
     frame, speeds = eom.system.inertial, eom.independent_speeds
     known = eom.solved.nonholonomic.kinematics
@@ -138,8 +138,8 @@ def _numbers(
         v = motions[0].get(r, Vector())
         rows.append(v - motions[1].get(r, Vector()) if other is not None else v)
     velocity = point.velocity(frame) - (other.velocity(frame) if other is not None else Vector())
-    before, axis, *partials = eom.evaluate([velocity, normal, *rows], **state)
-    mass = eom.evaluate(eom.mass_matrix_nh if eom.dependent_speeds else eom.mass_matrix, **state)
+    before, axis, *partials = eom.evaluate([velocity, normal, *rows], state)
+    mass = eom.evaluate(eom.mass_matrix_nh if eom.dependent_speeds else eom.mass_matrix, state)
     table = np.array(partials, dtype=float).reshape(len(speeds), 3)
     return np.asarray(before), np.asarray(axis), table, np.asarray(mass)
 
@@ -151,10 +151,10 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
     felt = axes @ inverse @ axes.T
     v = axes @ before
     wanted = np.array([-(1 + e) * v[0], -v[1], -v[2]])
-    stuck = np.linalg.lstsq(felt, wanted, rcond=1e-12)[0]
+    stuck = np.linalg.lstsq(felt, wanted, rcond=SOLVE_RANK)[0]
     size = np.abs(stuck).max(initial=0.0)
-    holds = np.abs(felt @ stuck - wanted).max() <= 1e-9 * np.abs(wanted).max()
-    if holds and np.hypot(*stuck[1:]) <= friction[0] * stuck[0] + _STILL * size:
+    holds = np.abs(felt @ stuck - wanted).max() <= EQUAL * np.abs(wanted).max()
+    if holds and np.hypot(*stuck[1:]) <= friction[0] * stuck[0] + ROUNDED_CHAIN * size:
         return np.asarray(stuck @ axes), False
 
     def blow(angle: float) -> tuple[Array, Array]:
@@ -173,7 +173,7 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
     angles = np.linspace(-np.pi, np.pi, _TURNS)
     values = np.array([turned(a) for a in angles])
     for k in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:])):
-        angle = float(brentq(turned, angles[k], angles[k + 1], xtol=1e-15))
+        angle = float(brentq(turned, angles[k], angles[k + 1], xtol=LAST_DIGIT))
         own, after = blow(angle)
         if after[1] * np.cos(angle) + after[2] * np.sin(angle) >= 0 and own[0] >= 0:
             return np.asarray(own @ axes), True

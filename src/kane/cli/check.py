@@ -12,7 +12,7 @@ import typer
 
 import kane as kn
 from kane.analysis.load_signs import DIRECTIONS, doubtful_loads
-from kane.analysis.state import start_state
+from kane.analysis.state_checks import start_state
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, shown
@@ -26,12 +26,12 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.derive import repartition
 from kane.equations.routines import rate_names
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
-from kane.motion.drives import input_functions
-from kane.motion.singular_rates import check_regular, regular_otherwise
-from kane.motion.smooth import check_prescribed
-from kane.motion.start import check_masses
+from kane.motion.inputs.functions import input_functions
+from kane.motion.inputs.smooth import check_prescribed
+from kane.motion.start import check_masses, check_regular, regular_otherwise
 from kane.numeric.named import finite_number
-from kane.numeric.rank import SOLVE_RANK, TAKES_PART, null_direction
+from kane.numeric.rank import null_direction
+from kane.numeric.scale import SOLVE_RANK, TAKES_PART
 from kane.space.rotation import in_degrees
 
 _TURN = 2 * math.pi

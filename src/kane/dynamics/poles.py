@@ -12,12 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import Closure, residual_function, usual_sizes
-from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
+from kane.dynamics.constraints.manifold import Manifold
+from kane.dynamics.constraints.partition import Partition, choose, quality
 from kane.dynamics.constraints.steady import follow_everywhere
 from kane.dynamics.derivation import Derived
 from kane.expr.build import div
-from kane.expr.differentiation import jacobian
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
@@ -26,23 +25,18 @@ from kane.expr.visit import substituted
 from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
-from kane.numeric.newton import close
-from kane.numeric.rank import DERIVE_RANK, POLE_RANK, balance, balanced, level, singular
-from kane.numeric.sampling import sample, values_of
+from kane.numeric.rank import balance, balanced, level, singular
+from kane.numeric.sampling import SEED, sample, values_of
+from kane.numeric.scale import BETTER, CLOSED, CLOSED_FULLY, DERIVE_RANK, NEAR_SINGULAR, POOR
 
-_SEED = 20411
 _DRAWN, _SPREAD, _STARTS = 256, 2.0, 3
 """Configurations drawn, how far apart, about, and from how many of them a zero of a pivot is sought."""
 _STEPS = 12
 """Steps of Newton's method from each: there p is small already."""
 _SMALL = 0.1
 """Share of its usual size that a pivot must fall below at one of them, if it vanishes anywhere."""
-_REGULAR = 1e-6
-"""Reciprocal condition number above which the speeds count as determined at a pole."""
-_SAMPLES, _BETTER = 9, 4.0
-"""Configurations that tell the sizes of speeds, and by how much other dependent speeds must follow better at a state."""
-_ZERO = 1e-9
-"""Residual, a pivot's being its share of its usual size, at which it counts as zero where Newton's method ended."""
+_SAMPLES = 9
+"""Configurations that tell the sizes of speeds."""
 
 
 def moving_pivots(derived: Derived) -> list[Expr]:
@@ -77,7 +71,7 @@ def without_poles(derived: Derived, partition: Partition | None, fixed: bool = F
         others = [] if fixed else [choose(b, named, reach=reach).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
         best = max(choices, key=lambda d: round(min((_determined(b, d, sizes) for b in usual), default=0.0), 9))
-        if not any(_determined(b, best, sizes) > _REGULAR for b in poles):
+        if not any(_determined(b, best, sizes) > NEAR_SINGULAR for b in poles):
             return None
     return Partition(partition.rows, best, partition.redundant)
 
@@ -120,7 +114,7 @@ class RateRows:
             errors = [np.broadcast_to(e, (len(every), n + 1)) for _, e in bounded(self.exprs, {**values, **self.unit})]
             wide = np.array(errors, dtype=float).swapaxes(0, 1)
             shares = (wide[..., :n] + wide[..., n:]) / (scales.rows * scales.columns)
-        return np.asarray((shares <= _REGULAR).all(axis=(1, 2)))
+        return np.asarray((shares <= NEAR_SINGULAR).all(axis=(1, 2)))
 
     def admitted(self, both: Array) -> Array | None:
         """B (rank × n) with B (Y N) = 0, its rows orthonormal, where [Y; A_q] is `both`; None where that does not give the rates."""
@@ -141,7 +135,7 @@ class AdmittedSpeeds:
     def __init__(self, derived: Derived, values: Mapping[Expr, Any]) -> None:
         self.derived, self.rows = derived, RateRows(derived)
         n, q = self.rows.count, derived.system.coordinates
-        drawn = np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (_SAMPLES, len(q)))
+        drawn = np.random.default_rng(SEED).uniform(-np.pi, np.pi, (_SAMPLES, len(q)))
         both = self.rows.at({**values, **dict(zip(q, drawn.T[:, :, None], strict=True))}, _SAMPLES)
         usual = [np.abs(x[n:] @ np.linalg.pinv(x[:n])) for x in both if np.isfinite(x).all()]
         self.sizes = balance(np.median(usual, axis=0), order=(1, 0)).columns if usual else np.ones((1, n))
@@ -155,7 +149,7 @@ class AdmittedSpeeds:
         rows, as_it_is = tuple(range(len(b))), np.ones_like(b)
         now = quality(b, Partition(rows, tuple(dependent), ()), as_it_is)
         other = choose(b, reach=as_it_is)
-        better = len(other.rows) == len(b) and quality(b, other, as_it_is) > max(_BETTER * now, POOR)
+        better = len(other.rows) == len(b) and quality(b, other, as_it_is) > max(BETTER * now, POOR)
         return other.dependent if now < POOR and better else None
 
     def cure(self, values: Mapping[Expr, Any], present: Partition) -> tuple[int, ...] | None:
@@ -164,7 +158,7 @@ class AdmittedSpeeds:
         if others is None:
             return None
         (both,) = self.rows.at(values, 1)
-        regular = singular(balanced(both[: self.rows.count])).regular(POLE_RANK)
+        regular = singular(balanced(both[: self.rows.count])).regular(NEAR_SINGULAR)
         by = self.partition(values, present, others)
         return tuple(sorted(others)) if regular or without_poles(self.derived, by, fixed=True) is not None else None
 
@@ -172,7 +166,7 @@ class AdmittedSpeeds:
         """The `dependent` speeds in the order in which A gives them at a state; at a pole of W by the rows of the `present` ones."""
         n = self.rows.count
         (both,) = self.rows.at(values, 1)
-        if singular(balanced(both[:n])).regular(POLE_RANK):
+        if singular(balanced(both[:n])).regular(NEAR_SINGULAR):
             found = choose(np.linalg.solve(both[:n].T, both[n:].T).T, dependent)
             if set(found.dependent) == set(dependent):
                 return found
@@ -192,19 +186,15 @@ class _Places:
         """
         q = self.system.coordinates
         if pivot is not None:
-            f = (*f, div(pivot, as_expr(sample([pivot], _SEED)[0])))
-        values = values_of((*free_symbols([*f, *self.rows.exprs]), *q), _SEED, self.rows.unit)
+            f = (*f, div(pivot, as_expr(sample([pivot], SEED)[0])))
+        values = values_of((*free_symbols([*f, *self.rows.exprs]), *q), SEED, self.rows.unit)
         moving = {*q, *self.rows.unit}
         others = {s: v for s, v in values.items() if s not in moving}
-        conditions = Closure((), f, jacobian(f, q))
         closed: list[Array] = list(self._starts(values, pivot))
         if f and closed:
-            function, usual = (
-                residual_function(self.system, conditions, others),
-                usual_sizes(self.system, conditions, others),
-            )
-            ends = [close(function, x, range(len(q)), steps=_STEPS, sizes=(usual.f, usual.x)) for x in closed]
-            closed = [last.x for last in ends if np.abs(last.residual / usual.f).max(initial=0) <= _ZERO]
+            level = Manifold(self.system, (), f).at(others)
+            ends = [level.closest(x, CLOSED_FULLY, _STEPS) for x in closed]
+            closed = [last.x for last in ends if level.shares(last.residual).max(initial=0) <= CLOSED]
         if not closed:
             return
         places = np.array(closed).reshape(-1, len(q), 1)
@@ -218,7 +208,7 @@ class _Places:
         """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""
         q = self.system.coordinates
         begin = np.array([values[x] for x in q])
-        drawn = begin + _SPREAD * np.random.default_rng(_SEED).normal(size=(_DRAWN, len(q)))
+        drawn = begin + _SPREAD * np.random.default_rng(SEED).normal(size=(_DRAWN, len(q)))
         place = {x: k for k, x in enumerate(q)}
         for group in self.system.euler_parameters:
             own = [place[e] for e in group.coordinates]

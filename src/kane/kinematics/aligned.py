@@ -26,7 +26,8 @@ from kane.expr.node import ZERO, Expr, constant, pi
 from kane.kinematics.given_cosines import Alpha, Angle, are_numbers, exact, times, turn_about
 from kane.kinematics.placement import Node, Placed, Seat, placed_frames, shifts
 from kane.numeric.arrays import Array
-from kane.numeric.rotations import ROUNDING, rounded, zxz
+from kane.numeric.rotations import rounded, zxz
+from kane.numeric.scale import LAST_DIGIT
 from kane.space.frame import Frame
 from kane.space.rotation import (
     NOTHING,
@@ -144,11 +145,11 @@ class _Bases:
         if seat not in self.seats:
             basis = self.node(seat.on)
             gamma = _less(seat.gamma, self.shifts.get(seat.on, 0.0))
-            if isinstance(gamma, Expr) or abs(gamma) > ROUNDING:
+            if isinstance(gamma, Expr) or abs(gamma) > LAST_DIGIT:
                 basis = self.child(seat.on, about_axis(basis, 2, _angle(gamma)))
             if isinstance(seat.alpha, Alpha):
                 basis = self.child(seat.on, seat.alpha.about_x(basis))
-            elif abs(seat.alpha) > ROUNDING:
+            elif abs(seat.alpha) > LAST_DIGIT:
                 basis = self.child(seat.on, about_axis(basis, 0, _angle(seat.alpha)))
             self.seats[seat] = basis
         return self.seats[seat]
@@ -189,5 +190,5 @@ def _angle(value: Angle) -> Expr:
     if isinstance(value, Expr):
         return value
     quarters = round(value / (math.pi / 2))
-    near = abs(value - quarters * math.pi / 2) <= ROUNDING
+    near = abs(value - quarters * math.pi / 2) <= LAST_DIGIT
     return div(mul(constant(quarters), pi), constant(2)) if near else constant(value)

@@ -21,12 +21,8 @@ from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import draw, unit
-
-_SEEDS = range(20601, 20606)
-_SAME = 1e-12
-"""Difference of direction cosines at unit Euler parameters up to which they are the same, where they are so at all samples."""
-
+from kane.numeric.sampling import SEEDS, draw, unit
+from kane.numeric.scale import ROUNDED_CHAIN
 
 _AXES = 3
 """Measure numbers of a vector."""
@@ -52,8 +48,8 @@ def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> Turne
     cosines = Matrix([[rows[i].get(w, ZERO) for w in group.quasi] for i in places])
     if not set(free_symbols(cosines.entries)) <= set(group.coordinates):
         return None
-    pairs = [_sample(group, cosines, seed) for seed in _SEEDS]
-    if any(np.abs(c @ c.T - np.eye(3)).max() > _SAME for c, _ in pairs):
+    pairs = [_sample(group, cosines, seed) for seed in SEEDS]
+    if any(np.abs(c @ c.T - np.eye(3)).max() > ROUNDED_CHAIN for c, _ in pairs):
         return None
     return Turned(places, cosines, _along(places, pairs))
 
@@ -73,7 +69,7 @@ def _along(places: tuple[int, ...], pairs: Sequence[tuple[Array, Array]]) -> tup
         place
         for axis in range(3)
         for k, place in enumerate(places)
-        if all(np.abs(c[k] - whole[axis]).max() <= _SAME for c, whole in pairs)
+        if all(np.abs(c[k] - whole[axis]).max() <= ROUNDED_CHAIN for c, whole in pairs)
     ]
     return tuple(found) if len(found) == len(places) else None
 
@@ -105,10 +101,10 @@ def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
     symbols = free_symbols(cosines.entries)
     if not symbols or not all(isinstance(s, Coordinate) for s in symbols):
         return False
-    for seed in _SEEDS:
+    for seed in SEEDS:
         values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
         c = np.asarray(evaluate(cosines, unit(values, (s.coordinates for s in sets))), dtype=float)
-        if np.abs(c @ c.T - np.eye(len(c))).max() > _SAME:
+        if np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN:
             return False
     return True
 

@@ -17,11 +17,10 @@ from kane.expr.ops import CONST, PI, SYMBOL
 from kane.expr.visit import fold
 from kane.kinematics.speeds import Speeds
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import draw
+from kane.numeric.sampling import SEED, draw
+from kane.numeric.scale import SIX_DIGITS
 from kane.space.rotation import Basis
 from kane.space.vector import Parts, Vector, axes
-
-_SLACK = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +31,7 @@ class Sample:
     """
 
     speeds: Speeds
-    seed: int = 20046
+    seed: int = SEED
     values: dict[Expr, Any] = field(default_factory=dict)
     turns: dict[Basis, Array] = field(default_factory=dict)
     rooted: dict[Parts, Array] = field(default_factory=dict)
@@ -118,8 +117,8 @@ class Sample:
         along = np.array([self.turn(f).T for f in frames]).reshape(-1, 3, 3) @ coefficients
         finite = np.asarray(np.isfinite(along).all(axis=(1, 2)))
         with np.errstate(invalid="ignore"):
-            near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=2, initial=0) < _SLACK
-            present = np.abs(along).max(axis=2, initial=0) > _SLACK
+            near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=2, initial=0) < SIX_DIGITS
+            present = np.abs(along).max(axis=2, initial=0) > SIX_DIGITS
         counts, full = (near & present).sum(axis=1), np.asarray(near.all(axis=1) & present.any(axis=1))
         told = zip(counts, full, finite, strict=True)
         return [(int(count), bool(every)) if known else (3, True) for count, every, known in told]

@@ -11,7 +11,7 @@ __getattr__ = offered(
         "bodies": "Part",
         "constraints": "as_constraints",
         "inertia": "Inertia",
-        "plausible": "SLACK check_inertia check_mass",
+        "plausible": "check_inertia check_mass",
         "reactions": "constraint_of cut_of",
         "system": "gravity_load total_mass",
     },

@@ -4,6 +4,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from kane import expect
 from kane.errors import ModelError, ReactionError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import (
@@ -13,7 +14,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Symbol,
     declared,
     input_of,
@@ -30,16 +31,12 @@ from kane.space.frame import Frame
 
 def listed(what: str, items: Any) -> tuple[Any, ...]:
     """What stands in a list."""
-    if isinstance(items, str) or not isinstance(items, Iterable):
-        raise ModelError(f"Expected {what}= to be a list, got {cut(repr(items))}. Write {what}=[…] around it.")
-    return tuple(items)
+    return expect.items(items, f"{what}= to be a list", f"Write {what}=[…] around it.")
 
 
 def check_listed(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
     """Items of one kind."""
-    for item in items:
-        if not isinstance(item, kind):
-            raise ModelError(f"Expected {what}= made by {made_by}, got {cut(repr(item))}.")
+    expect.instances(items, kind, f"{what}= made by {made_by}")
 
 
 def check_inertial(frame: Any) -> None:
@@ -52,12 +49,12 @@ def check_inertial(frame: Any) -> None:
 
 def check_loads(loads: Iterable[Any]) -> None:
     """Loads and gravity."""
-    for x in loads:
-        if not isinstance(x, Load | Gravity):
-            raise ModelError(
-                f"Expected loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …, got {cut(repr(x))}. Say where it acts: "
-                "kn.Force(point, vector), kn.Torque(frame, vector)."
-            )
+    expect.instances(
+        loads,
+        (Load, Gravity),
+        "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …",
+        "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector).",
+    )
 
 
 def check_bodies(bodies: tuple[Body, ...]) -> None:
@@ -90,9 +87,7 @@ def check_joints(joints: Iterable[Any]) -> None:
 
 def _check_named(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
     check_listed(what, items, kind, made_by)
-    twice = _repeated([item.name for item in items])
-    if twice:
-        raise ModelError(f"Expected {what} of different names, got {', '.join(map(repr, twice))} more than once.")
+    expect.different((item.name for item in items), f"{what} of different names")
 
 
 def _repeated(names: list[str]) -> list[str]:
@@ -126,7 +121,7 @@ def check_geometry(symbols: Iterable[Symbol]) -> None:
 def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     """Loads do not depend on accelerations."""
     for s in symbols:
-        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | State) and input_of(s) is None:
+        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | StateVariable) and input_of(s) is None:
             raise ModelError(
                 f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
                 "equations are solved. Model a load that depends on an acceleration as mass or inertia."
@@ -173,11 +168,7 @@ def check_reactions(
 def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reaction, ...]) -> None:
     """No two constraints of one name; every constraint whose multiplier is a reaction is the system's."""
     names = [c.name for c in constraints]
-    twice = _repeated(names)
-    if twice:
-        raise ModelError(
-            f"Expected constraints of different names, got {', '.join(map(repr, twice))} more than once. Say name=… for each."
-        )
+    expect.different(names, "constraints of different names", "Say name=… for each.")
     for r in reactions:
         c = constraint_of(r)
         if c is not None and c not in constraints:

@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 
 from kane.errors import ModelError, cut
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
+from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic, Vector
-
-_SLACK = 1e-12
 
 
 def check_frame(frame: object) -> None:
@@ -41,7 +40,7 @@ def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
             return inertia(frame, *diagonal)
     square = axis.dot(axis)
     number = constant_value(square)
-    if number is not None and abs(float(number) - 1) > _SLACK:
+    if number is not None and abs(float(number) - 1) > ROUNDED_CHAIN:
         raise ModelError(f"Expected a unit vector as axis, such as {frame.name}.z, got {axis}. Use axis.normalized().")
     unit = Dyadic.of(frame, ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
     return unit * as_expr(across) + axis.outer(axis) * ((as_expr(about) - as_expr(across)) / square)

@@ -18,16 +18,13 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, constant_value
 from kane.expr.ops import CONST
 from kane.expr.symbols import Parameter
-from kane.numeric.sampling import draw, sample
+from kane.numeric.sampling import SEED, SEEDS, draw, sample
+from kane.numeric.scale import DECLARED
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, angular_velocity
 
-SLACK = 1e-9
-"""Relative slack of the inequalities: a thin disk meets the triangle inequality with equality."""
-
 _AXES = "xyz"
 _PAIRS = ((0, 1), (1, 2), (2, 0))
-_SEED = 20047
 
 
 class HasInertia(Protocol):
@@ -63,7 +60,7 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
         return
     size = max(abs(x) for row in n for x in row)
     for i, j in _PAIRS:
-        if abs(n[i][j] - n[j][i]) > SLACK * size:
+        if abs(n[i][j] - n[j][i]) > DECLARED * size:
             a, b = _AXES[i], _AXES[j]
             raise ModelError(
                 f"Expected a symmetric inertia for {name}, got I{a}{b} = {n[i][j]:g} and I{b}{a} = {n[j][i]:g} along the "
@@ -72,12 +69,12 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
     tilted = any(n[i][j] for i, j in _PAIRS)
     low, middle, high = np.linalg.eigvalsh(n) if tilted else sorted(n[i][i] for i in range(3))
     said = f"{low:g}, {middle:g}, {high:g}"
-    if low < -SLACK * size:
+    if low < -DECLARED * size:
         raise ModelError(
             f"Expected central principal moments of inertia ≥ 0 for {name}, got {said}. Check the signs; an inertia about another "
             "point than the mass centre is larger by m r², not smaller."
         )
-    if high > (low + middle) * (1 + SLACK) and middle > SLACK * high:
+    if high > (low + middle) * (1 + DECLARED) and middle > DECLARED * high:
         warnings.warn(
             f"Expected principal moments of inertia for {name} of which none is larger than the sum of the other two, got "
             f"{said}: no body has them. Check them and the signs of the products Ixy, Iyz, Izx (−∫ x y dm, …). In a plane, where Izz "
@@ -97,7 +94,7 @@ def moments(part: HasInertia, constants: Mapping[Expr, float]) -> list[float] | 
     symbols = free_symbols(x for row in rows for x in row)
     if any(s not in constants and (isinstance(s, Parameter) or len(frames) == 1) for s in symbols):
         return None
-    values = {s: constants[s] if s in constants else draw(_SEED, s) for s in symbols}
+    values = {s: constants[s] if s in constants else draw(SEED, s) for s in symbols}
     n = np.array([[float(evaluate(x, values)) for x in row] for row in rows])
     return [float(x) for x in np.linalg.eigvalsh((n + n.T) / 2)] if np.isfinite(n).all() else None
 
@@ -105,7 +102,7 @@ def moments(part: HasInertia, constants: Mapping[Expr, float]) -> list[float] | 
 def least_moment(part: HasInertia, constants: Mapping[Expr, float]) -> float | None:
     """The least of them, 0 where it is rounding's; None where they are not known."""
     found = moments(part, constants)
-    return None if found is None else 0.0 if abs(found[0]) <= SLACK * abs(found[-1]) else found[0]
+    return None if found is None else 0.0 if abs(found[0]) <= DECLARED * abs(found[-1]) else found[0]
 
 
 def largest_moment(part: HasInertia, constants: Mapping[Expr, float]) -> float:
@@ -143,15 +140,15 @@ def _turns_off_its_axis(inertial: Basis, frame: Basis, inertia: Dyadic) -> bool:
         return False
     if not any(n[i][j] or n[j][i] for i, j in _PAIRS):  # those of most bodies are principal ones as they stand
         _, middle, high = sorted(n[i][i] for i in range(3))
-        if not (high > 0 and middle <= SLACK * high):
+        if not (high > 0 and middle <= DECLARED * high):
             return False
     (_, middle, high), axes = np.linalg.eigh(n)
-    if not (high > 0 and middle <= SLACK * high):
+    if not (high > 0 and middle <= DECLARED * high):
         return False
     spin = [x for _, triple in angular_velocity(frame, inertial).express(frames[0]).parts for x in triple]
-    for seed in (_SEED, _SEED + 1, _SEED + 2):
+    for seed in SEEDS:
         w = np.array(sample(spin, seed))
-        if len(w) and np.isfinite(w).all() and np.abs(np.cross(w, axes[:, 2])).max() > SLACK * np.abs(w).max():
+        if len(w) and np.isfinite(w).all() and np.abs(np.cross(w, axes[:, 2])).max() > DECLARED * np.abs(w).max():
             return True
     return False
 
@@ -179,7 +176,7 @@ def _computed(inertia: Dyadic, frame: Basis, one: bool) -> list[list[float]] | N
     missing = [s for s in free_symbols(own) if s.default is None]
     if any(isinstance(s, Parameter) for s in missing) or (missing and one):
         return None
-    known = dict(zip(own, sample(own, _SEED), strict=True))
+    known = dict(zip(own, sample(own, SEED), strict=True))
     values = [known[x] if x in known else float(constant_value(x) or 0) for x in entries]
     if not all(map(math.isfinite, values)):
         return None

@@ -22,7 +22,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import TWO, ZERO, Expr, as_expr, constant, constant_value, pi
 from kane.expr.operators import atan2
-from kane.model.plausible import SLACK
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.vector import Dyadic, Vector
 
@@ -144,7 +144,7 @@ def _numbers(matrix: Matrix) -> Numbers | None:
 
 
 def _check_symmetric(n: Numbers) -> None:
-    if np.abs(n - n.T).max() > SLACK * np.abs(n).max():
+    if np.abs(n - n.T).max() > DECLARED * np.abs(n).max():
         raise ModelError(
             f"Expected a symmetric inertia, got the matrix {n.tolist()}. kn.inertia(frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx) makes one."
         )
@@ -189,7 +189,8 @@ def _ordered(pairs: Pairs) -> Principal:
         sizes = [float(v or 0) for v in values]
         order.sort(key=lambda i: (sizes[i], i))
         pairs = [
-            (ZERO if abs(x) <= SLACK * max(sizes) and x < 0 else m, n) for x, (m, n) in zip(sizes, pairs, strict=True)
+            (ZERO if abs(x) <= DECLARED * max(sizes) and x < 0 else m, n)
+            for x, (m, n) in zip(sizes, pairs, strict=True)
         ]
     (p, x), (q, y), (r, z) = (pairs[i] for i in order)
     return Principal((p, q, r), (x, y, z if order in _CYCLIC else -z))

@@ -11,21 +11,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.dynamics.constraints.branches import branches
+from kane.dynamics.constraints.manifold import branches
 from kane.dynamics.constraints.partition import quality
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.size import Sizes, size
-from kane.motion.collocated import Given
 from kane.motion.projection import Numbers
 from kane.motion.residuals import Tolerances
-from kane.motion.steppers.held import COUNTS, LEAST_QUALITY, room
+from kane.motion.right_hand_side import Given
+from kane.motion.steppers.held import COUNTS, room
 from kane.motion.steppers.outline import At
 from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance
+from kane.numeric.scale import POOR
 from kane.program.bundle import Bundle
 from kane.program.native.entry import aligned, entry, hoisted
 
@@ -147,7 +148,7 @@ class Holding:
 
     def begin(self, s: Array) -> None:
         """What the kernel is told before its first step."""
-        s[At.QUIET] = 1 / LEAST_QUALITY
+        s[At.QUIET] = 1 / POOR
 
     def look(
         self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
@@ -195,4 +196,4 @@ def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> 
     embedding = stepper.eom.embedding
     if embedding is None or numbers is None:
         return True
-    return quality(numbers.a, embedding.partition, stepper.reach) > share * LEAST_QUALITY
+    return quality(numbers.a, embedding.partition, stepper.reach) > share * POOR

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.analysis.one_sided import Table
-from kane.analysis.state import open_shares
+from kane.analysis.state_checks import open_shares
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -23,10 +23,11 @@ from kane.expr.ops import GONE
 from kane.expr.size import Sizes, size
 from kane.expr.switching import Switch, switches
 from kane.expr.symbols import time
-from kane.motion.met import PARTS
 from kane.motion.projection import Numbers, constraint_numbers
 from kane.motion.residuals import Tolerances
 from kane.numeric.arrays import Array
+from kane.numeric.scale import LAST_DIGIT, LEAPS, SOON
+from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
@@ -34,12 +35,8 @@ Dense = Callable[[float | Array], Array]
 Given = Callable[[float], tuple[Array, Array]]
 """Parameters and inputs at a time."""
 
-_LEAPS = 1e-6
-"""Share of their usual terms by which constraints on the other side are missed where they bend."""
 _SLACK = 10.0
 """Tolerances of speeds that are no miss."""
-_TOGETHER = 1e-6
-"""Share of a step within which switches turn at once."""
 
 
 def bends(eom: Equations) -> tuple[Switch, ...]:
@@ -97,7 +94,7 @@ class Kinks:
         for t, _ in sorted(turned):
             after = signs.copy()
             for other, j in turned:
-                after[j] *= -1.0 if abs(other - t) <= _TOGETHER * (end - start) or other < t else 1.0
+                after[j] *= -1.0 if abs(other - t) <= SOON * (end - start) or other < t else 1.0
             told = self._leap(t, dense(t)[:width], given(t), signs, after, tolerances)
             if told:
                 return Kink(t, told)
@@ -112,7 +109,7 @@ class Kinks:
             one, two = (self._on(s, t, x, given) for s in (signs, other))
             apart = np.maximum(np.abs(two.a - one.a).max(axis=1, initial=0), np.abs(two.b - one.b))
             whole = np.maximum(np.abs(two.a).max(axis=1, initial=0), np.abs(two.b))
-            if (apart > _LEAPS * whole).any():
+            if (apart > LEAPS * whole).any():
                 name = self.eom.derived.constraints.constraints[int(np.argmax(apart))].name
                 node, quantity = self._node(name, [self.found[k]])
                 raise SimulationError(
@@ -133,13 +130,13 @@ class Kinks:
             zip(symbols, [t, *x.tolist(), *given[0].tolist(), *given[1].tolist()], strict=True)
         )
         apart = open_shares(self.eom, there.f - here.f, np.zeros(len(here.f)), values)
-        if apart.max(initial=0) > _LEAPS:
+        if apart.max(initial=0) > LEAPS:
             return self._told(t, "positions", names[int(np.argmax(apart))], turned)
         u = x[nq : nq + n]
         left = np.abs(there.a @ u + there.b) - np.abs(here.a @ u + here.b)
         terms = np.abs(there.a) @ np.abs(u) + np.abs(there.b)
         rtol, atol = tolerances
-        limit = max(_LEAPS, _SLACK * rtol) * terms + _SLACK * atol * np.abs(there.a).sum(axis=1)
+        limit = max(LEAPS, _SLACK * rtol) * terms + _SLACK * atol * np.abs(there.a).sum(axis=1)
         off = left / np.maximum(limit, np.finfo(float).tiny)
         return self._told(t, "velocities", names[int(np.argmax(off))], turned) if n and off.max(initial=0) > 1 else ""
 
@@ -180,4 +177,4 @@ def _located(at: Callable[[float], Array], k: int, start: float, end: float) -> 
 
     if value(start) == 0:
         return start
-    return float(brentq(value, start, end, xtol=1e-15 * max(abs(start), abs(end)), disp=False))
+    return float(brentq(value, start, end, xtol=LAST_DIGIT * max(abs(start), abs(end)), disp=False))

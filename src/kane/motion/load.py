@@ -16,14 +16,11 @@ from kane.errors import ArgumentError, KaneError, SimulationError, SolutionFileE
 from kane.expr.node import ZERO, Expr
 from kane.model.declarations import Event
 from kane.model.system import System
-from kane.motion.contents import check, names
-from kane.motion.declared import Declared, declared, difference
-from kane.motion.drives import a_constant, constant
-from kane.motion.files import Contents, read
-from kane.motion.phases import Phase
-from kane.motion.recorded import Recorded
-from kane.motion.run import repeatable
-from kane.motion.solution import Segment, Solution
+from kane.motion.inputs.functions import Recorded, a_constant, constant
+from kane.motion.simulate import repeatable
+from kane.motion.solution.files import Contents, Declared, check, declared, difference, names, read
+from kane.motion.solution.phases import Phase
+from kane.motion.solution.solution import Segment, Solution
 from kane.whole import path_of
 
 _APART = 1.0

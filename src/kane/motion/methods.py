@@ -5,29 +5,64 @@ What a motion asks for, and no kernel gives yet, is a row of a table: such motio
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from kane.dynamics.events import SlipEnd
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, none_of
 from kane.expr.node import Expr, postorder
+from kane.expr.ops import OPS, Op
 from kane.expr.piecewise import Piecewise
+from kane.expr.symbols import time
 from kane.motion.constraint_kernels import unheld
-from kane.motion.corners import of_inputs, of_time, operations
-from kane.motion.drives import asked, following
-from kane.motion.feedback import HeldInput
-from kane.motion.formulas import CORNERS, Formula
-from kane.motion.implicit import is_long
+from kane.motion.cvode import CVODE, check_installed
+from kane.motion.hybrid.modes import drives_on, on, quantities, rates_on, unfit
+from kane.motion.inputs.expressions import CORNERS, Formula
+from kane.motion.inputs.feedback import HeldInput
+from kane.motion.inputs.functions import asked, following
 from kane.motion.projection import is_constrained
-from kane.motion.regimes import drives_on, has_jumps, on, quantities, rates_on, unfit
+from kane.motion.right_hand_side import Routines, is_long
 from kane.motion.steppers.table import INTEGRATORS, Integrator
 from kane.motion.stepping import IMPLICIT as SLOW
 from kane.motion.stepping import STEPPED
 from kane.motion.steps import Stepper
-from kane.motion.sundials import CVODE, check_installed
+from kane.motion.switches import has_jumps
 from kane.program.emit.llvm_forms import LIBRARY
+from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.machine_code import target
+
+JUMPING = CORNERS | {OPS["floor"], OPS["atan2"]}
+
+
+_known: WeakKeyDictionary[CompiledRoutine, frozenset[Op]] = WeakKeyDictionary()
+
+
+def operations(now: Routines) -> frozenset[Op]:
+    """Those of the rates, which are gone through once."""
+    if now.rates not in _known:
+        _known[now.rates] = frozenset(now.rates.program.op(i) for i in now.rates.routine.body)
+    return _known[now.rates]
+
+
+def of_inputs(drives: Iterable[Any]) -> set[Op]:
+    """Those of the inputs that are expressions of the state."""
+    return {node.op for f in drives if isinstance(f, Formula) and f.of_state for node in postorder([f.expr])}
+
+
+def cornered(now: Routines) -> bool:
+    """Whether the rates, or inputs that follow from the state, hold what bends or jumps."""
+    return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now) | of_inputs(now.drives))
+
+
+def of_time(now: Routines) -> bool:
+    """Whether rates, or inputs that are expressions, depend on time by itself: they may have no value behind the end of a motion."""
+    program = now.rates.program
+    told = {k for k, symbol in enumerate(program.inputs) if symbol is time}
+    read = any(told.intersection(program.arguments(i)) for i in now.rates.routine.body)
+    return read or any(node is time for f in now.drives if isinstance(f, Formula) for node in postorder([f.expr]))
+
 
 SOLVERS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
 """SciPy's."""

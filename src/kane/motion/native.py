@@ -8,29 +8,109 @@ import numpy as np
 
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.bounds import SHARES
-from kane.motion.chatter import HELD, RECENT, Pace, chattering, standing
 from kane.motion.constraint_kernels import Holding, Verdict, regular, unheld
-from kane.motion.corners import cornered
-from kane.motion.feedback import controllers
-from kane.motion.first_step import first_step
-from kane.motion.given import Arguments
-from kane.motion.interpolants import after, interpolant
+from kane.motion.cvode import initial_step
+from kane.motion.hybrid.events import Fresh, crossings, still_there, that_move, thresholds, up_to_a_break, vanishing
+from kane.motion.hybrid.modes import HELD, RECENT, Pace, Regimes, Turn, Turns, chattering, standing
+from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
+from kane.motion.inputs.feedback import controllers
 from kane.motion.interrupts import MESSAGE
-from kane.motion.met import Fresh, crossings, still_there, thresholds, up_to_a_break, vanishing
-from kane.motion.methods import implicit
-from kane.motion.regimes import SOON, Regimes, Turn, Turns, has_jumps
-from kane.motion.resting import that_move
+from kane.motion.methods import cornered, implicit
+from kane.motion.right_hand_side import Routines, exact
+from kane.motion.start import nearly_singular
+from kane.motion.steppers.arguments import Arguments, after, interpolant
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import NARROW, STEPPED, Course, End, Method, ended_by, not_held, passes
+from kane.motion.stepping import STEPPED, Course, End, Method, ended_by, not_held, passes
 from kane.motion.steps import Stepper
-from kane.motion.stiffness import Stiffness
-from kane.motion.stopped import why
-from kane.motion.switches import switches
-from kane.motion.time_breaks import next_end, on_from
+from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, LATER, SAME_TIME
+from kane.numeric.sign_changes import SHARES
 from kane.program.native.machine import Settings
+
+_DOUBLINGS = 80
+
+
+def why(back: Back, method: Method, stepper: Stepper, s: Array, y: Array, span: tuple[float, float]) -> str:
+    """Why there is no step from the time in `s` and the state y."""
+    t, now = float(s[At.TIME]), stepper.now
+    if back is Back.UNDERFLOW and INTEGRATORS[method.name].fixed:
+        return f"a step of max_step={method.max_step:g} from t = {t:.6g} is not found by iteration: give a shorter one"
+    fastest = now.rates.labels[int(s[At.WORST])]
+    told = (
+        f"no step is short enough for {fastest}, which changes fastest"
+        if back is Back.UNDERFLOW
+        else _not_finite(stepper, s, y)
+    )
+    if back is Back.UNDERFLOW and (coarse := told_apart(t, span)):
+        return f"{told} at t = {t:.17g}: {coarse}"
+    singular = nearly_singular(stepper.eom, now.values(t, y))
+    return f"the right-hand side is singular or not finite near t = {t:.6g} ({told}){singular}"
+
+
+def _not_finite(stepper: Stepper, s: Array, y: Array) -> str:
+    """What is not finite first, on the way on by ever longer steps."""
+    t, now = float(s[At.TIME]), stepper.now
+    rate = stepper.rate(t, y)
+    for k in range(_DOUBLINGS):
+        step = float(s[At.SHORTEST]) * 2.0**k
+        told = now.explain(t + step, y + step * np.nan_to_num(rate)) if np.isfinite(step) else ""
+        if told:
+            return told
+    return "a stage of the step is not finite"
+
+
+_PACE = (At.STEPS, At.SMOOTH, At.LIMITED)
+_MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
+"""After so many steps it is asked whether these shares of them hardly bend, and are short all the same."""
+_SOON, _LATE = 25, 1000
+"""Steps of an implicit method after which it is asked whether it is needed, as long as it may not be, and where it is."""
+_CALM = 1.0
+"""h ρ(J) below which it is not."""
+_TWICE, _DOUBTED = 2, 4
+"""How often in a row that must be, the first time; and by how much more often each time after it."""
+
+
+class Stiffness:
+    """What a motion that chooses its method tells of its steps: `left` is the method that an implicit one has taken over from."""
+
+    def __init__(self) -> None:
+        self.left = ""
+        self._seen = np.zeros(len(_PACE))
+        self._wait, self._calm, self._needed = _SOON, 0, _TWICE
+
+    @property
+    def limit(self) -> int:
+        """After how many steps to ask."""
+        return self._wait if self.left else _LATE
+
+    def sets_in(self, s: Array) -> bool:
+        """Whether steps since it was last asked were short for stability alone."""
+        steps, smooth, limited = (s[at] - seen for at, seen in zip(_PACE, self._seen, strict=True))
+        if self.left or steps < _MANY:
+            return False
+        self._seen = s[[*_PACE]]
+        return bool(limited >= _LIMITED * steps and smooth >= _SMOOTH * steps)
+
+    def leaves(self, method: str) -> None:
+        """An implicit method takes over."""
+        self.left, self._wait, self._calm = method, _SOON, 0
+
+    def is_over(self, now: Routines, t: float, y: Array, length: float) -> bool:
+        """Whether steps of the implicit method, which are of this length at y, would be stable in the other one for some time now."""
+        fastest = np.abs(np.linalg.eigvals(exact(now)(t, y))).max(initial=0.0)
+        calm = length * fastest < _CALM
+        self._calm = self._calm + 1 if calm else 0
+        self._wait = _SOON if calm else min(2 * self._wait, _LATE)
+        return self._calm >= self._needed
+
+    def comes_back(self, s: Array) -> str:
+        """The other method, which leads on again."""
+        method, self.left, self._needed = self.left, "", _DOUBTED * self._needed
+        self._seen = s[[*_PACE]]
+        return method
+
 
 SCIPY = "SciPy's "
 
@@ -99,7 +179,7 @@ class NativeCourse:
         told = {At.TIME: t, At.TIME_LAG: 0.0, At.END: end, At.LONGEST: self.method.max_step, At.FRESH: 1.0}
         told |= {At.RTOL: self.method.rtol, At.ATOL: self.method.atol, At.STEP: self._first_step(t, end)}
         # beside t = 0 the shortest step is as short as rounding of the span's square allows
-        told |= {At.SHORTEST: np.finfo(float).eps ** 2 * (self.span[1] - self.span[0])}
+        told |= {At.SHORTEST: EPS**2 * (self.span[1] - self.span[0])}
         for place, value in told.items():
             self.s[place] = value
 
@@ -119,7 +199,7 @@ class NativeCourse:
             return min(method.first, end - t)
         self.s[At.RATES] += 2
         rate = self.stepper.rate if self.regimes is None else self.now.rate
-        return first_step(rate, integrator.order, (method.rtol, method.atol), t, self.y, end)
+        return initial_step(rate, integrator.order, (method.rtol, method.atol), t, self.y, end)
 
     @property
     def name(self) -> str:
@@ -277,7 +357,7 @@ class NativeCourse:
         assert holding is not None
         start, h = float(s[At.TIME]), self._next()
         dense = interpolant(self.method.name, self.given, h, start)
-        narrow = NARROW * max(abs(start + h), self.span[1] - self.span[0])
+        narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])
         verdict, told = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
         if verdict is Verdict.SHORTER:
             s[At.STEP] = h / 2
@@ -383,7 +463,7 @@ class NativeCourse:
             self.s[At.END] = turn.t if turn.what is Turns.BEFORE else start + h
             self.landing = turn.which
         elif turn.what is Turns.SOON:
-            self.s[At.STEP] = SOON * h
+            self.s[At.STEP] = LATER * h
         elif turn.what is Turns.STILL or (start == self.span[0] and regimes.tried.issuperset(turn.which)):
             self._hand_over(start)
             self.for_good = True
@@ -398,7 +478,7 @@ class NativeCourse:
     def _next(self) -> float:
         """The length of the step that was looked at."""
         s = self.s
-        shortest = s[At.SHORTEST] + 10 * np.finfo(float).eps * abs(s[At.TIME])
+        shortest = s[At.SHORTEST] + 10 * EPS * abs(s[At.TIME])
         return float(min(max(s[At.STEP], shortest), s[At.LONGEST], self._left()))
 
     def _left(self) -> float:

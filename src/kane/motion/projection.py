@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.dynamics.constraints.branches import branch_scalars, branches, told, turned
+from kane.dynamics.constraints.manifold import branch_scalars, branches, turned, turned_closures
 from kane.dynamics.readings.programs import mass_matrix
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -25,14 +25,13 @@ from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length, row_sizes
 from kane.numeric.rank import Mixed
+from kane.numeric.scale import CLOSED_FULLY
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
 Mixes = tuple[Mixed | None, Mixed | None]
 
 _ROUNDS = 6
-_CLOSED = 1e-13
-"""Share of the largest terms of f at which no further steps are tried."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +91,7 @@ class Manifold:
 
     def turned(self, numbers: Numbers) -> str:
         """Which closures are turned away from the branch that they mean, in words; "" where none is."""
-        return told(self.meant, turned(self.meant, numbers.branch)) if self.meant else ""
+        return turned_closures(self.meant, turned(self.meant, numbers.branch)) if self.meant else ""
 
     def project(
         self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0, mixes: Mixes = (None, None)
@@ -109,7 +108,7 @@ class Manifold:
         reach = np.maximum(reach, np.abs(now.a))
         c, n = len(now.f), len(now.m)
         size = row_sizes(now.m, reach[:c])
-        limit = _CLOSED * (now.terms / size).max(initial=0)
+        limit = CLOSED_FULLY * (now.terms / size).max(initial=0)
 
         def closer(at: tuple[Array, Numbers]) -> tuple[Array, Numbers]:
             x, now = at

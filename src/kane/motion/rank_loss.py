@@ -17,7 +17,8 @@ import numpy.typing as npt
 
 from kane.dynamics.constraints.partition import Partition
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.rank import MOTION_RANK, Mixed, balance
+from kane.numeric.rank import Mixed, balance
+from kane.numeric.scale import MOTION_RANK
 
 Indices = npt.NDArray[np.intp]
 

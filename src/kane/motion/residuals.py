@@ -17,11 +17,10 @@ from kane.expr.node import Expr
 from kane.expr.size import Sizes, largest, size
 from kane.motion.projection import Numbers
 from kane.numeric.arrays import Array
+from kane.numeric.scale import CLOSED
 
 _SLACK = 10.0
 """Tolerances that a residual may measure: one step leaves about one."""
-_DIGITS = 1e-10
-"""Share of its terms that a residual may have however tight the tolerances are."""
 _TINY = np.finfo(float).tiny
 _ANY = 1 / _TINY**0.5
 """A change of a speed that moves no coordinate, in any unit."""
@@ -48,7 +47,7 @@ def missed(
     if not over.any():
         return ""
     terms = np.array(evaluate(_terms(eom, len(residual)), values()), dtype=float)
-    limit = slopes + max(_SLACK * tolerances[0], _DIGITS) * terms
+    limit = slopes + max(_SLACK * tolerances[0], CLOSED) * terms
     off = np.abs(residual) / np.maximum(limit, _TINY)
     worst = int(np.argmax(np.where(np.isfinite(off), off, 0.0)))
     if not off[worst] > 1:

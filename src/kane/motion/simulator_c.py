@@ -15,13 +15,13 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports, program
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
-from kane.motion import time_pulses
-from kane.motion.compiled_equations import timed
+from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
+from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
-from kane.motion.smooth import pieces_prescribed
+from kane.motion.right_hand_side import timed
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.time_breaks import ULPS, Clock, Turning
+from kane.numeric.scale import LEAPS
 from kane.program.bundle import Bundle
 from kane.program.emit.c import emit_c
 from kane.program.emit.c_tables import c_number
@@ -84,10 +84,10 @@ def emit_simulator(compiled: Compiled, method: str = "dop853") -> str:
         "@END@": str(int(Back.END)),
         "@TURNING@": str(len(clock.turning)),
         "@PULSES@": str(len(clock.pulses)),
-        "@LOOKED_AT@": str(time_pulses.PLACES),
-        "@MOST_PULSES@": str(time_pulses.MOST),
-        "@RISEN@": c_number(time_pulses.RISEN),
-        "@SHARE@": c_number(time_pulses.SHARE),
+        "@LOOKED_AT@": str(PLACES),
+        "@MOST_PULSES@": str(MOST),
+        "@RISEN@": c_number(LEAPS),
+        "@SHARE@": c_number(SHARE),
         "@ULPS@": str(ULPS),
         "@LEVELS@": _levels(clock.turning),
         "@CLOCK@": f"{name}_clock(t, y, p, r, h, out);"

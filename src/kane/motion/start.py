@@ -1,20 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a motion starts with: its arguments checked, and the model at the first state."""
+"""What a motion starts with: its arguments checked, the model at the first state, and where rates are not determined there.
+
+Rates of coordinates follow from speeds by W of q̇ = W u + X, whose pivots are compared with their size at a random configuration:
+cos q2 = 6e-17 at q2 = π/2 is zero. Where the mass matrix is singular but for rounding, the accelerations are finite by chance.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kane.dynamics.events import SlipEnd
+from kane.dynamics.poles import AdmittedSpeeds
+from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
-from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
+from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.ops import DIV, OPS, POW, SQRT
 from kane.expr.size import size
-from kane.expr.symbols import Rate, Reaction
+from kane.expr.symbols import Coordinate, Rate, Reaction
 from kane.expr.visit import substituted
 from kane.model.beams.beam import Beam
 from kane.model.bodies import parts_of
@@ -22,12 +29,118 @@ from kane.model.plausible import largest_moment, least_moment
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
+from kane.numeric.rank import balance, null_direction, singular
+from kane.numeric.sampling import SEED, sample
+from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
-_EPS = float(np.finfo(float).eps)
+
+class Vanishing(NamedTuple):
+    """A pivot of W, its value at a state, and its size there relative to that at a random configuration."""
+
+    pivot: Expr
+    value: float
+    relative: float
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The coordinates that it holds."""
+        return tuple(s for s in free_symbols([self.pivot]) if isinstance(s, Coordinate))
+
+    def __str__(self) -> str:
+        return f"{cut(self.pivot, 80)} = {self.value:.3g}"
+
+
+def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
+    """The pivots of W that change with the configuration, the smallest first."""
+    moving = [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
+    if not moving:
+        return []
+    usual = [abs(x) for x in sample(moving, SEED)]
+    rows = [
+        Vanishing(p, float(v), abs(float(v)) / (scale or 1.0))
+        for p, v, scale in zip(moving, evaluate(moving, values), usual, strict=True)
+    ]
+    return sorted(rows, key=lambda r: r.relative)
+
+
+def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
+    """Y must be invertible at the start; the error names the pivot of W that vanishes, and the rates that are left open."""
+    small = pivots(eom, values)
+    if not small:
+        return
+    speeds = eom.solved.regular.kinematical
+    rates = speeds.rates
+    free = _free_direction([[r.get(b, ZERO) for b in rates] for r in speeds.rows], values)
+    if free is None:
+        return
+    named = [r for r in small if r.relative <= UNRELATED] or small[:1]
+    open_ = ", ".join(str(b) for b, c in zip(rates, free, strict=True) if abs(c) > TAKES_PART)
+    where = ", ".join(f"{q} = {float(values[q]):.6g}" for q in dict.fromkeys(q for r in named for q in r.coordinates))
+    raise SimulationError(
+        f"Expected finite rates at the start, got none for {open_} at t = {t:g}: the kinematics are singular at {where}, where W of "
+        f"q' = W u + X divides by {', '.join(map(str, named))}. Start elsewhere, or choose coordinates that are regular here (another "
+        "sequence of angles, Euler parameters)."
+    )
+
+
+def regular_otherwise(
+    eom: Equations, values: Mapping[Expr, Any], admitted: AdmittedSpeeds, made: Callable[..., Equations]
+) -> Equations | None:
+    """Equations with other dependent speeds that follow at a state where those of `eom` do not, and whose W has no pole there.
+
+    `made` keeps what is derived anew: made(repartition, partition).
+    """
+    assert eom.embedding is not None
+    others = admitted.others(values, eom.embedding.partition.dependent)
+    if others is None:
+        return None
+    found = made(repartition, admitted.partition(values, eom.embedding.partition, others))
+    least, now = (min((p.relative for p in pivots(e, values)), default=1.0) for e in (found, eom))
+    return found if least > now else None
+
+
+def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array | None:
+    """x with Y x = 0, the rows and columns of Y measured by their size at a random configuration; None where Y is regular.
+
+    A row that vanishes at this configuration alone must count as zero, whatever is left of it by rounding.
+    """
+    y = np.asarray(evaluate(Matrix(rows), values), dtype=float)
+    usual = np.abs(np.array(sample([x for row in rows for x in row], SEED)).reshape(y.shape))
+    if not (np.all(np.isfinite(y)) and np.all(np.isfinite(usual))):
+        return None
+    size = balance(usual, order=(1, 0), rounding=0.0)
+    scaled = singular(y / size.rows / size.columns)
+    return None if scaled.regular(SOLVE_RANK) else scaled.right[-1]
+
+
+def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
+    """What to add to the message of a motion that broke off near a singularity of W, if it did."""
+    near = [r for r in pivots(eom, values) if r.relative < MOTION_RANK]
+    return f"; W of q' = W u + X divides by {', '.join(map(str, near))} there" if near else ""
+
+
+_POSITIVE = {"recursive", "composite"}
+"""Routes that do not divide by pivots of M; theirs are positive (`dynamics/routes/recursive.py`)."""
+
+
+def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
+    """M of a system without constraints must determine u̇ at the start; the error names the accelerations that it leaves open."""
+    solved = eom.solved
+    if solved.embedding is not None or solved.route in _POSITIVE:
+        return
+    m = np.asarray(evaluate(eom.mass_matrix, values), dtype=float)
+    direction = null_direction(m, SOLVE_RANK)
+    if direction is None:
+        return
+    names = [f"{u}'" for u, c in zip(eom.speeds, direction, strict=True) if abs(c) > TAKES_PART]
+    raise SimulationError(
+        f"Expected finite rates at the start, got none for {', '.join(names)} at t = {t:g}: the equations are singular at this state, "
+        "where the mass matrix does not determine them. Start elsewhere, or choose coordinates and speeds that are regular here."
+    )
+
+
 _TIMES = 1000
 """So many numbers at least must lie within a time span."""
-_SLIPLESS = 1e-9
-"""Share of the speeds that a slip is made of, below which a start is without slip."""
 
 
 def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
@@ -116,9 +229,9 @@ def check_tolerance(name: str, value: float) -> float:
     number = finite_number("tolerance", name, value)
     if isinstance(value, bool | np.bool_) or not number > 0:
         raise SimulationError(f"Expected {name} > 0, got {value!r}. Usual tolerances are 1e-6 to 1e-12.")
-    if name == "rtol" and not _EPS <= number < 1:
+    if name == "rtol" and not EPS <= number < 1:
         raise SimulationError(
-            f"Expected rtol from {_EPS:.1e}, the spacing of numbers at 1, to below 1, got {value!r}. Usual tolerances are 1e-6 to "
+            f"Expected rtol from {EPS:.1e}, the spacing of numbers at 1, to below 1, got {value!r}. Usual tolerances are 1e-6 to "
             "1e-12."
         )
     return number
@@ -177,7 +290,7 @@ def check_events(eom: Equations, values: Array, t0: float, at: Callable[[], Mapp
         if event.name in own:
             continue
         least = (
-            _SLIPLESS * _speeds(event.quantity, at())
+            UNRELATED * _speeds(event.quantity, at())
             if isinstance(event, SlipEnd) and event.by_share
             else event.threshold
         )

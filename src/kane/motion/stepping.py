@@ -12,25 +12,35 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import OFF, closure, residual_function, usual_sizes
+from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.events import KinematicsEnd
 from kane.equations.equations import Equations
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.model.declarations import Event
-from kane.motion.bounds import SHARES
-from kane.motion.chatter import Pace, chattering
-from kane.motion.feedback import controllers
+from kane.motion.cvode import CVODE, Cvode
+from kane.motion.hybrid.events import (
+    PARTS,
+    Fresh,
+    Met,
+    crossings,
+    leapt,
+    still_there,
+    that_move,
+    thresholds,
+    up_to_a_break,
+    vanishing,
+)
+from kane.motion.hybrid.modes import Pace, chattering
+from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
+from kane.motion.inputs.feedback import controllers
 from kane.motion.interrupts import MESSAGE
-from kane.motion.met import PARTS, Fresh, Met, crossings, leapt, still_there, thresholds, up_to_a_break, vanishing
 from kane.motion.projection import Numbers
-from kane.motion.resting import that_move
-from kane.motion.singular_rates import nearly_singular
+from kane.motion.start import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
-from kane.motion.sundials import CVODE, Cvode
-from kane.motion.time_breaks import next_end, on_from, told_apart
 from kane.numeric.arrays import Array
-from kane.numeric.newton import close
+from kane.numeric.scale import CLOSED_FULLY, CLOSED_NEARLY, LATER, POOR, SAME_TIME
+from kane.numeric.sign_changes import SHARES
 
 STEPPED = "DOP853"
 """What "auto" is where a motion does not run in machine code."""
@@ -48,14 +58,8 @@ _ONE_STEP = ("RK23", "RK45", "DOP853", "Radau")
 """Solvers that remember nothing but y and f, so that a projected state can take the place of theirs."""
 _DRIFT = 10.0
 """Change by projection, in tolerances, at which the other solvers are started anew; what they return is projected all the same."""
-NARROW = 1e-12
-"""Share of the time below which a step is not halved any more."""
-_AHEAD = 1e-3
-"""Share of the time after which a motion that broke off is asked whether its constraints can be held there."""
 _NEAR_POLE = 0.25
 """Share of the size that a pivot of W has had below which W may have a pole nearby."""
-_SHORT_OF_RANK = 0.02
-"""Least singular value of A over the largest below which a motion that broke off may have come to a lock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +208,7 @@ class Course:
             told = chattering(stepper.now, self.pace)
             return self._stopped(broken_off(stepper, before, last, span, failure, told))
         dense = solver.dense_output()
-        narrow, tolerances = NARROW * max(abs(solver.t), span[1] - span[0]), (self.method.rtol, self.method.atol)
+        narrow, tolerances = SAME_TIME * max(abs(solver.t), span[1] - span[0]), (self.method.rtol, self.method.atol)
         bent = stepper.bent(dense, before, solver.t, tolerances)
         if bent is not None:  # closed in on from before, as no state beyond belongs to the motion
             ahead = bent.t - before
@@ -359,7 +363,7 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
     coarse = told_apart(t, span)
     if coarse:
         return f"no step is short enough at t = {t:.17g}: {coarse}"
-    return _locked(stepper, t, y, t + _AHEAD * (span[1] - span[0])) or (
+    return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
         f"the right-hand side is singular or not finite near t = {t:.6g} ({failure or 'no progress'})"
         f"{nearly_singular(stepper.eom, stepper.now.values(t, y))}"
     )
@@ -367,7 +371,7 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
 
 def not_held(stepper: Stepper, t: float, y: Array, span: tuple[float, float], missed: str) -> str:
     """Why constraints hold up to y at t and not beyond, where one of them is `missed`."""
-    return _locked(stepper, t, y, t + _AHEAD * (span[1] - span[0])) or (
+    return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
         f"the constraints cannot be kept beyond t = {t:.6g}: {missed} there, more than the tolerances leave open. They contradict "
         "each other from there on, or those that were redundant before hold something else: leave one out, or correct it"
     )
@@ -383,13 +387,12 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
     if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
         return ""
     least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach, stepper.mixes[1])
-    constraints, moving = closure(eom.system), set(eom.coordinates)
+    constraints, moving = manifold(eom.system), set(eom.coordinates)
     rest = {s: v for s, v in stepper.now.values(later, kept).items() if s not in moving}
-    usual = usual_sizes(eom.system, constraints, rest)
-    function, x = residual_function(eom.system, constraints, rest), kept[: len(moving)]
-    nearest = close(function, x, range(len(moving)), sizes=(usual.f, usual.x))
-    left = np.abs(nearest.residual / usual.f)
-    if not (least < _SHORT_OF_RANK and OFF < left.max(initial=0) < np.inf):
+    level = constraints.at(rest)
+    nearest = level.closest(kept[: len(moving)], CLOSED_FULLY)
+    left = level.shares(nearest.residual)
+    if not (least < POOR and CLOSED_NEARLY < left.max(initial=0) < np.inf):
         return ""
     worst = int(np.argmax(left))
     return (

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.partition import POOR, Partition, choose, quality
+from kane.dynamics.constraints.partition import Partition, choose, quality
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
@@ -19,26 +19,22 @@ from kane.equations.numeric import Numeric
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.compiled_equations import routines
-from kane.motion.implicit import exact, pattern
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
 from kane.motion.rank_loss import Along, crosses, looked_at
 from kane.motion.residuals import Tolerances, missed
-from kane.motion.singular_rates import regular_otherwise
-from kane.motion.solution import Segment
+from kane.motion.right_hand_side import exact, pattern, routines
+from kane.motion.solution.solution import Segment
+from kane.motion.start import regular_otherwise
 from kane.motion.weak import mixes
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import mobility, sizes
-from kane.numeric.rank import MOTION_RANK, Mixed, balanced, combinations, sure_rows
+from kane.numeric.rank import Mixed, balanced, combinations, sure_rows
+from kane.numeric.scale import BETTER, MOTION_RANK, POOR, UNUSABLE
 from kane.program.native.machine import Settings
 
-_BETTER = 4.0
-"""By how much the quality of other dependent speeds must be better for a change."""
 _TAKES_PART = 0.01
 """Share of the largest coefficient above which a constraint is named among those that lose rank together."""
-_SHORT = 1e-3
-"""Quality below which a sample between two steps is read off with other dependent speeds than it was stepped with."""
 
 
 class Stepper:
@@ -269,7 +265,7 @@ def better(a: Array, present: Partition, reach: Array, may_grow: bool, mix: Mixe
     if short and more > 0:
         return other
     allowed = more == 0 or (more > 0 and may_grow)
-    return other if allowed and quality(a, other, reach) > _BETTER * now else None
+    return other if allowed and quality(a, other, reach) > BETTER * now else None
 
 
 def determined(
@@ -283,7 +279,7 @@ def determined(
     partition = present.embedding.partition
     rank = len(sure_rows(numbers.a, reach, mix))
     reach = np.maximum(reach, sizes(numbers.a, mobility(numbers.m, reach)))
-    if rank >= len(partition.rows) and quality(numbers.a, partition, reach) >= _SHORT:
+    if rank >= len(partition.rows) and quality(numbers.a, partition, reach) >= UNUSABLE:
         return present
     try:
         return first.value(repartition, choose(numbers.a, reach=reach).first(min(rank, len(partition.rows))))

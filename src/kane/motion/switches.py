@@ -2,8 +2,12 @@
 """Where loads switch, and inputs that are expressions of the state: signs, comparisons and directions that they hold."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.events import SLIPS
 from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import sub
@@ -13,6 +17,7 @@ from kane.expr.ops import DIV, OPS, SQRT
 from kane.expr.piecewise import Piecewise, applied
 from kane.expr.piecewise_sides import leaps
 from kane.expr.symbols import Parameter, Time
+from kane.numeric.scale import CHANGES_SIDE, ROUNDED_CHAIN
 
 _JUMPS = {OPS["sign"], OPS["less"]}
 
@@ -59,6 +64,36 @@ def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
     return tuple(found.values())
 
 
+def has_jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
+    """Whether loads, or the laws of inputs, jump."""
+    return any(s.jumps for s in switches(eom, laws))
+
+
 def _is_timed(quantity: Expr) -> bool:
     """Whether it turns at times that are known beforehand, at which steps end (`breakpoints`)."""
     return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))
+
+
+Sides = npt.NDArray[np.int8]
+
+
+def sides(motion: Any) -> dict[str, Sides]:
+    """See Solution.regimes."""
+    eom: Equations = motion.equations
+    turning = [s for s in switches(eom) if s.jumps]
+    slips = [
+        (load.name, load.slip)
+        for load in eom.solved.regular.declared_loads
+        if load.slip and load.slip.speed is not None
+    ]
+    values = motion[[*(s.quantity for s in turning), *(slip.speed for _, slip in slips)]] if turning or slips else []
+    found = {s.text: _sign(v) for s, v in zip(turning, values, strict=False)}
+    for (name, slip), speed in zip(slips, values[len(turning) :], strict=True):
+        least = SLIPS * np.abs(speed).max(initial=0) if slip.threshold is None else slip.threshold
+        found[name] = (speed > (1 + CHANGES_SIDE) * least).astype(np.int8)
+    return found
+
+
+def _sign(values: npt.NDArray[np.float64]) -> Sides:
+    near = np.abs(values) <= ROUNDED_CHAIN * np.abs(values).max(initial=0)
+    return np.where(near, 0, np.sign(values)).astype(np.int8)

@@ -12,7 +12,8 @@ import numpy as np
 
 from kane.motion.projection import Manifold, Mixes, Numbers
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.rank import DERIVE_RANK, MOTION_RANK, Mixed, balance, combinations, mixed, singular
+from kane.numeric.rank import Mixed, balance, combinations, mixed, singular
+from kane.numeric.scale import DERIVE_RANK, MOTION_RANK
 
 _NEARBY = (0.03, 0.3)
 """Share of its size by which A must have changed at a place that tells what is small here alone."""

@@ -14,13 +14,11 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Residual, close
 from kane.numeric.rank import level, singular
+from kane.numeric.scale import CLOSED, SAME_TIME, SIX_DIGITS
 from kane.progress import far
 
 _FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
 """Steps along the curve, where the whole range of μ counts 1."""
-CLOSED = 1e-9
-"""Residual at which a point is one of the curve."""
-_SAME = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +64,7 @@ class Curve:
         rows = []
         for m in marks if change * (marks[-1] - marks[0]) > 0 else marks[::-1]:
             share = (m - a[-1]) / change
-            if 1e-12 < share <= 1:
+            if SAME_TIME < share <= 1:
                 point = self.corrected(np.append((a + share * (b - a))[:-1], m), across)
                 rows += [] if point is None else [point]
         return rows
@@ -74,7 +72,7 @@ class Curve:
     def fold(self, y: Array, tau: Array, step: float) -> Array:
         """Where the tangent has no part along μ, by bisection within a step along τ."""
         low, high, at = 0.0, step, y
-        while high - low >= 1e-12:
+        while high - low >= SAME_TIME:
             middle = (low + high) / 2
             point = self.corrected(y + middle * tau, tau)
             if point is None:
@@ -116,7 +114,7 @@ class Curve:
                 between = self.between(a, b, marks)
                 marked += range(len(points), len(points) + len(between))
                 points += between
-                met = bool(between) and float(np.linalg.norm(between[-1] - b)) < _SAME
+                met = bool(between) and float(np.linalg.norm(between[-1] - b)) < SIX_DIGITS
                 if k == 0 and turns:
                     turning.append(len(marked) - met)
                     marked += [] if met else [len(points)]

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.numeric.arrays import Array, Mask
+from kane.numeric.scale import CLOSED, CLOSED_FULLY, ROUNDED, ROUNDED_CHAIN
 
 Indices = npt.NDArray[np.intp]
 Accepted = Callable[[Array, Indices], Mask]
@@ -22,10 +23,6 @@ Residuals = Callable[[Array, Indices], tuple[Array, Array]]
 Rounding = Callable[[Array, Indices], Any]
 """How far rounding may carry each f (k × m) there."""
 
-CLOSED = 1e-13
-"""Share of the size of its terms below which a residual counts as zero."""
-_ROUNDED = 1e-10
-"""Share from which on a step that does not help is not halved: what is left is rounding's."""
 _TURNS = 2 * np.pi * 2**20
 """So many that lengths of any size are no turn."""
 _EXTENTS = np.geomspace(1e-15, 1e15, 61)
@@ -33,10 +30,6 @@ _ALIKE = 0.8
 """Powers of a thousand up to which what does not turn is left as it is: Euler parameters off the unit sphere make so much."""
 _STEPS, _HALVINGS, _PATIENCE = 60, 20, 10
 """Steps, halvings of one, and steps after which no more is waited for where half of the starts have ended and one is closed."""
-_FIRM = 1e-13
-"""What is added to the diagonal of G Gᵀ, over its mean: rows that depend on each other do no harm."""
-_SURE = 1e-12
-"""Share below which a start is closed well enough."""
 _QUICK, _MOST, _HALF, _PART = 10, 0.75, 0.5, 0.15
 """Whole steps from many starts at once, and the shares of these that are enough: soon, later, at last."""
 _STALLED = 0.998
@@ -98,7 +91,7 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rou
             axis=0, initial=np.inf
         )
     own = np.where(turns, 1.0, np.where(np.isfinite(own), own, extent))
-    terms = np.maximum(np.maximum(typical, (slope * own).max(axis=1, initial=0)), left / CLOSED)
+    terms = np.maximum(np.maximum(typical, (slope * own).max(axis=1, initial=0)), left / CLOSED_FULLY)
     return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
 
 
@@ -156,7 +149,7 @@ def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
     x = x.copy()
     f, g = _scaled(function, x, np.arange(len(x)), size)
     left = np.abs(f).max(axis=1, initial=0)
-    going = np.isfinite(left) & np.isfinite(g).all(axis=(1, 2)) & (left > CLOSED)
+    going = np.isfinite(left) & np.isfinite(g).all(axis=(1, 2)) & (left > CLOSED_FULLY)
     for step in range(_STEPS):
         at = np.flatnonzero(going)
         if not len(at) or (step >= _PATIENCE and 2 * len(at) <= len(x) and _enough(x, left, accepted)):
@@ -173,12 +166,12 @@ def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
             done = members[good]
             x[done], f[done], g[done] = trial[good], new[good], slope[good]
             going[done[norm[good] > _STALLED * before[pending[good]]]] = False
-            pending = pending[~good & (left[members] > _ROUNDED)]
+            pending = pending[~good & (left[members] > CLOSED)]
             if not len(pending):
                 break
             share[pending] /= 2
         left[at], last = np.abs(f[at]).max(axis=1, initial=0), left[at]
-        going[at[(left[at] <= CLOSED) | (left[at] >= last)]] = False
+        going[at[(left[at] <= CLOSED_FULLY) | (left[at] >= last)]] = False
     return _polished(function, x, f, g, size)
 
 
@@ -189,23 +182,23 @@ def close_most(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
     for step in range(_QUICK):
         finite = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
         left = np.where(finite, np.abs(f).max(axis=1, initial=0), np.inf)
-        if (left <= _SURE).sum() >= (_MOST if step < _QUICK // 2 else _HALF) * len(x):
+        if (left <= ROUNDED_CHAIN).sum() >= (_MOST if step < _QUICK // 2 else _HALF) * len(x):
             break
-        at = np.flatnonzero(finite & (left > CLOSED))
+        at = np.flatnonzero(finite & (left > CLOSED_FULLY))
         if not len(at):
             break
         x = x.copy()
         x[at] += _change(f[at], g[at], size)
         f, g = _scaled(function, x, every, size)
     left = np.abs(f).max(axis=1, initial=0)
-    if (left <= _SURE).sum() < _PART * len(x) or not _enough(x, left, accepted):
+    if (left <= ROUNDED_CHAIN).sum() < _PART * len(x) or not _enough(x, left, accepted):
         return close_many(function, start, size, accepted)
     return _polished(function, x, f, g, size)
 
 
 def _polished(function: Residuals, x: Array, f: Array, g: Array, size: Sizes) -> ClosedMany:
     """One more step of what is closed, where it does not lead away: what is left then is rounding's, and is not taken for more."""
-    at = np.flatnonzero((np.abs(f).max(axis=1, initial=0) <= _ROUNDED) & np.isfinite(g).all(axis=(1, 2)))
+    at = np.flatnonzero((np.abs(f).max(axis=1, initial=0) <= CLOSED) & np.isfinite(g).all(axis=(1, 2)))
     if len(at):
         trial = x[at] + _change(f[at], g[at], size)
         new, _ = _scaled(function, trial, at, size)
@@ -217,7 +210,7 @@ def _polished(function: Residuals, x: Array, f: Array, g: Array, size: Sizes) ->
 
 def _enough(x: Array, left: Array, accepted: Accepted | None) -> bool:
     """Whether one of the starts is closed and accepted."""
-    closed = np.flatnonzero(left <= _SURE)
+    closed = np.flatnonzero(left <= ROUNDED_CHAIN)
     return len(closed) > 0 and (accepted is None or bool(accepted(x[closed], closed).any()))
 
 
@@ -231,7 +224,7 @@ def _change(f: Array, g: Array, size: Sizes) -> Array:
     across = np.swapaxes(g, 1, 2)
     square = g @ across
     m = f.shape[1]
-    firm = _FIRM * np.trace(square, axis1=1, axis2=2) / m
+    firm = ROUNDED * np.trace(square, axis1=1, axis2=2) / m
     square[:, range(m), range(m)] += np.where(firm > 0, firm, 1.0)[:, None]
     least = (across @ np.linalg.solve(square, -f[:, :, None]))[:, :, 0]
     share = np.abs(least[:, size.turns]).max(axis=1, initial=1.0)

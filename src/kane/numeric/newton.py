@@ -10,18 +10,15 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.numeric.projection import least_squares
+from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE
 
 T = TypeVar("T")
 Residual = Callable[[Array], tuple[Array, Array]]
 """f (m) and ∂f/∂x (m × n) at x (n)."""
 
-CLOSED = 1e-10
-"""Residual, over the size of the terms it is made of, at which a configuration counts as closed."""
 _HALVINGS = 30
 _STRAIGHT, _GROWTH = 0.1, 4.0
 """Where f differs from its tangent by no more than this share of a step's change, the trust region grows by this factor."""
-_SHARE = 1e-12
-"""Singular values of ∂f/∂x below this share of the largest move nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +39,7 @@ def close(
     function: Residual,
     x: Array,
     free: Sequence[int],
-    limit: float = 1e-13,
+    limit: float = CLOSED_FULLY,
     steps: int = 60,
     sizes: tuple[Array | float, Array | float] = (1.0, 1.0),
 ) -> Closed:
@@ -60,7 +57,7 @@ def close(
         if not math.isfinite(length) or np.abs(best.residual / rows).max(initial=0) <= limit or not columns:
             break
         slopes = g[:, columns] * scale / np.reshape(rows, (-1, 1))
-        change = least_squares(slopes, -f / rows, _SHARE)
+        change = least_squares(slopes, -f / rows, FIXED_SHARE)
         within = share = radius / max(radius, np.abs(change).max(initial=0))
         before = length
         for _ in range(_HALVINGS):
@@ -88,7 +85,7 @@ def closest(
     starts: Iterable[Array],
     free: Sequence[int],
     enough: float = CLOSED,
-    limit: float = 1e-13,
+    limit: float = CLOSED_FULLY,
     astray: Callable[[Array], Array] | None = None,
 ) -> Closed:
     """From the first start that leaves no more than `enough`, and does not go `astray`; where none does, the one that came nearest."""

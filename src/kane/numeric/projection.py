@@ -10,7 +10,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.numeric.rank import ROUNDING, Mixed, sure_rows
+from kane.numeric.rank import Mixed, sure_rows
+from kane.numeric.scale import ROUNDED, SPEEDS_RANK
 
 _LIGHT = 1e-6
 """Inertia given to a coordinate without mass, over what the constraints reflect onto it: others take that share of its changes."""
@@ -20,7 +21,7 @@ _EXACT = 1e-14
 """Share of the largest singular value below which one is dropped where the rows were found independent before."""
 
 
-def least_squares(a: Array, right: Array, share: float = 1e-10) -> Array:
+def least_squares(a: Array, right: Array, share: float = SPEEDS_RANK) -> Array:
     """The least x (n) of those nearest to A x = right; singular values of A below that share of the largest count as zero."""
     return np.asarray(np.linalg.lstsq(a, right, rcond=share)[0])
 
@@ -86,7 +87,7 @@ def metric(m: Array, a: Array | None = None, light: float = _LIGHT) -> Array:
 def _diagonal(m: Array) -> Array:
     """The diagonal of M (n), where what rounding left of zero in a partial velocity comes squared."""
     own = np.diag(m)
-    return np.where(own > ROUNDING**2 * own.max(initial=0), own, 0.0)
+    return np.where(own > ROUNDED**2 * own.max(initial=0), own, 0.0)
 
 
 def reflected(mass: Array, a: Array) -> Array:
@@ -96,7 +97,7 @@ def reflected(mass: Array, a: Array) -> Array:
     """
     if np.all(mass > 0):
         return mass
-    a = np.where(np.abs(a) > ROUNDING * np.abs(a).max(initial=0), np.abs(a), 0.0)
+    a = np.where(np.abs(a) > ROUNDED * np.abs(a).max(initial=0), np.abs(a), 0.0)
     inertia = mass.copy()
     for _ in range(len(a)):
         heavy = inertia > 0

@@ -12,29 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.numeric.arrays import Array, Mask
-
-ROUNDING = 1e-13
-"""Share of the largest entry below which an entry is what rounding left of zero; dividing by it would make it count."""
-DERIVE_RANK = 1e-8
-"""Constraints at a configuration that Newton's method has closed: which of them hold, and which follow from the others."""
-MOTION_RANK = 1e-4
-"""Constraints along a motion. Where a linkage comes through a position at which they lose rank, what rounding leaves of f becomes f/σ
-in q and f/σ² in u, however short the steps: f = c ≠ 0 does not go through there, but turns off. Combinations that are as small
-everywhere are enlarged before (`Mixed`): nothing turns off there."""
-SURE_RANK = 1e-5
-"""Rows at a state above this share are independent without a second look by elimination."""
-STATE_RANK = 1e-9
-"""Whether conditions determine the values that are solved for; seven digits of these would be right."""
-SPEEDS_RANK = 1e-10
-"""The definitions of speeds at a point drawn at random, where nothing is small but what vanishes everywhere."""
-INVERSE_RANK = 1e-11
-"""The equations of inverse dynamics; five digits of the unknowns would be right."""
-SOLVE_RANK = 1e-12
-"""Any other square matrix that is solved with; four digits of the solution would be right."""
-POLE_RANK = 1e-6
-"""The same where speeds have false poles: beside one the derivatives lose half as many digits again as the solution."""
-TAKES_PART = 1e-6
-"""Share of its largest entry above which an entry of a null vector is not zero."""
+from kane.numeric.scale import (
+    DERIVE_RANK,
+    MOTION_RANK,
+    ROUNDED,
+    ROUNDED_SUM,
+    TAKES_PART,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +35,7 @@ def balance(
     reach: Array | float | None = None,
     *,
     order: tuple[int, ...] = (0, 1, 0, 1),
-    rounding: float = ROUNDING,
+    rounding: float = ROUNDED,
 ) -> Balanced:
     """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first.
 
@@ -81,7 +65,7 @@ def balanced(a: Array, reach: Array | float | None = None) -> Array:
     return balance(a, reach).matrix
 
 
-def level(rows: Array, rounding: float = 1e-11) -> Array:
+def level(rows: Array, rounding: float = ROUNDED_SUM) -> Array:
     """Rows (m × n) divided by their largest entries, those of rounding alone zero."""
     size = np.abs(rows).max(axis=1, keepdims=True, initial=0)
     counts = size > rounding * size.max(initial=0)
@@ -165,7 +149,7 @@ def mixed(a: Array, reach: Array | float = 0.0) -> Mixed:
     Where nothing is left of a combination here its size is that of the terms it is made of.
     """
     seen = np.maximum(reach, np.abs(a))
-    seen = np.where(seen > ROUNDING * seen.max(initial=0), seen, 0.0)
+    seen = np.where(seen > ROUNDED * seen.max(initial=0), seen, 0.0)
     rows, values = combinations(a, seen)
     weak = (values > DERIVE_RANK * values[:1]) & (values <= MOTION_RANK * values[:1])
     rows = rows / np.where(weak, values, 1.0)[:, None]

@@ -8,11 +8,9 @@ import numpy as np
 from kane.expr.ops import COS, OPS, SIN
 from kane.expr.rounded_functions import value_of_numbers
 from kane.numeric.arrays import Array, product
+from kane.numeric.scale import LAST_DIGIT
 
 ATAN2 = OPS["atan2"]
-
-ROUNDING = 1e-15
-"""Up to which a direction cosine, or an angle, is taken for 0 or another value that is exact."""
 
 
 def turned(axis: int, c: float, s: float) -> Array:
@@ -32,14 +30,14 @@ def about(axis: int, angle: float) -> Array:
 def rounded(cosines: Array) -> Array:
     """With what is 0 or ±1 up to rounding made so."""
     near = np.round(cosines)
-    return np.where(np.abs(cosines - near) <= ROUNDING, near, cosines)
+    return np.where(np.abs(cosines - near) <= LAST_DIGIT, near, cosines)
 
 
 def zx(direction: Array) -> tuple[float, float]:
     """γ and α with R_z(γ) R_x(α) z = direction; γ is 0 where that is ±z up to rounding."""
     x, y, z = direction.tolist()
     across = math.hypot(x, y)
-    if across <= ROUNDING:
+    if across <= LAST_DIGIT:
         return 0.0, 0.0 if z > 0 else math.pi
     return value_of_numbers(ATAN2, x, -y), value_of_numbers(ATAN2, across, z)
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from kane.errors import ModelError, SimulationError, cut
 from kane.model.beams.beam import Beam
-from kane.motion.solution import Solution
+from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
 _STATIONS = 33

@@ -12,11 +12,10 @@ from kane.errors import Attributes
 from kane.expr.evaluation import stacked
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import rate
-from kane.motion.energy import EnergyCheck
-from kane.motion.solution import Solution
+from kane.motion.solution.checks import EnergyCheck
+from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-
-ENERGY_LIMIT = 1e-6
+from kane.numeric.scale import EQUAL, SIX_DIGITS, SPEEDS_RANK
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +39,7 @@ class Check(Attributes):
         return f"{'pass' if self.passed else 'FAIL'}  {self.name}: {self.figure:.1e} (limit {self.limit:.0e})"
 
 
-def energy_check(solution: Solution, *, of: str = "the loads", limit: float = ENERGY_LIMIT) -> Check:
+def energy_check(solution: Solution, *, of: str = "the loads", limit: float = SIX_DIGITS) -> Check:
     """Whether the energy changed by the work done, and by nothing else."""
     energy = solution.energy_check
     return Check(f"energy less the work of {of}, along the motion", energy.relative, limit, str(energy))
@@ -48,7 +47,6 @@ def energy_check(solution: Solution, *, of: str = "the loads", limit: float = EN
 
 _SAMPLES = 101
 """At most as many instants are looked at."""
-_EXACT = 1e-9
 _CONDITION = 1e10
 
 
@@ -92,7 +90,7 @@ def _power(solution: Solution, energy: EnergyCheck) -> Check:
     pace = energy.scale / (np.ptp(solution.t) or 1.0)
     scale = max(pace, *(np.abs(x).max() for x in (k, v, p)))
     detail = f"largest |dE/dt − P| over the largest of |dK/dt|, |dV/dt|, |P|, energy over duration, {_at(solution)}"
-    return Check("dE/dt less the power P", _ratio(np.abs(k + v - p).max(), scale), _EXACT, detail)
+    return Check("dE/dt less the power P", _ratio(np.abs(k + v - p).max(), scale), EQUAL, detail)
 
 
 def _residual(solution: Solution) -> Check:
@@ -104,11 +102,11 @@ def _residual(solution: Solution) -> Check:
     held, terms = _held(solution, active + inertia)
     size = (np.abs(active) + np.abs(inertia) + terms).T + np.einsum("nij,jn->ni", np.abs(mass), np.abs(u_dot))
     scale = size.max(axis=0)
-    scale = np.maximum(scale, 1e-6 * scale.max())
+    scale = np.maximum(scale, SIX_DIGITS * scale.max())
     off = np.abs(active + inertia + held).max(axis=1)
     detail = f"Fᵣ and F*ᵣ from their terms, at the u̇ and reactions that were solved for, {_at(solution)}"
     name = "residual of Fᵣ + F*ᵣ + Aᵀλ = 0" if len(eom.b) else "residual of Fᵣ + F*ᵣ = 0"
-    return Check(name, max(map(_ratio, off, scale)), _EXACT, detail)
+    return Check(name, max(map(_ratio, off, scale)), EQUAL, detail)
 
 
 def _held(solution: Solution, left: Array) -> tuple[Array, Array]:
@@ -118,7 +116,9 @@ def _held(solution: Solution, left: Array) -> tuple[Array, Array]:
         return np.zeros_like(left), np.zeros_like(left)
     rows = [(*own, *more) for own, more in zip(eom.A.rows, eom.constraints.a_auxiliary, strict=True)]
     a = _matrix(solution, Matrix(rows, (len(eom.b), len(left))))
-    forces = np.array([np.linalg.lstsq(m[:, :n].T, -f, rcond=1e-10)[0] for m, f in zip(a, left[:n].T, strict=True)])
+    forces = np.array(
+        [np.linalg.lstsq(m[:, :n].T, -f, rcond=SPEEDS_RANK)[0] for m, f in zip(a, left[:n].T, strict=True)]
+    )
     return np.einsum("nkr,nk->rn", a, forces), np.einsum("nkr,nk->rn", np.abs(a), np.abs(forces))
 
 
@@ -157,7 +157,7 @@ def _kinematical(solution: Solution) -> Check:
 def _constraints(solution: Solution) -> Check:
     left = {c.name: float(np.abs(r).max()) for c, r in solution.constraint_residuals.items()}
     worst = max(left, key=left.__getitem__)
-    return Check("what is left of the constraints", left[worst], _EXACT, f"largest at {worst!r}")
+    return Check("what is left of the constraints", left[worst], EQUAL, f"largest at {worst!r}")
 
 
 def _reactions(solution: Solution) -> Check:

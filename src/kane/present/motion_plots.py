@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.model.bodies import parts_of
 from kane.model.reactions import cut_of
-from kane.motion.solution import Solution
+from kane.motion.solution.solution import Solution
 from kane.present.labels import label as label_of
 from kane.present.svg import FAINT, INK, SERIES, legend, panels, to_svg
 from kane.space.point import Point

@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kane.analysis.solution_branches import Branch
-from kane.analysis.stability import GROWS
 from kane.errors import SimulationError
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL, ROUNDED_ROOT
 from kane.present.labels import label as label_of
 from kane.units.text import unit_text
 
@@ -93,7 +93,7 @@ def _meetings(before: Complex, after: Complex) -> list[tuple[int, int]]:
         for i in np.flatnonzero((real.imag == 0) & (pair.imag > 0)):
             away = np.where(real.imag == 0, np.abs(pair - pair[i].conj()), np.inf)
             j = int(np.argmin(away))
-            if away[j] <= 1e-9 * abs(pair[i]):
+            if away[j] <= EQUAL * abs(pair[i]):
                 pairs.append((int(i), j))
     return pairs
 
@@ -150,7 +150,7 @@ def _grow(a: Axes, values: Array, eigenvalues: Complex) -> None:
     """The real parts above zero once more, in red."""
     real = eigenvalues.real
     size = np.abs(eigenvalues).max(initial=1.0)
-    above = np.where(real > GROWS * size, real, np.nan)
+    above = np.where(real > ROUNDED_ROOT * size, real, np.nan)
     if not np.all(np.isnan(above)):
         lines = a.plot(values, above, color=_GROWS, linewidth=2.2)
         lines[0].set_label("unstable")

@@ -21,6 +21,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.expr.operators import atan2, sqrt
 from kane.numeric.arrays import Array, Entries
+from kane.numeric.scale import GIVEN
 from kane.space import attitude_formulas as formulas
 from kane.space.frame import Frame, turned_about, turning_axes
 from kane.space.rotation import doubt_degrees
@@ -28,9 +29,6 @@ from kane.space.vector import Vector
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation as ScipyRotation
-
-_SLACK = 1e-8
-"""Up to which direction cosines are taken for orthonormal, and a vector or four Euler parameters for one of length 1."""
 
 
 class Rotation(Immutable):
@@ -87,8 +85,8 @@ class Rotation(Immutable):
         if formulas.symbolic(c):
             return cls._of(lambda: c, None)
         off = np.abs(c @ np.swapaxes(c, -1, -2) - np.eye(3)).max(initial=0)
-        if not off <= _SLACK or np.any(np.linalg.det(c) < 0):
-            why = "a left-handed one" if off <= _SLACK else f"one whose C Cᵀ differs from 1 by {off:.3g}"
+        if not off <= GIVEN or np.any(np.linalg.det(c) < 0):
+            why = "a left-handed one" if off <= GIVEN else f"one whose C Cᵀ differs from 1 by {off:.3g}"
             raise SpaceError(f"Expected a right-handed orthonormal matrix of direction cosines, got {why}.")
         return cls._of(None, lambda: (formulas.parameters_of(c), True))
 
@@ -372,7 +370,7 @@ def _expressions(e: Entries) -> Entries:
 def _unit(v: Array, what: str) -> Array:
     length = np.linalg.norm(v, axis=-1, keepdims=True)
     off = np.abs(length - 1).max(initial=0)
-    if not off <= _SLACK:
+    if not off <= GIVEN:
         raise SpaceError(
             f"Expected {what} of length 1, got one whose length differs from it by {off:.3g}. Divide by the length."
         )

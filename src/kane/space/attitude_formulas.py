@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kane.numeric.arrays import Array, Entries
-from kane.numeric.rotations import ROUNDING
+from kane.numeric.scale import LAST_DIGIT
 
 Sequence3 = tuple[int, int, int]
 
@@ -116,7 +116,7 @@ def angles_of(c: Entries, axes: Sequence3) -> Entries:
     b = np.arctan2(across, second) if last == i else np.arctan2(second, across)
     if symbolic(c):
         return _last(np.arctan2(*first), b, np.arctan2(*third))
-    a = np.where(across <= ROUNDING, 0.0, np.arctan2(*first))
+    a = np.where(across <= LAST_DIGIT, 0.0, np.arctan2(*first))
     rest = about(j, -b) @ about(i, -a) @ c
     p, q = (last + 1) % 3, (last + 2) % 3
     return _last(a, b, np.arctan2(rest[..., q, p], rest[..., p, p]))

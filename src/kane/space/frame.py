@@ -16,7 +16,8 @@ from kane.expr.immutable import landmarks
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, sample
+from kane.numeric.scale import DECLARED, ROUNDED_CHAIN
 from kane.space import attitude_formulas as formulas
 from kane.space.rotation import (
     UNITS,
@@ -33,9 +34,6 @@ from kane.space.rotation import (
 )
 from kane.space.vector import Vector, angular_velocity, axes
 
-_SLACK = 1e-12
-_AGREE = 1e-9
-_SEED = 20048
 _AXES = "xyz"
 
 
@@ -136,7 +134,7 @@ class Frame(Basis):
                     f"Expected a unit vector as axis, got the zero vector. Take an axis of the frame, such as {self.name}.z; a cross "
                     "product of parallel vectors is zero."
                 )
-            if abs(square - 1) > _SLACK:
+            if abs(square - 1) > ROUNDED_CHAIN:
                 raise SpaceError(
                     f"Expected a unit vector as axis, got {axis} of length {square**0.5:.6g}. Use axis.normalized()."
                 )
@@ -291,8 +289,8 @@ def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
     if not isinstance(claimed, Vector):
         raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {cut(repr(claimed))}.")
     own = frame.angular_velocity(base)
-    numbers = sample([*own.components(base), *claimed.components(base)], _SEED)
-    if not np.allclose(numbers[:3], numbers[3:], rtol=_AGREE, atol=_AGREE * max(map(abs, numbers)), equal_nan=True):
+    numbers = sample([*own.components(base), *claimed.components(base)], SEED)
+    if not np.allclose(numbers[:3], numbers[3:], rtol=DECLARED, atol=DECLARED * max(map(abs, numbers)), equal_nan=True):
         raise SpaceError(
             f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {cut(own)}, got "
             f"{cut(claimed)}. Correct its sign or the angle, or leave it out: it follows from the angle."
@@ -349,11 +347,11 @@ def _check_orthogonal(columns: Cosines) -> None:
     symbols = free_symbols(x for column in columns for x in column)
     if any(isinstance(s, Parameter) and s.default is None for s in symbols):
         return
-    c = np.array([sample(column, _SEED) for column in columns])
+    c = np.array([sample(column, SEED) for column in columns])
     if not np.all(np.isfinite(c)):
         return
     products = c @ c.T
-    off = np.argwhere(np.triu(np.abs(products - np.eye(3)) > _AGREE))
+    off = np.argwhere(np.triu(np.abs(products - np.eye(3)) > DECLARED))
     if off.size:
         i, j = off[0]
         raise SpaceError(

@@ -7,7 +7,7 @@ import pytest
 import kane as kn
 from kane import Settings
 from kane.gallery import pendulums
-from kane.motion import At, Back, compiled, implicit, radau, radau_stages
+from kane.motion import At, Back, compiled, radau, radau_stages, right_hand_side
 from tests.motion.steppers.runs import arguments, spring
 
 STAGES = [3, 5, 7]
@@ -133,7 +133,7 @@ def test_derivatives_come_as_entries_or_column_by_column(monkeypatch):
     eom = kn.derive(pendulums.system(3))
     start = {"q": [1.0, 2.0, 0.5], "u": [0.0] * 3, "samples": 11, "method": "radau9"}
     entries = kn.simulate(eom, (0, 2), **start)
-    monkeypatch.setattr(implicit, "_LONG", 0)
+    monkeypatch.setattr(right_hand_side, "_LONG", 0)
     columns = kn.simulate(eom, (0, 2), **start)
     assert columns.steps == entries.steps
     assert columns.q == pytest.approx(entries.q, abs=1e-9)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import Closure
 from kane.dynamics.constraints.configurations import Configurations, configurations
-from kane.dynamics.constraints.partition import POOR, Partition, choose, choose_each, qualities_of
+from kane.dynamics.constraints.manifold import Manifold
+from kane.dynamics.constraints.partition import Partition, choose, choose_each, qualities_of
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
@@ -23,14 +23,11 @@ from kane.expr.symbols import Symbol
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.rank import DERIVE_RANK, balanced
+from kane.numeric.rank import balanced
+from kane.numeric.scale import BETTER, DERIVE_RANK, NEAR_SINGULAR, POOR
 
-_SINGULAR = 1e-6
-"""Quality at which dependent speeds do not follow at a configuration: by chance none lies so near to a singular position."""
 _SHARE = 0.25
 """Share of the configurations at which dependent speeds may be poorly determined: every choice is somewhere."""
-_BETTER = 4.0
-"""By how much another choice must be better than that at the first configuration."""
 _ROUNDS, _EXCHANGES = 6, 8
 """How many speeds are exchanged one after the other, and how many exchanges are looked at for each."""
 _FEW = 10_000
@@ -47,14 +44,16 @@ class Compared:
     a: Array
     ranks: Array
 
-    def reach(self, conditions: Closure, system: System) -> Array:
+    def reach(self, conditions: Manifold) -> Array:
         """The usual size of the terms of each configuration constraint, 1 where it has none.
 
         That is of the terms themselves, sines and cosines taken as 1, and of derivatives times lengths, Euler parameters as 1.
         """
         at, memo = self.at, dict[Expr, tuple[Expr, ...]]()
-        unit = {e for s in system.euler_parameters for e in s.coordinates}
-        q = np.array([np.broadcast_to(1.0 if c in unit else at.values[c], at.count) for c in system.coordinates]).T
+        unit = {e for s in conditions.system.euler_parameters for e in s.coordinates}
+        q = np.array(
+            [np.broadcast_to(1.0 if c in unit else at.values[c], at.count) for c in conditions.system.coordinates]
+        ).T
         own = np.abs(at.matrices(Matrix.column([size(f, memo) for f in conditions.f])))[:, :, 0]
         moved = (np.abs(at.matrices(conditions.gradient)) @ np.abs(q)[:, :, None])[:, :, 0]
         found = np.maximum(own, moved).max(axis=0, initial=0)
@@ -72,7 +71,7 @@ class Compared:
 
 
 def compared(
-    system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None, conditions: Closure | None = None
+    system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None, conditions: Manifold | None = None
 ) -> Compared:
     """Configurations of the motion, which `conditions` hold, all of one rank of the constraints.
 
@@ -127,7 +126,7 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
         """Minus how many speeds asked for are not given, minus at how many configurations speeds do not follow; the quality else."""
         found = qualities_of(scaled, partitions)
         usual = _quantile(found, _SHARE)
-        poor = (found < _SINGULAR).sum(axis=1)
+        poor = (found < NEAR_SINGULAR).sum(axis=1)
         least = np.minimum(usual, found[:, special].min(axis=1, initial=1.0))
         every = len(preferred) + 1
         absent = [len(set(preferred) - set(p.dependent)) for p in partitions]
@@ -140,7 +139,7 @@ def chosen(a: Array, special: Mask, preferred: Sequence[int], easy: Mask) -> Par
     if best[:2] == (0, 0) and best[2] >= POOR:
         return first
     others = list(dict.fromkeys(others or choose_each(a[1:], preferred, easy=easy)))
-    found, least = _best(first, (best[0], best[1], _BETTER * best[2]), others, merits)
+    found, least = _best(first, (best[0], best[1], BETTER * best[2]), others, merits)
     for _ in range(_ROUNDS):
         before = found
         found, least = _best(found, least, exchanged(scaled, found), merits)
@@ -180,7 +179,7 @@ def exchanged(scaled: Array, partition: Partition) -> list[Partition]:
     if not partition.dependent or not free:
         return []
     left, values, right = np.linalg.svd(rows[:, :, list(partition.dependent)])
-    values = np.maximum(values, _SINGULAR**2)
+    values = np.maximum(values, NEAR_SINGULAR**2)
     ratios = np.swapaxes(right, 1, 2) @ ((np.swapaxes(left, 1, 2) @ rows[:, :, list(free)]) / values[:, :, None])
     with np.errstate(divide="ignore"):
         least = (np.log(np.abs(ratios)) + np.log(values).sum(axis=1)[:, None, None]).min(axis=0)

@@ -14,14 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.rank import DERIVE_RANK, balanced
+from kane.numeric.rank import balanced
+from kane.numeric.scale import DERIVE_RANK, PIVOT
 
 Indices = npt.NDArray[np.intp]
-
-_LARGE = 0.15
-"""Share of the largest entry left that a pivot must have."""
-POOR = 0.02
-"""Quality below which other dependent speeds are sought."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +105,7 @@ def _pivots(sizes: Array, full: Mask, cheap: Mask, among: Mask) -> tuple[Indices
     largest[largest <= 0] = 1.0
     across = (full.sum(axis=2, keepdims=True) - 1) * (full.sum(axis=1, keepdims=True) - 1)
     # what only rounding tells apart is a tie, which the order decides
-    cost = np.where(among & (sizes >= _LARGE * largest), across + 0.5 * ~cheap, np.inf)
+    cost = np.where(among & (sizes >= PIVOT * largest), across + 0.5 * ~cheap, np.inf)
     place = (cost - 1e-3 * np.round(sizes / largest, 6)).reshape(count, -1).argmin(axis=1)
     return place // n, place % n
 

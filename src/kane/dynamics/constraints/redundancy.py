@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import closure
 from kane.dynamics.constraints.configurations import Configurations
+from kane.dynamics.constraints.manifold import manifold
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, constant_value
@@ -23,18 +23,16 @@ from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.rank import TAKES_PART, balance, dependencies, indeterminate, within
-from kane.numeric.sampling import values_of
+from kane.numeric.rank import balance, dependencies, indeterminate, within
+from kane.numeric.sampling import SEED, values_of
+from kane.numeric.scale import ROUNDED_ROOT, TAKES_PART
 
-_SEED = 20067
-_AGREE = 1e-7
-"""Share of the largest term up to which a sum counts as zero."""
 _STEADY = (Coordinate, Time)
 
 
 def _check_affine(system: System) -> None:
     """Constraints with one and the same gradient everywhere contradict each other everywhere, or nowhere."""
-    conditions = closure(system)
+    conditions = manifold(system)
     plain = [
         k
         for k, (f, row) in enumerate(zip(conditions.f, conditions.gradient.rows, strict=True))
@@ -42,7 +40,7 @@ def _check_affine(system: System) -> None:
     ]
     if len(plain) < 2:
         return
-    values = values_of(free_symbols(conditions.f[k] for k in plain), _SEED)
+    values = values_of(free_symbols(conditions.f[k] for k in plain), SEED)
     g = np.asarray(evaluate(conditions.gradient.take(plain), values), dtype=float)
     f = np.array(evaluate([conditions.f[k] for k in plain], values), dtype=float)
     size = np.abs(g).max(axis=1)  # numbers as they were written: however small, none is rounding's
@@ -188,7 +186,7 @@ def _contrary(rows: ConstraintRows, a: Array, values: Mapping[Any, float]) -> li
     """Which constraints take part in a contradiction, xᵀ b ≠ 0."""
     if all(x is ZERO for x in rows.b):
         return [False] * len(rows.b)
-    return _against(a, np.array(evaluate(list(rows.b), values_of(free_symbols(rows.b), _SEED, values)), dtype=float))
+    return _against(a, np.array(evaluate(list(rows.b), values_of(free_symbols(rows.b), SEED, values)), dtype=float))
 
 
 def _against(a: Array, right: Array) -> list[bool]:
@@ -198,5 +196,5 @@ def _against(a: Array, right: Array) -> list[bool]:
     combinations = dependencies(a)
     terms = combinations * scaled
     reach = np.abs(combinations * np.maximum(np.abs(scaled), 1.0)).max(axis=1, initial=0)
-    broken = combinations[np.abs(terms.sum(axis=1)) > _AGREE * reach]
+    broken = combinations[np.abs(terms.sum(axis=1)) > ROUNDED_ROOT * reach]
     return [bool(x) for x in np.abs(broken).max(axis=0, initial=0) > TAKES_PART]

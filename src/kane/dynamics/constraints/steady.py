@@ -23,11 +23,9 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Coordinate, Parameter
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import HIGH, LOW, values_of
+from kane.numeric.sampling import HIGH, LOW, SEED, values_of
+from kane.numeric.scale import EQUAL
 
-_SEED = 20611
-_SAME = 1e-9
-"""Share by which numbers may differ that are the same but for rounding: others, at random configurations, differ by far more."""
 _FOLLOWS = 1e-5
 """Share of the product of the lengths of its columns that a volume must have: what is below has lost the digits that tell."""
 _WELL = 0.25
@@ -72,14 +70,14 @@ def _at_any_time(compared: Compared, matrix: Matrix) -> Array:
     free = [s for s in free_symbols(matrix.entries) if not isinstance(s, Coordinate | Parameter)]
     if not free:
         return compared.a
-    rng = np.random.default_rng(_SEED)
+    rng = np.random.default_rng(SEED)
     at = compared.at
     return replace(at, values={**at.values, **{s: rng.uniform(LOW, HIGH, at.count) for s in free}}).matrices(matrix)
 
 
 def steady(a: Array, dependent: Collection[int]) -> bool:
     """Whether the volume of these columns is the same in all of several matrices (k × m × n)."""
-    return len(a) >= _FEWEST and bool(_spreads(_scaled(a), [tuple(sorted(dependent))])[0] <= _SAME)
+    return len(a) >= _FEWEST and bool(_spreads(_scaled(a), [tuple(sorted(dependent))])[0] <= EQUAL)
 
 
 def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price: Callable[[Set], float]) -> Set | None:
@@ -92,12 +90,12 @@ def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price
     if not now or len(a) < _FEWEST or a.size > _ENTRIES or len(now) * (a.shape[2] - len(now)) > _EXCHANGES:
         return None
     now, least = _least_varying(a, now, kept)
-    found = [now] if least <= _SAME else _by_minors(a, now, kept)
+    found = [now] if least <= EQUAL else _by_minors(a, now, kept)
     for each in found:
         others = [s for s in _exchanged(each, a.shape[2], kept) if s not in found]
         if len(found) >= _SETS or not others:
             break
-        found += [s for s, x in zip(others, _spreads(a, others), strict=True) if x <= _SAME]
+        found += [s for s, x in zip(others, _spreads(a, others), strict=True) if x <= EQUAL]
     return _shortest(a, found, price) if len(found) > 1 else next(iter(found), None)
 
 
@@ -111,7 +109,7 @@ def _least_varying(a: Array, now: Set, kept: Collection[int]) -> tuple[Set, floa
     """The set to which exchanges of one speed lead that each make the volume vary less, and by how much it does."""
     least = float(_spreads(a, [now])[0])
     for _ in range(_ROUNDS):
-        others = [] if least <= _SAME else _exchanged(now, a.shape[2], kept)
+        others = [] if least <= EQUAL else _exchanged(now, a.shape[2], kept)
         if not others:
             break
         spreads = np.round(_spreads(a, others), 6)  # what only rounding tells apart is a tie, which the order decides
@@ -135,7 +133,7 @@ def _by_minors(a: Array, now: Set, kept: Collection[int]) -> list[Set]:
     if len(ends) < 2:
         return []
     ratios = np.linalg.pinv(a[ends][:, :, list(now)]) @ a[ends]
-    there = np.abs(ratios).max(axis=0) > _SAME
+    there = np.abs(ratios).max(axis=0) > EQUAL
     going = [i for i, u in enumerate(now) if u not in kept and there[i].sum() > 1]  # 1 is itself
     coming = [j for j in np.flatnonzero(there.any(axis=0)).tolist() if j not in now]
     found: list[Set] = []
@@ -149,7 +147,7 @@ def _by_minors(a: Array, now: Set, kept: Collection[int]) -> list[Set]:
         first, last = minors * volume[ends, None, None]
         alike = np.argwhere(np.abs(first - last) < _NEARLY * np.maximum(first, last)).tolist()
         sets = [tuple(sorted({*now} - {now[x] for x in i[r].tolist()} | {*j[c].tolist()})) for r, c in alike]
-        found += [s for s, x in zip(sets, _spreads(a, sets), strict=True) if x <= _SAME] if sets else []
+        found += [s for s, x in zip(sets, _spreads(a, sets), strict=True) if x <= EQUAL] if sets else []
     return found[:_SETS]
 
 
@@ -171,13 +169,13 @@ def price(a: Array, mass: Array, dependent: Set) -> float:
 
 def _with_defaults(at: Configurations, matrix: Matrix) -> Array:
     """A matrix in numbers at the configurations, which may hold symbols that the constraints do not."""
-    return replace(at, values={**values_of(free_symbols(matrix.entries), _SEED), **at.values}).matrices(matrix)
+    return replace(at, values={**values_of(free_symbols(matrix.entries), SEED), **at.values}).matrices(matrix)
 
 
 def _filled(x: Array, sizes: Array) -> float:
     """What entries (k × …) count for: nothing those that are zero beside their `sizes`, more those that change."""
     size = np.broadcast_to(sizes, x.shape).max(axis=0)
-    there, changing = np.abs(x).max(axis=0) > _SAME * size, np.ptp(x, axis=0) > _SAME * size
+    there, changing = np.abs(x).max(axis=0) > EQUAL * size, np.ptp(x, axis=0) > EQUAL * size
     return float((there + (_CHANGING - 1) * (there & changing)).sum())
 
 

@@ -14,9 +14,8 @@ import numpy as np
 from kane import show
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings import energy
-from kane.dynamics.readings.kinetic import energy_in_rates
-from kane.dynamics.readings.momenta import central_angular_momentum, conjugate_momenta
-from kane.dynamics.readings.potential_found import find_potential
+from kane.dynamics.readings.energy import central_angular_momentum, conjugate_momenta, energy_in_rates
+from kane.dynamics.readings.potential import find_potential
 from kane.dynamics.readings.rate_forces import Place, differs, measured, places
 from kane.dynamics.readings.values import without_rates
 from kane.dynamics.solved import Solved
@@ -29,10 +28,9 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Time, input_of, rate
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL
 
 _STATES, _LEAST = 8, 2
-_SAME = 1e-9
-"""Share by which numbers of two integrals may differ from being proportional at all states."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +116,7 @@ def _same(a: Array, b: Array) -> bool:
     both = np.isfinite(a) & np.isfinite(b)
     x, y = a[both], b[both]
     scale = np.linalg.norm(x) * np.linalg.norm(y)
-    return bool(abs(abs(x @ y) - scale) <= _SAME * scale) and len(x) > 1
+    return bool(abs(abs(x @ y) - scale) <= EQUAL * scale) and len(x) > 1
 
 
 # What may be one --------------------------------------------------------------------------------------------------------

@@ -32,6 +32,7 @@ from kane.model.joints.joint import Joint
 from kane.model.system import System
 from kane.numeric.rank import balance, dependencies
 from kane.numeric.sampling import values_of
+from kane.numeric.scale import ROUNDED_ROOT
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
@@ -308,11 +309,11 @@ def _check_determinate(solved: Solved, name: str, share: Share) -> None:
     a = solved.derived.compared.a[0]
     combinations = dependencies(a) / balance(a).rows[:, 0]
     reach = np.abs(combinations).max(axis=1, initial=0) * np.abs(numbers).max(initial=0)
-    changed = np.abs(combinations @ numbers).max(axis=1, initial=0) > 1e-7 * reach
+    changed = np.abs(combinations @ numbers).max(axis=1, initial=0) > ROUNDED_ROOT * reach
     if not changed.any():
         return
     parts = np.abs(combinations[changed]).max(axis=0)
-    blamed = [c.name for c, x in zip(constraints, parts, strict=True) if x > 1e-7]
+    blamed = [c.name for c, x in zip(constraints, parts, strict=True) if x > ROUNDED_ROOT]
     raise ReactionError(
         f"Expected a reaction that the motion determines, got {name!r}: it feels the constraints {', '.join(map(repr, blamed))}. "
         "They depend on each other, so that the forces that hold them are not determined one by one. Leave out redundant ones, or "

@@ -11,6 +11,7 @@ from kane.model.beams.integrals import check_independent, fine
 from kane.model.beams.section import Tapered, section
 from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet, vanish
 from kane.model.joints.joint import across, fixed, numbers
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
@@ -38,7 +39,7 @@ def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, 
 
 
 def _perpendicular(a: Vector, b: Vector) -> bool:
-    return abs(numbers([a.dot(b)])[0]) <= 1e-9
+    return abs(numbers([a.dot(b)])[0]) <= DECLARED
 
 
 def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector) -> list[Field]:

@@ -20,6 +20,7 @@ from kane.model.beams.integrals import fine
 from kane.model.beams.masses import Matter
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 
 _DIGITS = 30
 UNITS = {"mass": ("alpha", "1/s"), "stiffness": ("beta", "s"), "ratio": ("zeta", "1")}
@@ -71,7 +72,7 @@ def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr])
     values = f.shapes.evaluate(rule.places, 0)
     m, k = rule.gram(values, values, share.share(rule.places)), stiffness(f)
     size = np.sqrt(np.diag(m))
-    m[np.abs(m) < 1e-13 * np.multiply.outer(size, size)] = 0.0
+    m[np.abs(m) < ROUNDED * np.multiply.outer(size, size)] = 0.0
     mass, stiff = mul(share.value, whole.length), stiffness_value(f, whole.length)
     terms = []
     if "mass" in damping:
@@ -94,5 +95,5 @@ def _critical(m: Array, k: Array) -> Array:
         half = lower * modes
         c = half * mpmath.diag([mpmath.sqrt(max(x, 0)) for x in squares]) * half.T
         found = np.array(c.tolist(), dtype=float)
-    found[np.abs(found) < 1e-12 * np.abs(found).max()] = 0.0
+    found[np.abs(found) < ROUNDED_CHAIN * np.abs(found).max()] = 0.0
     return found

@@ -17,6 +17,7 @@ from kane.model.beams.integrals import Share, fine
 from kane.model.beams.shapes import ModeShapes
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.point import Point
 
 
@@ -53,7 +54,7 @@ def strain(shapes: ModeShapes, share: Share, order: int) -> Array:
     k = rule.gram(values, values, share(rule.places))
     size = np.sqrt(np.diag(k))
     # what orthogonality makes zero is zero, so that modes stay apart
-    k[np.abs(k) < 1e-12 * np.multiply.outer(size, size)] = 0.0
+    k[np.abs(k) < ROUNDED_CHAIN * np.multiply.outer(size, size)] = 0.0
     whole: Array = (k + k.T) / 2
     return whole
 

@@ -17,6 +17,7 @@ from kane.errors import ModelError
 from kane.model.beams.shapes import ModeShapes
 from kane.numeric.arrays import Array
 from kane.numeric.legendre import Rule, gauss
+from kane.numeric.scale import EQUAL, STATE_RANK, TAKES_PART
 
 Share = Callable[[Array], Array]
 
@@ -24,10 +25,6 @@ _POINTS = 40
 """Points of a piece between two breaks, beyond twice the number of functions."""
 _BITS = 44
 """Sums of numbers that are rounded to 2^-44 of 1 are exact: what cancels in sums, cancels to zero."""
-_RANK = 1e-9
-"""Share of the largest singular value of functions of unit length below which they are dependent."""
-_EXACT = 1e-9
-"""Error, relative to the lengths of two functions, up to which their product is integrated with few stations."""
 
 
 def fine(shapes: Sequence[ModeShapes]) -> Rule:
@@ -52,10 +49,10 @@ def check_independent(who: str, shapes: ModeShapes, rule: Rule) -> None:
     if zero:
         raise ModelError(f"Expected modes of {who} that bend it, got mode {zero[0]}, which is zero. Leave it out.")
     _, singular, turned = np.linalg.svd(values / lengths)
-    rank = int((singular > _RANK * singular[0]).sum())
+    rank = int((singular > STATE_RANK * singular[0]).sum())
     if rank < shapes.count:
         parts = np.abs(turned[rank:]).max(axis=0)
-        blamed = ", ".join(str(k + 1) for k in np.nonzero(parts > 1e-6)[0])
+        blamed = ", ".join(str(k + 1) for k in np.nonzero(parts > TAKES_PART)[0])
         raise ModelError(
             f"Expected independent modes of {who}, got {shapes.count} of rank {rank}: modes {blamed} depend on each other. Leave out "
             f"{shapes.count - rank} of these."
@@ -87,7 +84,7 @@ def stations(shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share:
 
     def enough(points: int) -> bool:
         error = np.abs(_products(gauss(points), shapes, bending, share)[0] - target)
-        return bool((error <= _EXACT * np.multiply.outer(sizes, sizes)).all())
+        return bool((error <= EQUAL * np.multiply.outer(sizes, sizes)).all())
 
     few, most = 1, 4 * max((s.count for s in shapes), default=1) + 40
     while most - few > 1:

@@ -23,12 +23,10 @@ from kane.model.beams.section import Tapered
 from kane.model.beams.shapes import slopes
 from kane.model.bodies import Part
 from kane.numeric.arrays import Array, product
+from kane.numeric.scale import ROUNDED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Dyadic, Vector
-
-_SMALL = 1e-13
-"""Share of the largest integral below which one is zero."""
 
 
 class Matter(NamedTuple):
@@ -88,7 +86,7 @@ def _mu(whole: Fields, matter: Matter) -> Array:
     values = np.hstack([np.ones((len(x), 1)), x[:, None], *(f.shapes.evaluate(x, 0) for f in whole.shifting)])
     mu = rule.gram(values, values, matter.mass.share(x))
     size = np.sqrt(np.diag(mu))
-    mu[np.abs(mu) < _SMALL * np.multiply.outer(size, size)] = 0.0
+    mu[np.abs(mu) < ROUNDED * np.multiply.outer(size, size)] = 0.0
     return rounded((mu + mu.T) / 2)
 
 

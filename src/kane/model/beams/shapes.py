@@ -13,13 +13,11 @@ from kane.errors import ModelError, alike, cut
 from kane.expr.immutable import Immutable
 from kane.model.beams.functions import FAMILIES, Evaluate
 from kane.numeric.arrays import Array, Mask
+from kane.numeric.scale import ROUNDED, SIX_DIGITS
 
 _DEGREES = (16, 32, 64, 128)
 """Degrees at which a function is interpolated, until its last coefficients are rounding."""
-_ROUNDING = 1e-13
 _GRID = np.linspace(0, 1, 101)
-_ZERO = 1e-6
-"""Share of its largest value (slope) up to which a function counts as zero at an end: tables are rounded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +44,7 @@ class ModeShapes(Immutable):
         """The values, or derivatives by ξ, at a place (count); zero where they vanish but for rounding: a pinned tip does not move."""
         values: Array = self.evaluate(np.array([float(xi)]), order)[0]
         size = np.abs(self.evaluate(_GRID, order)).max(axis=0)
-        return np.where(np.abs(values) > _ROUNDING * size, values, 0.0)
+        return np.where(np.abs(values) > ROUNDED * size, values, 0.0)
 
 
 def mode_shapes(kind: Any = None, count: int | None = None, *, table: Any = None) -> ModeShapes:
@@ -110,8 +108,8 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
     for degree in _DEGREES:
         series: Chebyshev = Chebyshev.interpolate(numbers, degree, domain=[0, 1])
         size = np.abs(series.coef).max()
-        if np.abs(series.coef[-4:]).max() <= _ROUNDING * size:
-            kept = np.nonzero(np.abs(series.coef) > _ROUNDING * size)[0]
+        if np.abs(series.coef[-4:]).max() <= ROUNDED * size:
+            kept = np.nonzero(np.abs(series.coef) > ROUNDED * size)[0]
             return Chebyshev(series.coef[: kept[-1] + 1] if len(kept) else [0.0], domain=[0, 1])
     raise ModelError(
         f"Expected smooth functions as mode shapes, got function {k}, which a polynomial of degree {_DEGREES[-1]} does not follow. "
@@ -167,7 +165,7 @@ def _numbers(table: Sequence[Any]) -> list[Array]:
 
 def vanish(shapes: ModeShapes, xi: float, order: int) -> Mask:
     """Which functions (count) vanish at a place, in value (order 0) or slope (1), but for the rounding of tables."""
-    return np.asarray(np.abs(shapes.at(xi, order)) <= _ZERO * np.abs(shapes.evaluate(_GRID, order)).max(axis=0))
+    return np.asarray(np.abs(shapes.at(xi, order)) <= SIX_DIGITS * np.abs(shapes.evaluate(_GRID, order)).max(axis=0))
 
 
 def unmet(shapes: ModeShapes, orders: Sequence[int]) -> list[str]:

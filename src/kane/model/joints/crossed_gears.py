@@ -19,10 +19,9 @@ from kane.model.constraints import Constraint, no_slip
 from kane.model.directions import check_unit, is_pair
 from kane.model.joints.gears import Gear, gear_side, length_along
 from kane.model.joints.joint import Joint, check_named, numbers
+from kane.numeric.scale import DECLARED
 from kane.space.point import Point
 from kane.space.vector import Vector
-
-_SLACK = 1e-9
 
 
 def bevel_pair(
@@ -59,7 +58,7 @@ def bevel_pair(
     n_a, n_b = _axes(name, a, b, axes)
     z_a, z_b = _teeth(name, teeth)
     across = n_a.cross(n_b).gathered()
-    if across.is_zero or abs(numbers([across.dot(across)])[0]) < _SLACK:
+    if across.is_zero or abs(numbers([across.dot(across)])[0]) < DECLARED:
         raise ModelError(
             f"Expected axes of the bevel gears {name!r} that meet at an angle, got {n_a} and {n_b}. kn.gear_pair takes parallel ones."
         )
@@ -114,7 +113,7 @@ def worm_pair(
     outward = n_w.cross(n_g)
     between = at_w.position(at_g)
     square, lift, gap = numbers([n_w.dot(n_g), between.dot(n_g), between.dot(outward)])
-    if abs(square) > _SLACK or abs(lift) > _SLACK * abs(gap) or not gap:
+    if abs(square) > DECLARED or abs(lift) > DECLARED * abs(gap) or not gap:
         raise ModelError(
             f"Expected axes of the worm gear {name!r} that cross at right angles, the wheel's centre across from the worm, got {n_g} "
             f"and {n_w} with the centres {between} apart. Place the wheel's centre in the plane across its axis that holds the worm's."
@@ -173,7 +172,7 @@ def _check_meets(name: str, apex: Any, lines: tuple[tuple[Point, Vector], ...]) 
         r = apex.position(at)
         off = r.cross(n)
         away, far = numbers([off.dot(off), r.dot(r)])
-        if abs(away) > _SLACK**2 * max(abs(far), 0) and far:
+        if abs(away) > DECLARED**2 * max(abs(far), 0) and far:
             raise ModelError(
                 f"Expected the apex of {name!r} on the axes of both gears, got {apex.name}, off the line through {at.name} along {n}. "
                 "Give apex=the point where the axes meet."

@@ -24,6 +24,7 @@ from kane.expr.patterns import split
 from kane.model.constraints import Constraint, no_slip
 from kane.model.directions import is_pair
 from kane.model.joints.joint import Joint, check_named, fixed, is_along, numbers
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -119,7 +120,7 @@ def gear_side(name: str, part: Any, kind: str, joint: str, pair: str) -> tuple[F
 
 def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b: Expr, internal: bool) -> None:
     lift, square, ta, tb = numbers([line.dot(n), line.dot(line), z_a, z_b])
-    if abs(lift) > 1e-9 * abs(square) ** 0.5 or line.is_zero:
+    if abs(lift) > DECLARED * abs(square) ** 0.5 or line.is_zero:
         raise ModelError(
             f"Expected centres of the gears {name!r} in one plane across the axis, got them {lift:.3g} m apart along {n}."
         )
@@ -171,7 +172,7 @@ def rack_and_pinion(
         for part, kind in ((pinion, "pin"), (rack, "slider"))
     )
     r = as_expr(radius)
-    if abs(numbers([n.dot(d)])[0]) > 1e-9:
+    if abs(numbers([n.dot(d)])[0]) > DECLARED:
         raise ModelError(f"Expected the rack {name!r} across the pinion's axis, got {d} and {n}.")
     arm = d.cross(n) * r
     p = center.fixed_in(wheel, f"{name} {wheel.name}", arm)

@@ -17,7 +17,8 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.expr.symbols import names as _names
 from kane.model.directions import check_unit
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, sample
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -230,7 +231,7 @@ def is_along(v: Vector, w: Vector) -> bool:
 
 def numbers(exprs: Sequence[Expr]) -> list[float]:
     """Values at a random configuration, parameters at their defaults."""
-    return sample(exprs, 20061)
+    return sample(exprs, SEED)
 
 
 def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vector]:
@@ -239,7 +240,7 @@ def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vect
         raise ModelError(f"Expected axes=two perpendicular unit vectors for {name!r}, got {cut(repr(axes))}.")
     first, second = (fixed(a, frame, f"axis of {name!r}") for a in axes)
     product = first.dot(second)
-    if product is not ZERO and abs(numbers([product])[0]) > 1e-9:
+    if product is not ZERO and abs(numbers([product])[0]) > DECLARED:
         raise ModelError(f"Expected perpendicular axes for the universal joint {name!r}, got {first} and {second}.")
     return first, second
 

@@ -1,18 +1,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gauss's and Radau's nodes on (0, 1] and what follows from them, computed in 50 digits.
+"""Gauss's and Radau's nodes on (0, 1] and what follows from them: weights along a step, and what Newton's method needs.
 
 L_j is Lagrange's polynomial that is 1 at node j and 0 at the others. By Legendre polynomials P_k and the weights b it is
 L_j(θ) = b_j Σ_k (2k+1) P_k(2c_j − 1) P_k(2θ − 1), whose integrals are sums of neighbours: Hairer & Wanner, *Solving Ordinary
-Differential Equations II*, 2nd ed. 1996, sec. IV.5.
+Differential Equations II*, 2nd ed. 1996, sec. IV.5. Nodes are computed in 50 digits.
+
+z_i is the state at node i less y. With A⁻¹ = V Λ V⁻¹ the equations Σ_j A⁻¹_ij z_j / h − f(y + z_i) = 0, linearized, fall apart into
+(λ/h − J) x = … of one real eigenvalue λ and of pairs of conjugate ones: ibid., sec. IV.8. Plain Python computes them, so that they are
+the same numbers on every machine.
+
+The stages see a jump of the rates where it lies between two nodes, as the polynomial through them is bent by it. Before the first node
+and behind the last one, a fiftieth of the step at either end, it leaves no trace in them: the state is off by the jump times that
+part of the step. So rates that may jump are evaluated at both ends too, and between the nodes, in one call. A smooth motion differs
+there by the next divided difference of its rates alone, which is ω(1) = 1/12870 of the one that the step is judged by, times their
+ratio.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import localcontext
 from functools import cache
-from math import cos, pi
+from math import comb, cos, factorial, pi, prod
 
 from kane.numeric.legendre import DIGITS, D, gauss_nodes, legendre, root
+from kane.numeric.sign_changes import SHARES
+from kane.program.kernel.write import Term, Writer
 
 Vector = tuple[float, ...]
 
@@ -115,3 +127,157 @@ def lagrange(nodes: Nodes, theta: float) -> Vector:
 def _columns(nodes: Nodes) -> Iterator[tuple[float, Vector]]:
     """Of each node its weight, and P_0 … there."""
     return zip(nodes.b, zip(*nodes.legendre[: len(nodes.c)], strict=True), strict=True)
+
+
+_ROUNDS = 200
+_BESIDE = 1e-9
+Rows = Sequence[Sequence[complex]]
+
+
+@dataclass(frozen=True, slots=True)
+class RadauStages:
+    """Nodes c; rows of A⁻¹; λ, the real one first, then those above the real axis.
+
+    `split` are rows that take stages to the real unknowns: x of the real λ, then real and imaginary part of each other one; `joined`
+    takes these back. `estimate` are the weights of z/h beside f(y): the rates at the beginning less their polynomial through the
+    stages there. `lagrange` are those of ∏_j (θ − c_j) θ/(θ − c_i), of the interpolant through y and all stages.
+    """
+
+    c: Vector
+    inverse: tuple[Vector, ...]
+    eigenvalues: tuple[complex, ...]
+    split: tuple[Vector, ...]
+    joined: tuple[Vector, ...]
+    estimate: Vector
+    lagrange: Vector
+
+
+@cache
+def radau_stages(count: int) -> RadauStages:
+    """Of an odd number of stages."""
+    nodes, each = radau(count), range(count)
+    c, a = nodes.c, [[nodes.a[j][i] for j in each] for i in each]
+    columns = [_solved(a, [float(i == j) for i in each]) for j in each]
+    inverse = [[columns[j][i].real for j in each] for i in each]
+    values = _eigenvalues(count)
+    split: list[Vector] = []
+    joined: list[Vector] = []
+    for k, value in enumerate(values):
+        right, left = (_vector(m, value) for m in (inverse, [list(row) for row in zip(*inverse, strict=True)]))
+        share = sum(x * y for x, y in zip(left, right, strict=True))
+        left = [x / share for x in left]
+        split.append(tuple(x.real for x in left))
+        joined.append(tuple((x if k == 0 else 2 * x).real for x in right))
+        if k:
+            split.append(tuple(x.imag for x in left))
+            joined.append(tuple(-2 * x.imag for x in right))
+    at_start = [prod(c[j] / (c[j] - c[i]) for j in each if j != i) for i in each]
+    return RadauStages(
+        c,
+        tuple(map(tuple, inverse)),
+        tuple(values),
+        tuple(split),
+        tuple(zip(*joined, strict=True)),
+        tuple(-sum(at_start[i] * inverse[i][j] for i in each) for j in each),
+        tuple(x / y for x, y in zip(nodes.top, c, strict=True)),
+    )
+
+
+def _eigenvalues(count: int) -> list[complex]:
+    """The roots of det(1 − z A) = Σ_j C(s, j) (2s − 1 − j)!/(2s − 1)! (−z)^j, by Weierstrass's iteration."""
+    whole = factorial(2 * count - 1)
+    parts = [(-1) ** j * comb(count, j) * factorial(2 * count - 1 - j) / whole for j in range(count + 1)]
+    roots = [count * (0.4 + 0.9j) ** k for k in range(count)]
+    for _ in range(_ROUNDS):
+        for k, z in enumerate(roots):
+            value = sum(p * z**j for j, p in enumerate(parts))
+            roots[k] -= value / (parts[-1] * prod(z - other for i, other in enumerate(roots) if i != k))
+    real = min(roots, key=lambda z: abs(z.imag)).real
+    above = [z for z in roots if z.imag > _BESIDE * abs(z)]
+    return [complex(real), *sorted(above, key=lambda z: z.imag)]
+
+
+def _vector(matrix: Rows, value: complex) -> list[complex]:
+    """The eigenvector, by inverse iteration from beside its value."""
+    beside = value * (1 + _BESIDE)
+    shifted = [[x - beside * (i == j) for j, x in enumerate(row)] for i, row in enumerate(matrix)]
+    found: list[complex] = [1.0] * len(matrix)
+    for _ in range(3):
+        found = _solved(shifted, found)
+        found = [x / found[-1] for x in found]
+    return found
+
+
+def _solved(matrix: Rows, right: Sequence[complex]) -> list[complex]:
+    """The solution of a small system, by Gauss's elimination."""
+    rows = [[*map(complex, row), complex(r)] for row, r in zip(matrix, right, strict=True)]
+    for k in range(len(rows)):
+        best = max(range(k, len(rows)), key=lambda i: abs(rows[i][k]))
+        rows[k], rows[best] = rows[best], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(len(rows)):
+            if i != k:
+                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[-1] for row in rows]
+
+
+_BETWEEN = (0.0, 0.06, 0.17, 0.32, 0.5, 0.68, 0.83, 1.0)
+_REACH = 0.02
+"""Share of a step that lies behind its last node."""
+_TOLERANCES, _SMOOTH = 5.0, 1.5e-5
+"""What is let pass: so many times rtol; and the share of the step's own estimate that is ten times what smooth rates leave there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Along:
+    """Eight `shares` of a step; row j of `once`, `twice` and `rates` says what the rates at node j count in ∫ k, ∫∫ k and k there.
+
+    Where it is `ended`, the last state is the one that is gone on from, moved onto the constraints.
+    """
+
+    shares: Vector
+    once: tuple[Vector, ...]
+    twice: tuple[Vector, ...]
+    rates: tuple[Vector, ...]
+    ended: bool
+
+    def larger(self, w: Writer, before: Term, gap: Term) -> Term:
+        """The larger sizes, lane by lane; what is not finite stays so."""
+        size = w.compute("abs", gap)
+        return w.select(size > before, size, before) + size * w.lanes(*[0.0] * len(self.shares))
+
+    def share(self, w: Writer, gaps: Term, rtol: Term, error: Term) -> Term:
+        """What a jump may have made of the state, by the gaps times h over sizes, over what is let pass."""
+        largest = w.compute("largest", gaps) + w.compute("sum", gaps) * 0.0
+        return largest * _REACH / (rtol * _TOLERANCES + error * _SMOOTH)
+
+
+@cache
+def events(nodes: Nodes) -> Along:
+    """The places at which events are looked at, but for the beginning of the step."""
+    return _along(nodes, SHARES[1:], True)
+
+
+@cache
+def defects(nodes: Nodes) -> Along:
+    """Both ends of the step, and places between."""
+    return _along(nodes, _BETWEEN, False)
+
+
+def _along(nodes: Nodes, shares: Vector, ended: bool) -> Along:
+    once, twice = (tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(nodes, s) for s in shares), strict=True))
+    return Along(shares, once, twice, tuple(zip(*(lagrange(nodes, s) for s in shares), strict=True)), ended)
+
+
+def weights(w: Writer, theta: Term, nodes: Nodes) -> tuple[Term, Term]:
+    """What the rates of the nodes count in ∫ k and in ∫∫ k up to θ, lane by lane."""
+    count = len(nodes.c)
+    x = theta * 2.0 - 1.0
+    p = [w.constant(1.0), x]
+    for k in range(1, count + 1):
+        p.append((x * p[k] * float(2 * k + 1) - p[k - 1] * float(k)) * (1 / (k + 1)))
+    once = [theta] + [(p[k + 1] - p[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, count + 1)]
+    twice = [theta * theta * 0.5] + [(once[k + 1] - once[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, count)]
+    rows = [tuple((2 * k + 1) * b * v for b, v in zip(nodes.b, nodes.legendre[k], strict=True)) for k in range(count)]
+    first, second = ([w.compute("splat8", v) * r for v, r in zip(i, rows, strict=False)] for i in (once, twice))
+    return w.sum(first), w.sum(second)

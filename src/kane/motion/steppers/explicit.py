@@ -3,11 +3,11 @@
 
 from collections.abc import Sequence
 
-from kane.motion.bounds import DEGREE as PARTS
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.motion.steppers.watched import Watched
+from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Array, Term, Variable, Writer
 

@@ -14,8 +14,7 @@ Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 
-from kane.motion.steppers.along import Along, defects, events, weights
-from kane.motion.steppers.collocation import gauss
+from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
 from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import WIDE, At, Back, Outline, add_exactly

@@ -15,16 +15,13 @@ from collections.abc import Callable
 
 from kane.motion.steppers.dense import factor, invert, solve, total
 from kane.motion.steppers.outline import RATE, At, Outline
+from kane.numeric.scale import POOR, ROUNDED_SUM, UNUSABLE
 from kane.program.kernel.language import INT
 from kane.program.kernel.write import Array, Term
 
 _ROUNDS = 6
 _CLOSED, _LEVEL = 2.0**-46, 2.0**-49
 """Shares of the terms of f, and of A u + b, that rounding leaves."""
-OPEN = 1e-11
-"""Share of them above which Python looks at what is left."""
-LEAST_QUALITY, SHORT = 0.02, 1e-3
-"""1/‖B⁻¹‖ over ‖Ã‖ below which Python looks at the dependent speeds: at the end of a step, and at a sample."""
 _GROWN = 2.0
 """Entries of Ã above which sizes are taken anew."""
 _FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
@@ -177,7 +174,7 @@ class Held:
             self.rates_left(array, place)
         self.doubt.put(0)
         for count, left, sizes, first in ((self.c, self.f, self.terms, 0), (self.m, self.left, self.sizes, self.c)):
-            with w.few(count, first) as i, w.when(~(w.compute("abs", room[left + i]) <= room[sizes + i] * OPEN)):
+            with w.few(count, first) as i, w.when(~(w.compute("abs", room[left + i]) <= room[sizes + i] * ROUNDED_SUM)):
                 self.doubt.put(1)
         with w.few(self.branches) as k, w.when(~(room[self.cosines + k] > 0.0)):
             self.doubt.put(1)
@@ -222,7 +219,7 @@ class Held:
         w = self.writer
         self.project(t, array, place)
         self.regularity()
-        with w.when((self.d > 0) & ~(self.share.get() <= 1 / SHORT)):
+        with w.when((self.d > 0) & ~(self.share.get() <= 1 / UNUSABLE)):
             self.doubt.put(1)
         self.marks[k] = w.compute("float", self.doubt.get())
 
@@ -272,4 +269,4 @@ class Held:
         """The step was gone on from: poor speeds that Python has seen are looked at again where they become poorer by a quarter."""
         w, o = self.writer, self.outline
         most = w.compute("min", o.get(At.QUIET), o.get(At.SHARE) * 1.25)
-        o.put(At.QUIET, w.compute("max", most, 1 / LEAST_QUALITY))
+        o.put(At.QUIET, w.compute("max", most, 1 / POOR))

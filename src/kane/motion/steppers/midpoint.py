@@ -8,11 +8,11 @@ Integration*, 2nd ed. 2006, sec. II.1.3, VI.4.
 from collections.abc import Callable
 
 from kane.motion.steppers.outline import RATE, At, Outline, add_exactly
+from kane.numeric.scale import EPS, ROUNDED
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Term
 
 _ITERATIONS = 50
-_ROUNDING, _STILL = 2.0**-52, 1e-13
 _FOUND, _LOST = 1, 2
 ROWS = 6
 """k, its next iterate, the state of the stage; the end of the step, and the rates at both ends."""
@@ -41,7 +41,7 @@ def midpoint_kernel() -> Kernel:
             o.rate(rhs, o.get(At.TIME) + h * 0.5, o.work, stage, new)
             change.put(0.0)
             with w.count(o.n) as i:
-                size = w.compute("abs", o.y[i]) + w.compute("abs", h * o.work[new + i]) + o.get(At.ATOL) * _ROUNDING
+                size = w.compute("abs", o.y[i]) + w.compute("abs", h * o.work[new + i]) + o.get(At.ATOL) * EPS
                 moved = w.compute("abs", h * (o.work[new + i] - o.work[i])) / size
                 change.put(w.compute("max", change.get(), w.select(size > 0.0, moved, 0.0)))
                 o.work[i] = o.work[new + i]
@@ -63,7 +63,7 @@ def midpoint_kernel() -> Kernel:
 def _judge(o: Outline, change: Term, before: Term, rounds: Term, put: Callable[[int], None]) -> None:
     """Found where only rounding moves; lost where it does not get there."""
     w = o.writer
-    still = (change <= _ROUNDING) | ((rounds > 1) & (change >= before) & (change <= _STILL))
+    still = (change <= EPS) | ((rounds > 1) & (change >= before) & (change <= ROUNDED))
     with w.when(still):
         put(_FOUND)
     with w.otherwise(), w.when(~(change < 1e300) | (rounds >= _ITERATIONS)):

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Literal
 
+from kane.numeric.scale import EPS
 from kane.program.kernel.language import INT, Place
 from kane.program.kernel.write import Array, Term, Writer
 
@@ -172,7 +173,7 @@ class Outline:
             self.back.put(w.select(finite, w.integer(Back.UNDERFLOW), w.integer(Back.NOT_FINITE)))
 
 
-_TEN_ROUNDINGS = 10 * 2.0**-52
+_TEN_ROUNDINGS = 10 * EPS
 
 
 def add_exactly(y: Array, lag: Array, i: Term, change: Term) -> tuple[Term, Term]:

@@ -13,13 +13,13 @@ sec. IV.8.
 
 from typing import Literal
 
-from kane.motion.bounds import DEGREE as PARTS
+from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.dense import decompose, substitute
 from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
-from kane.motion.steppers.radau_stages import radau_stages
 from kane.motion.steppers.watched import Watched
+from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Array, Term
 

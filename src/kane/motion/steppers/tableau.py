@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 from kane.errors import SimulationError
+from kane.numeric.scale import ROUNDED
 
 Row = tuple[float, ...]
-_ROUNDING = 1e-13
 
 
 def numbers(text: str) -> tuple[Row, ...]:
@@ -68,7 +68,7 @@ class Tableau:
         ]
         for what, row, expected in rows:
             size = max(1.0, *map(abs, row))
-            if abs(math.fsum(row) - expected) > _ROUNDING * size:
+            if abs(math.fsum(row) - expected) > ROUNDED * size:
                 raise SimulationError(
                     f"Expected {what} of {self.name} to add up to {expected}, got {math.fsum(row)}: a number is mistyped."
                 )

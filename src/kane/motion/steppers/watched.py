@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events along a step: whether there may be one, from eight places of the step, of collocation in one call.
 
-What it finds is only that it may: Python then looks at the step with the tests that say so for all methods (`kane.motion.met`). So
+What it finds is only that it may: Python then looks at the step with the tests that say so for all methods (`hybrid.events`). So
 the places are the same, and a quantity that passes zero between two of them, or comes near it where it must not, is never left out.
 """
 
 from collections.abc import Callable
 
-from kane.motion.bounds import CLOSE, LEFT, SHARES, TO_BERNSTEIN, TO_LAST
-from kane.motion.bounds import DEGREE as PARTS
-from kane.motion.met import SMALL
 from kane.motion.steppers.outline import RATE, WIDE, At, Outline
+from kane.numeric.sign_changes import CLOSE, LEFT, SHARES, SMALL, TO_BERNSTEIN, TO_LAST
+from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
 from kane.program.kernel.write import Term
 
@@ -79,7 +78,7 @@ class Watched:
                 self.doubtful.put(1)
 
     def sure(self, first: Term, others: Term) -> Term:
-        """Whether a quantity has one sign along the step, whatever its values at the places leave open: see `kane.motion.bounds`."""
+        """Whether a quantity has one sign along the step, whatever its values at the places leave open: see `numeric.sign_changes`."""
         w, count = self.writer, range(PARTS)
         each = [w.compute("splat8", x) for x in (first, *(w.compute("lane", others, lane=k) for k in count))]
         # the coefficients but for the first one, which is the first value

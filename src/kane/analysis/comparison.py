@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`compare_speeds`: one system by several sets of generalized speeds, and what each costs.
+
+Of each set: the operations of one evaluation of (q̇, u̇, R), route by route; the configurations at which q̇ = W u + X is singular; and
+along a motion the condition numbers of W and of M̃, that of the independent speeds. W is measured with rows and columns divided by the
+largest sizes that its entries usually have, M̃ with those of its diagonal: units do not matter, nearness to a singular
+configuration does.
+
+`compare_methods`: one system by Kane's method and by others, and what each costs.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from kane import show
+from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.methods.table import METHODS
+from kane.dynamics.routes.divisors import divisors
+from kane.dynamics.routes.table import ASKED
+from kane.equations.derive import derive
+from kane.equations.equations import Equations
+from kane.errors import Attributes, KaneError, ModelError, SpeedsError, alike, cut, none_of
+from kane.expr.evaluation import is_constant_in_time
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.expr.ops import MUL
+from kane.expr.regular import factors
+from kane.model.system import System
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.rank import balance
+
+DECLARED = "declared"
+"""The name of the system's own speeds."""
+
+
+class Along(Protocol):
+    """A motion: its times, and values of expressions along it, as a Solution gives them."""
+
+    @property
+    def t(self) -> Array:
+        """The times (n)."""
+
+    def __getitem__(self, what: Any) -> Any:
+        """The values of expressions (n each)."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SpeedSet(Attributes):
+    """A set of generalized speeds: the equations by them, and what they cost.
+
+    `operations` are those of each route, by name; `singular` the expressions that q̇ or u̇ are divided by, and that are zero at a
+    singular configuration. `condition` (n) is the condition number of W at the samples of the motion, `mass_condition` (n) that of M̃;
+    None without a motion.
+    """
+
+    name: str
+    equations: Equations
+    operations: Mapping[str, int]
+    singular: tuple[Expr, ...]
+    t: Array | None = None
+    condition: Array | None = None
+    mass_condition: Array | None = None
+
+    @property
+    def total(self) -> int:
+        """Operations of the shortest route."""
+        return min(self.operations.values())
+
+    @property
+    def worst(self) -> tuple[float, float] | None:
+        """The largest condition number of W along the motion, and when."""
+        if self.condition is None or self.t is None:
+            return None
+        k = int(np.argmax(np.where(np.isnan(self.condition), np.inf, self.condition)))
+        return float(self.condition[k]), float(self.t[k])
+
+    def __repr__(self) -> str:
+        return f"SpeedSet({self.name!r}: {self.total} operations)"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SpeedComparison(Attributes):
+    """Sets of speeds side by side; `comparison[name]` is one of them, `shortest` the one with the fewest operations."""
+
+    sets: tuple[SpeedSet, ...]
+
+    @property
+    def shortest(self) -> SpeedSet:
+        """The set with the fewest operations, the first of several."""
+        return min(self.sets, key=lambda s: s.total)
+
+    def __iter__(self) -> Iterator[str]:
+        return (s.name for s in self.sets)
+
+    def __getitem__(self, name: str) -> SpeedSet:
+        by_name = {s.name: s for s in self.sets}
+        if name not in by_name:
+            raise ModelError(f"Expected one of {none_of(by_name, name)}")
+        return by_name[name]
+
+    def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Head and rows, as text."""
+        routes = list(dict.fromkeys(r for s in self.sets for r in s.operations))
+        with_motion = any(s.condition is not None for s in self.sets)
+        head = (
+            "speeds",
+            *routes,
+            *(("cond W, usually", "at worst", "cond M") if with_motion else ()),
+            "singular where",
+        )
+        return head, [
+            (s.name, *_counts(s, routes), *(_conditions(s) if with_motion else ()), _where(s)) for s in self.sets
+        ]
+
+    def __repr__(self) -> str:
+        return show.columns(*self.table())
+
+    _repr_html_ = show.html
+
+
+def compare_speeds(
+    system: System, candidates: Mapping[str, Any], *, along: Along | None = None, routes: Sequence[str] | None = None
+) -> SpeedComparison:
+    """The system by its own generalized speeds and by each of the `candidates`.
+
+    Parameters
+    ----------
+    system : System
+    candidates : by a name for each set, what `System(…, speeds=…)` takes: a table of speeds with their definitions, or "rates"
+    along : a motion of the system by any speeds, `kn.simulate(…)`; the condition numbers are those at its samples
+    routes : "classical", "recursive" and "composite", those whose operations are wanted beside the route that is taken; by default all
+        that express the system
+
+    Raises
+    ------
+    SpeedsError
+        if a candidate is no set of speeds of this system; it is named
+    """
+    given: object = candidates
+    if not isinstance(system, System):
+        raise ModelError(f"Expected a System whose speeds are compared, got {cut(repr(system))}.")
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise ModelError(f"Expected candidates by name, {{name: speeds}}, got {cut(repr(candidates))}.")
+    if DECLARED in candidates:
+        raise ModelError(f"Expected names other than {DECLARED!r}, which is that of the system's own speeds.")
+    unknown = [r for r in routes or () if r not in ASKED]
+    if unknown:
+        raise ModelError(f"Expected routes among {', '.join(map(repr, ASKED))}, got {', '.join(map(repr, unknown))}.")
+    sets = [_set(DECLARED, system, along, routes)]
+    for name, speeds in candidates.items():
+        try:
+            sets.append(_set(name, system.replace(speeds=speeds, dependent_speeds=()), along, routes))
+        except KaneError as error:
+            raise SpeedsError(f"Expected speeds of this system as {name!r}: {error}") from error
+    return SpeedComparison(tuple(sets))
+
+
+def _set(name: str, system: System, along: Along | None, routes: Sequence[str] | None) -> SpeedSet:
+    eom = derive(system)
+    operations = {eom.route: eom.operations.total, **eom.routes}
+    for route in ASKED if routes is None else routes:
+        if route not in operations:
+            try:
+                operations[route] = derive(system, route=route).operations.total
+            except ModelError:  # it does not express this system
+                continue
+    if along is None:
+        return SpeedSet(name, eom, operations, _singular(eom))
+    mass = eom.mass_matrix_nh if eom.embedding else eom.mass_matrix
+    w, m = _values(eom.W, along), _values(mass, along)
+    return SpeedSet(name, eom, operations, _singular(eom), np.array(along.t), _condition(w), _mass_condition(m))
+
+
+def _singular(eom: Equations) -> tuple[Expr, ...]:
+    """The factors of the pivots of W by which something is divided."""
+    below = divisors((*eom.rates, *eom.accelerations))
+    parts = dict.fromkeys(f for p in eom.solved.regular.kinematical.pivots for f in factors(p))
+    return tuple(f for f in parts if f in below and f.op is not MUL and not is_constant_in_time([f]))
+
+
+def _values(m: Matrix, along: Along) -> Array:
+    """A matrix along a motion (n × rows × columns)."""
+    entries = [x for x in m.entries if x is not ZERO]
+    count = len(along.t)
+    known = dict(zip(entries, along[entries], strict=True)) if entries else {}
+    columns = [np.broadcast_to(known.get(x, 0.0), (count,)) for x in m.entries]
+    return np.stack(columns, axis=-1).reshape(count, *m.shape)
+
+
+def _condition(w: Array) -> Array:
+    """cond W, measured by the sizes that entries usually have."""
+    finite: Mask = np.asarray(np.isfinite(w).all(axis=(1, 2)))
+    usual = np.median(np.abs(w[finite]), axis=0) if finite.any() else np.ones(w.shape[1:])
+    sizes = balance(usual)
+    return _conditions_of(w / (sizes.rows * sizes.columns), finite)
+
+
+def _mass_condition(m: Array) -> Array:
+    """cond M̃, measured by the sizes that its diagonal usually has."""
+    finite: Mask = np.asarray(np.isfinite(m).all(axis=(1, 2)))
+    diagonal = np.abs(np.diagonal(m, axis1=1, axis2=2))
+    usual = np.sqrt(np.median(diagonal[finite], axis=0)) if finite.any() else np.ones(m.shape[1])
+    return _conditions_of(m / np.outer(usual, usual), finite)
+
+
+def _conditions_of(a: Array, finite: Mask) -> Array:
+    found = np.full(len(a), np.inf)
+    with np.errstate(divide="ignore"):
+        values = np.linalg.svd(a[finite], compute_uv=False)
+        found[finite] = values[:, 0] / values[:, -1]
+    return found
+
+
+def _counts(s: SpeedSet, routes: Sequence[str]) -> list[str]:
+    return [f"{s.operations[r]:,}" if r in s.operations else "–" for r in routes]
+
+
+def _conditions(s: SpeedSet) -> tuple[str, str, str]:
+    if s.condition is None or s.mass_condition is None or s.worst is None:
+        return ("", "", "")
+    worst, t = s.worst
+    return f"{np.median(s.condition):.2g}", f"{worst:.2g} at {t:.3g} s", f"{np.median(s.mass_condition):.2g}"
+
+
+def _where(s: SpeedSet) -> str:
+    return ", ".join(f"{cut(e, 40)} = 0" for e in s.singular) or "nowhere"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MethodComparison(Attributes):
+    """Formulations of one system side by side; `comparison[name]` is one of them. `refused` says why a method does not take it."""
+
+    formulations: dict[str, Formulation]
+    refused: dict[str, str]
+
+    @property
+    def shortest(self) -> str:
+        """The method with the fewest operations, the first of several."""
+        return min(self.formulations, key=lambda name: self.formulations[name].operations.total)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.formulations)
+
+    def __getitem__(self, name: str) -> Formulation:
+        if name in self.refused:
+            raise ModelError(self.refused[name])
+        if name not in self.formulations:
+            raise ModelError(f"Expected one of {none_of(self.formulations, name)}")
+        return self.formulations[name]
+
+    def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Head and rows, as text."""
+        head = "method", "operations", "unknowns", "state", "eliminated"
+        rows = [
+            (
+                name,
+                str(f.operations.total),
+                str(len(f.unknowns)),
+                str(len(f.state)),
+                "; ".join(f.eliminated) or "nothing",
+            )
+            for name, f in self.formulations.items()
+        ]
+        return head, [*rows, *((name, "–", "–", "–", cut(why, 100)) for name, why in self.refused.items())]
+
+    def __repr__(self) -> str:
+        return show.columns(*self.table())
+
+    _repr_html_ = show.html
+
+
+def compare_methods(system: System | Equations, methods: Sequence[str] = METHODS) -> MethodComparison:
+    """The system by each of the methods that take it: operations of its right-hand side, unknowns, what had to be eliminated.
+
+    Parameters
+    ----------
+    system : System, or its Equations
+    methods : names that `eom.by` takes; by default all
+
+    Raises
+    ------
+    ModelError
+        if a method has another name
+    """
+    given: object = system
+    if not isinstance(given, System | Equations):
+        raise ModelError(f"Expected a System or its Equations, got {cut(repr(given))}.")
+    wanted: Any = methods
+    if isinstance(wanted, str) or not isinstance(wanted, Iterable):
+        methods = (wanted,)
+    names: Iterable[object] = methods
+    for name in names:
+        if not isinstance(name, str) or name not in METHODS:
+            hint = alike(str(name), list(METHODS))
+            raise ModelError(f"Expected methods among {', '.join(map(repr, METHODS))}, got {cut(repr(name))}.{hint}")
+    eom = derive(system) if isinstance(system, System) else system
+    found, refused = dict[str, Formulation](), dict[str, str]()
+    for name in methods:
+        try:
+            found[name] = eom.by(name)
+            _ = found[name].operations
+        except ModelError as error:
+            found.pop(name, None)
+            refused[name] = str(error)
+    return MethodComparison(found, refused)

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`inverse`: inverse and mixed dynamics. Any of the accelerations, inputs and reactions are unknown, the others are given.
+
+    M u̇ − Aᵀ λ − G R − H r = f₀,   A u̇ = −(Ȧ u + ḃ),   M_a u̇ − A_aᵀ λ − G_a R − H_a r = f_a0
+
+is linear in (u̇, λ, R, r): the columns of what is given go to the right. The multipliers are always unknown.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.analysis.local import at_false_pole, independent_rows
+from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
+from kane.dynamics.readings.unsolved import Unsolved, unsolved
+from kane.dynamics.readings.values import parameter_values
+from kane.equations.equations import Equations, check_equations
+from kane.equations.routines import ports
+from kane.equations.state import State, state_of
+from kane.errors import Attributes, NotAffineError, SimulationError, SingularError, ValueMissingError, cut
+from kane.expr.evaluation import free_symbols
+from kane.expr.linear_parts import affine_forms
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO, Expr
+from kane.expr.size import Sizes, size
+from kane.expr.symbols import Symbol, rate, time
+from kane.numeric.arrays import Array
+from kane.numeric.named import named_values, symbol_named
+from kane.numeric.rank import balance, singular
+from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
+from kane.program.bundle import Bundle
+from kane.program.native.machine import Settings
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inverse(Attributes):
+    """`inverse(q=…, u=…, given={…})` gives the unknowns by symbol; `unknowns` names them, `known` what `given` must hold."""
+
+    eom: Equations
+    unknowns: tuple[Symbol, ...]
+    known: tuple[Symbol, ...]
+    driven: tuple[Symbol, ...]
+    settings: Settings | None = None
+
+    def __call__(
+        self,
+        state: State | None = None,
+        *,
+        q: Any = None,
+        u: Any = None,
+        given: Mapping[Any, Any] | None = None,
+        inputs: Mapping[Any, Any] | None = None,
+        parameters: Mapping[Any, float] | None = None,
+        t: Any = 0.0,
+        states: Any = None,
+    ) -> dict[Symbol, Any]:
+        """The unknowns at a state, or at many: values may be arrays, which broadcast.
+
+        Parameters
+        ----------
+        state : `kn.State`, in place of q, u, inputs, parameters, t and states
+        q, u : the state, by symbol or name or in order; it must satisfy the constraints, dependent speeds may be left out
+        given : the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
+        inputs : the inputs among them, if they come by themselves (`**point.arguments`); those that are unknown are left out
+        states : values of further states; those left out take their defaults
+
+        Raises
+        ------
+        SingularError
+            if the unknowns are not determined; names the combination that is left open. If the constraints lose rank at a state
+        """
+        eom = self.eom
+        at = state_of(state, q=q, u=u, inputs=inputs, parameters=parameters, t=t, states=states)
+        values = named_values("coordinates", eom.coordinates, at.q) | named_values("speeds", eom.speeds, at.u)
+        values |= {a: a.default for a in eom.states} | named_values("states", eom.states, at.states)
+        own = named_values("inputs", eom.inputs, at.inputs)
+        values |= {s: v for s, v in own.items() if s in set(self.known)}
+        values |= named_values("quantities that are given", self.known, given)
+        missing = [s for s in (*eom.coordinates, *eom.independent_speeds, *self.known) if s not in values]
+        if missing:
+            cure = "Give them, by symbol or name."
+            if eom.constraints.constraints and not set(missing) <= set(self.known):
+                cure = "kn.assemble(eom, q=…, u=…) completes a state from the constraints: give its q and u."
+            raise ValueMissingError(
+                "Expected values of all coordinates, independent speeds and of what is not unknown, got none for "
+                f"{', '.join(s.name for s in missing)}. {cure}"
+            )
+        if eom.dependent_speeds:
+            inputs = {s: v for s, v in values.items() if s in set(eom.inputs)}
+            speeds = eom.evaluate(list(eom.speeds), replace(at, inputs=inputs))
+            values |= dict(zip(eom.speeds, speeds, strict=True))
+        constants = parameter_values(eom.system, at.parameters)
+        arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
+        times = np.asarray(at.t, dtype=float)
+        shape = np.broadcast_shapes(times.shape, *(a.shape for a in arrays.values()))
+        full = {s: np.broadcast_to(a, shape) for s, a in arrays.items()}
+        x = np.stack([full[s] for s in eom.state], axis=-1)
+        r = np.zeros((*shape, len(eom.inputs)))
+        for k, s in enumerate(eom.inputs):
+            if s in full:
+                r[..., k] = full[s]
+        p = np.array([constants[s] for s in eom.parameters])
+        solution = self._solved(np.broadcast_to(times, shape), x, p, r, full)
+        return {s: solution[..., k][()] for k, s in enumerate(self.unknowns)}
+
+    def along(self, solution: Any, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
+        """The unknowns along a motion from `simulate`; what `given` does not hold is taken from the motion itself."""
+        own = named_values("quantities that are given", self.known, given)
+        rest = [s for s in self.known if s not in own]
+        taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}
+        return self(
+            q=list(solution.q.T),
+            u=list(solution.u.T),
+            given=own | taken,
+            parameters=dict(solution.parameters),
+            t=solution.t,
+            states=list(solution.a.T),
+        )
+
+    def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
+        eom = self.eom
+        n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
+        size = n + m + s
+        solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
+        if t.size:
+            first = (0,) * t.ndim
+            given = StateArrays(float(t[first]), x[first], p, r[first]).given(eom)
+            check_configuration(
+                eom, solution.configuration, solution.terms, given, "a state", "Assemble it with kn.assemble."
+            )
+        rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, p, strict=True))}
+        rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
+        check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
+        whole, right = np.concatenate([solution.matrix, -solution.drive], axis=-1), solution.right
+        rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
+        columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
+        columns |= {a: n + m + i for i, a in enumerate(eom.reactions)}
+        columns |= {a: size + i for i, a in enumerate(self.driven)}
+        for a in self.known:
+            if a in columns:
+                right = right - whole[..., columns[a]] * full[a][..., None]
+        flat_whole, flat_right = whole.reshape(-1, *whole.shape[-2:]), right.reshape(-1, size)
+        if not np.all(np.isfinite(flat_whole)):
+            raise SingularError(
+                at_false_pole(eom)
+                or "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or "
+                "parameters are singular there. Take other states."
+            )
+        held: dict[tuple[int, ...], list[int]] = {}
+        for k, state in enumerate(flat_whole):
+            held.setdefault(independent_rows(eom, state[n : n + m, :n]), []).append(k)
+        z = np.empty((len(flat_whole), len(self.unknowns)))
+        for independent, places in held.items():
+            rows = [*range(n), *(n + i for i in independent), *range(n + m, size)]
+            taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
+            square = flat_whole[np.ix_(places, rows, taken)]
+            self._check_regular(square)
+            solved = np.linalg.solve(square, flat_right[np.ix_(places, rows)][..., None])
+            z[places] = solved[:, : len(self.unknowns), 0]
+        return z.reshape(*right.shape[:-1], len(self.unknowns))
+
+    def _check_regular(self, square: Array) -> None:
+        count = square.shape[-1]
+        for matrix in square.reshape(-1, count, count):
+            scaled = balance(matrix, order=(1, 0), rounding=0.0)
+            values = singular(scaled.matrix)
+            told = at_false_pole(self.eom)
+            if values.regular(STATE_RANK if told else INVERSE_RANK):
+                continue
+            if told:
+                raise SingularError(told)
+            own = (values.right[-1] / scaled.columns[0])[: len(self.unknowns)]
+            own = own / (np.abs(own).max(initial=0) or 1.0)
+            terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]
+            raise SingularError(
+                f"Expected unknowns that the equations determine, got a combination they leave open: {' '.join(terms)} "
+                "can be added without any effect. Give one of these, or take another unknown in its place."
+            )
+
+
+class _Mixed(NamedTuple):
+    """K, H and k of K z = H r + k, f and the sizes of its terms."""
+
+    matrix: Array
+    drive: Array
+    right: Array
+    configuration: Array
+    terms: Array
+
+
+def _mixed(eom: Equations, *driven: Symbol) -> Bundle[_Mixed]:
+    u = unsolved(eom.derived)
+    forms = affine_forms(u.right, driven)
+    drive = Matrix(([c.get(s, ZERO) for s in driven] for c, _ in forms), (len(forms), len(driven)))
+    groups = {"matrix": Matrix(u.matrix), "drive": drive, "right": [rest for _, rest in forms]}
+    memo = Sizes()
+    held = {"configuration": u.configuration, "terms": [size(f, memo) for f in u.configuration]}
+    return Bundle("inverse", ports(eom.derived), _Mixed, {**groups, **held})
+
+
+def inverse(eom: Equations, unknowns: Sequence[Any], *, settings: Settings | None = None) -> Inverse:
+    """Inverse or mixed dynamics: a function that gives `unknowns` where everything else is given.
+
+    As many are unknown as there are equations: one for each speed and one for each reaction. Where fewer are listed, the
+    accelerations of the dependent speeds and the reactions are added, if that makes the count right.
+
+    Parameters
+    ----------
+    eom : Equations
+    unknowns : accelerations (`u1.dt` or "u1'"), inputs and reactions, by symbol or name
+    settings : how to compile
+
+    Raises
+    ------
+    SimulationError
+        if there are too many or too few
+    NotAffineError
+        if an unknown input does not enter linearly
+    """
+    check_equations(eom)
+    given: object = unknowns
+    if isinstance(given, str | Symbol):
+        unknowns = (given,)
+    elif not isinstance(given, Iterable):
+        raise SimulationError(f"Expected unknowns as a list of symbols and names, got {cut(repr(given))}.")
+    possible: tuple[Symbol, ...] = (*map(rate, eom.speeds), *eom.inputs, *eom.reactions)
+    wanted: list[Symbol] = []
+    for item in unknowns:
+        symbol = symbol_named(possible, item)
+        if symbol in set(wanted):
+            raise SimulationError(f"Expected different unknowns, got {symbol.name} twice.")
+        wanted.append(symbol)
+    wanted += _added(eom, wanted)
+    driven = tuple(s for s in eom.inputs if s in set(wanted))
+    _check_affine(unsolved(eom.derived), driven)
+    return Inverse(eom, tuple(wanted), tuple(s for s in possible if s not in set(wanted)), driven, settings)
+
+
+def _added(eom: Equations, wanted: Sequence[Symbol]) -> list[Symbol]:
+    """What completes the unknowns."""
+    count = len(eom.speeds) + len(eom.reactions)
+    listed = set(wanted)
+    dependent = [rate(u) for u in eom.dependent_speeds if rate(u) not in listed]
+    felt = [r for r in eom.reactions if r not in listed]
+    choices: list[list[Symbol]] = [[], [*dependent], [*felt], [*dependent, *felt]]
+    for more in choices:
+        if len(wanted) + len(more) == count:
+            return more
+    head = (
+        f"Expected {count} unknowns, one for each of {len(eom.speeds)} speeds and {len(eom.reactions)} reactions, got {len(wanted)} "
+        f"({', '.join(s.name for s in wanted)}): "
+    )
+    if len(wanted) > count:
+        raise SimulationError(f"{head}too many. Give the others.")
+    own = ", ".join(s.name for s in choices[-1]) or "none here"
+    raise SimulationError(
+        f"{head}too few. The accelerations of the dependent speeds and the reactions ({own}) are added only where that makes the "
+        "count right; list what else is unknown."
+    )
+
+
+def _check_affine(equations: Unsolved, driven: Sequence[Symbol]) -> None:
+    chosen = set(driven)
+    inside = [s.name for s in free_symbols([x for row in equations.matrix for x in row]) if s in chosen]
+    try:
+        affine_forms(equations.right, driven)
+    except NotAffineError as error:
+        raise NotAffineError(
+            f"Expected unknown inputs that enter the loads linearly, got one that does not: {error} Make a force or torque itself the "
+            "input, and solve for the rest afterwards."
+        ) from error
+    if inside:
+        raise NotAffineError(
+            f"Expected unknown inputs that enter the loads linearly, got {', '.join(inside)}, which multiplies a reaction or an "
+            "acceleration. Give it, or make the force itself the input."
+        )

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""States as arrays: values named, complete, on the constraints, and on the branch that closures mean."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.constraints.manifold import manifold, turned_closures
+from kane.equations.equations import Equations
+from kane.equations.state import Guess
+from kane.errors import SimulationError, ValueMissingError
+from kane.expr.node import Expr
+from kane.expr.symbols import Symbol, time
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number, named_values
+from kane.numeric.places import first_place
+from kane.numeric.scale import GIVEN
+
+_TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True, slots=True)
+class StateArrays:
+    """Where: t, x = (q, u, a), p, r."""
+
+    t: float
+    x: Array
+    p: Array
+    r: Array
+
+    def given(self, eom: Equations) -> dict[Expr, Any]:
+        """Inputs, parameters and the time by symbol."""
+        return dict(zip((*eom.inputs, *eom.parameters, time), (*self.r, *self.p, self.t), strict=True))
+
+    def numbers(self, eom: Equations) -> dict[Expr, Any]:
+        """All of it by symbol."""
+        return {**dict(zip(eom.state, self.x, strict=True)), **self.given(eom)}
+
+
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """Start values in order, and which of them are guessed or left out."""
+
+    values: Array
+    guessed: tuple[int, ...]
+    missing: tuple[int, ...]
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """What may move."""
+        return tuple(sorted((*self.guessed, *self.missing)))
+
+
+def entries(what: str, symbols: Sequence[Symbol], given: Any, label: str = "start value") -> Entries:
+    """Values by symbol or name, in the order of the symbols; `what` and `label` name them in messages."""
+    named = named_values(what, symbols, given)
+    values = np.zeros(len(symbols))
+    guessed, missing = [], []
+    for i, s in enumerate(symbols):
+        value = named.get(s)
+        if isinstance(value, Guess):
+            guessed.append(i)
+            value = value.value
+        if s in named:
+            values[i] = finite_number(label, s.name, value)
+        else:
+            missing.append(i)
+    return Entries(values, tuple(guessed), tuple(missing))
+
+
+def further(eom: Equations, states: Any) -> Array:
+    """The further states: values given by symbol or name, else their defaults."""
+    given = named_values("states", eom.states, states)
+    return np.array([finite_number("start value", a.name, given.get(a, a.default)) for a in eom.states], dtype=float)
+
+
+def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
+    """(q, u, a), each value given as a finite number, those of a by default; Euler parameters must be of unit length."""
+    state = [*_numbers("coordinates", eom.coordinates, q), *_numbers("speeds", eom.speeds, u), *further(eom, states)]
+    place = {c: i for i, c in enumerate(eom.coordinates)}
+    for s in eom.system.euler_parameters:
+        length = float(np.sqrt(sum(state[place[e]] ** 2 for e in s.coordinates)))
+        if abs(length - 1) > GIVEN:
+            names = ", ".join(e.name for e in s.coordinates)
+            raise SimulationError(
+                f"Expected Euler parameters ({names}) with e0² + e1² + e2² + e3² = 1, got length {length:.9g}. Divide them by it."
+            )
+    return np.array(state)
+
+
+def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
+    values = named_values(what, symbols, given)
+    missing = [s.name for s in symbols if s not in values]
+    if missing:
+        raise ValueMissingError(
+            f"Expected a start value for all {what}, got none for {', '.join(missing)}. Give one for each, by symbol or name."
+        )
+    return [finite_number("start value", s.name, values[s]) for s in symbols]
+
+
+def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[Expr, Any]) -> Array:
+    """What is left of the configuration constraints (… × m), over the size of their terms: the same in any units.
+
+    `terms` (… × m) are their sizes at the state; where these leave doubt, as they may vanish there, the usual ones count too, all
+    symbols but the coordinates at `values`.
+    """
+    shares = np.asarray(np.abs(residual) / np.maximum(terms, _TINY))
+    if not residual.shape[-1] or bool((shares <= GIVEN).all()):
+        return shares
+    usual = manifold(eom.system).at(values).usual.f[: residual.shape[-1]]
+    return np.asarray(np.abs(residual) / np.maximum(terms, usual))
+
+
+def misses(names: Iterable[str], residual: Array, size: Array | None = None, limit: float = GIVEN) -> str:
+    """Which constraints are missed, and by how much; those of a `size`, by default the residual's, of no more than `limit` hold."""
+    sizes = np.abs(residual if size is None else size)
+    return ", ".join(f"{n} by {v:.3g}" for n, v, s in zip(names, residual, sizes, strict=False) if not s <= limit)
+
+
+def check_configuration(
+    eom: Equations, residual: Array, terms: Array, values: Mapping[Expr, Any], what: str, cure: str
+) -> None:
+    """The configuration constraints hold: `residual` (… × m) is what is left of them; `terms` and `values` as for `open_shares`."""
+    count = residual.shape[-1]
+    if not count:
+        return
+    shares = open_shares(eom, residual, terms, values).reshape(-1, count)
+    worst = np.abs(residual).reshape(-1, count).max(axis=0, initial=0)
+    bad = misses([c.name for c in eom.system.holonomic], worst, shares.max(axis=0, initial=0))
+    if bad:
+        raise SimulationError(f"Expected {what} on the constraints, got coordinates that miss {bad}. {cure}")
+
+
+def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, cure: str) -> None:
+    """No closure is turned away from the branch that it means, at any of the coordinates q (… × n); `rest` holds all other values."""
+    conditions = manifold(eom.system)
+    angles = conditions.at(rest).turned(q)
+    away = angles.any(axis=-1)
+    if away.any():
+        first = first_place(away)
+        where = f" at index {first.written}" if first.place else ""
+        turned = turned_closures(conditions.branches, angles[first.place])
+        raise SimulationError(
+            f"Expected {what} on the branch that the closures mean, got {turned}{where}. kn.assemble finds one on it "
+            f"from guesses{cure}."
+        )

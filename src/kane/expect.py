@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks of arguments that make the message: “Expected …, got …. Cure.”, of the error asked for.
+
+`expected` says what is wanted and where (“a Point as the mass centre of 'disk'”), `cure` is a whole sentence. What came is shown by
+`repr`, shortened, and only where it is refused: a check that passes prints nothing.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Collection, Hashable, Iterable
+from numbers import Integral, Real
+from typing import Any, TypeVar
+
+from kane.errors import KaneError, ModelError, cut, none_of
+
+T = TypeVar("T")
+E = TypeVar("E", bound=KaneError)
+
+
+def refusal(error: type[E], expected: str, got: str, cure: str = "") -> E:
+    """The error to raise where what came is said by a text of its own."""
+    return error(f"Expected {expected}, got {got}.{cure and ' '}{cure}")
+
+
+def that(holds: Any, expected: str, given: object, cure: str = "", *, error: type[KaneError] = ModelError) -> None:
+    """Refuse `given` unless something holds of it."""
+    if not holds:
+        raise refusal(error, expected, cut(repr(given)), cure)
+
+
+def instance(
+    given: Any,
+    kind: type[T] | tuple[type[T], ...],
+    expected: str,
+    cure: str = "",
+    *,
+    error: type[KaneError] = ModelError,
+) -> T:
+    """What is given, where it is of a kind."""
+    if not isinstance(given, kind):
+        raise refusal(error, expected, cut(repr(given)), cure)
+    return given
+
+
+def instances(
+    given: Any,
+    kind: type[T] | tuple[type[T], ...],
+    expected: str,
+    cure: str = "",
+    *,
+    error: type[KaneError] = ModelError,
+) -> tuple[T, ...]:
+    """The items of a list, each of a kind; the message shows the first that is not, or what is no list."""
+    return tuple(instance(x, kind, expected, cure, error=error) for x in items(given, expected, cure, error=error))
+
+
+def items(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> tuple[Any, ...]:
+    """What stands in a list, a tuple or any other iterable but a text."""
+    that(isinstance(given, Iterable) and not isinstance(given, str), expected, given, cure, error=error)
+    return tuple(given)
+
+
+def pair(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> tuple[Any, Any]:
+    """Two items of a tuple or a list."""
+    that(isinstance(given, tuple | list) and len(given) == 2, expected, given, cure, error=error)
+    first, second = given
+    return first, second
+
+
+def one_of(
+    given: Any, known: Collection[str], expected: str, cure: str = "", *, error: type[KaneError] = ModelError
+) -> str:
+    """One of several names: “Expected … one of a, b, got 'x'. Did you mean …?”, where `expected` ends in “to be” or a comma."""
+    if not (isinstance(given, str) and given in known):
+        raise error(f"Expected {expected} one of {none_of(known, given)}{cure and ' '}{cure}")
+    return given
+
+
+def different(given: Iterable[Hashable], expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> None:
+    """Names, or other things that can be compared, of which none comes twice."""
+    twice = sorted(repr(x) for x, count in Counter(given).items() if count > 1)
+    if twice:
+        raise refusal(error, expected, f"{', '.join(twice)} more than once", cure)
+
+
+def name(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> str:
+    """A text that is not empty."""
+    that(isinstance(given, str) and given, expected, given, cure, error=error)
+    return str(given)
+
+
+def flag(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> bool:
+    """True or False, NumPy's too."""
+    that(isinstance(given, bool) or type(given).__name__ in ("bool", "bool_"), expected, given, cure, error=error)
+    return bool(given)
+
+
+def is_number(given: object) -> bool:
+    """Whether it is a finite real number, which True and False are not."""
+    return not isinstance(given, bool) and isinstance(given, Real) and math.isfinite(given)
+
+
+def number(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> float:
+    """A finite real number."""
+    that(is_number(given), expected, given, cure, error=error)
+    return float(given)
+
+
+def whole(
+    given: Any,
+    expected: str,
+    cure: str = "",
+    *,
+    least: float = -math.inf,
+    most: float = math.inf,
+    error: type[KaneError] = ModelError,
+) -> int:
+    """A whole number from `least` to `most`."""
+    right = not isinstance(given, bool) and isinstance(given, Integral) and least <= int(given) <= most
+    that(right, expected, given, cure, error=error)
+    return int(given)

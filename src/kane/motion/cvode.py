@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""CVODE of SUNDIALS (the extra `stiff`) as one of the solvers that step a motion from Python.
+
+Backward differentiation of order 1 to 5 with variable steps: Hindmarsh, A. C. and others (2005), SUNDIALS: suite of nonlinear and
+differential/algebraic equation solvers, ACM TOMS 31, 363–396, sec. 2. It is given the exact J, of large sparse systems by its
+entries alone.
+"""
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kane.errors import SimulationError
+from kane.numeric.arrays import Array, Mask
+
+
+def initial_step(
+    rate: Callable[[float, Array], Array], order: int, tolerances: tuple[float, float], t: float, y: Array, end: float
+) -> float:
+    """Its length, up to `end`, for a method of an order; `tolerances` are the relative one and the absolute one."""
+    rtol, atol = tolerances
+    scale, now = atol + np.abs(y) * rtol, rate(t, y)
+    size, speed = np.abs(y / scale).max(), np.abs(now / scale).max()
+    tried = min(0.01 * size / speed if min(size, speed) > 1e-5 else 1e-6, end - t)
+    change = np.abs((rate(t + tried, y + tried * now) - now) / scale).max() / tried
+    most = max(speed, change)
+    step = (0.01 / most) ** (1 / order) if most > 1e-15 else max(1e-6, tried * 1e-3)
+    return float(min(100 * tried, step, end - t)) if np.isfinite(step) else float(tried)
+
+
+CVODE = "cvode"
+"""The name that `simulate` takes."""
+_ORDER = 5
+_SHARES = (1 - np.cos(np.pi * np.arange(_ORDER + 1) / _ORDER)) / 2
+"""Where along a step its polynomial is read off; the last one is the end, from which the solver then goes on."""
+_POWERS = np.linalg.inv(np.vander(_SHARES, increasing=True))
+_LARGE, _SPARSE = 500, 0.05
+"""States from which on, and share of entries up to which, J is given by its entries; smaller matrices are factored faster whole."""
+_LEAST = 4
+"""Spacings of numbers near t below which a step is none."""
+
+
+def check_installed() -> None:
+    """The package is there.
+
+    Raises
+    ------
+    SimulationError
+        if it is not
+    """
+    try:
+        import sksundae.cvode  # noqa: F401
+    except ImportError as error:
+        raise SimulationError(
+            f"Expected the package scikit-sundae for method={CVODE!r}, got none. Install it, pip install 'kane[stiff]', or take "
+            'method="radau9", which is for stiff equations too and needs none.'
+        ) from error
+
+
+class Polynomial:
+    """The states along a step: `polynomial(t)`, n at a time, n × k at k times."""
+
+    __slots__ = ("_coefficients", "_length", "_start")
+
+    def __init__(self, start: float, end: float, states: Array) -> None:
+        self._start, self._length = start, end - start
+        self._coefficients = _POWERS @ states
+
+    def __call__(self, t: Any) -> Array:
+        """The states there."""
+        theta = (np.asarray(t, dtype=float) - self._start) / self._length
+        return np.asarray(np.polynomial.polynomial.polyval(theta, self._coefficients), dtype=np.float64)
+
+
+class Cvode:
+    """CVODE between t and t_bound, with the attributes and methods of SciPy's solvers that a motion asks for.
+
+    `pattern` (n × n) says which entries of J are not zero; without it all may be.
+    """
+
+    def __init__(
+        self,
+        fun: Callable[[float, Array], Array],
+        t0: float,
+        y0: Array,
+        t_bound: float,
+        *,
+        first_step: float | None,
+        rtol: float,
+        atol: float,
+        max_step: float,
+        jac: Callable[[float, Array], Array],
+        pattern: Mask | None = None,
+    ) -> None:
+        from sksundae import cvode
+
+        self.t, self.t_old, self.y, self.t_bound = t0, t0, np.array(y0), t_bound
+        self.status, self.nfev = "running", 0
+
+        def rates(t: float, y: Array, out: Array) -> None:
+            self.nfev += 1
+            out[:] = fun(float(t), y)
+
+        def entries(t: float, y: Array, _: Array, out: Array) -> None:
+            found = jac(float(t), np.array(y))
+            out[:] = found if at is None else found[at]
+
+        # its own first step is so short that what begins at an event would not leave it
+        first = first_step or min(initial_step(fun, 2, (rtol, atol), t0, self.y, t_bound), max_step)
+        self.nfev += 2
+        at = _places(pattern)  # by columns, as the solver keeps entries
+        sparse = {} if at is None or pattern is None else {"linsolver": "sparse", "sparsity": _whole(pattern)}
+        length = {} if max_step == np.inf else {"max_step": max_step}
+        with warnings.catch_warnings():  # it says that a pattern is not used for differences
+            warnings.simplefilter("ignore", UserWarning)
+            self._solver: Any = cvode.CVODE(
+                rates, jacfn=entries, rtol=rtol, atol=atol, first_step=first, **length, **sparse
+            )
+        self._solver.init_step(t0, self.y)
+
+    def step(self) -> str | None:
+        """One step; what went wrong, if anything."""
+        try:
+            found = self._solver.step(self.t_bound, method="onestep", tstop=self.t_bound)
+        except SimulationError:  # of the functions that it asks, with its place
+            raise
+        except RuntimeError as error:
+            return self._failed(str(error))
+        if not found.success:
+            return self._failed(found.message)
+        self.t_old, self.t, self.y = self.t, float(found.t), np.array(found.y)
+        if self.t >= self.t_bound:
+            self.status = "finished"
+        elif self.t - self.t_old <= _LEAST * np.spacing(abs(self.t)):
+            return self._failed("steps are shorter than the spacing of numbers")
+        return None
+
+    def _failed(self, message: str) -> str:
+        self.status = "failed"
+        return message.rstrip(".")
+
+    def dense_output(self) -> Polynomial:
+        """The states along the last step."""
+        times = self.t_old + _SHARES * (self.t - self.t_old)
+        times[-1] = self.t
+        # it must be asked for the end last, where it goes on
+        return Polynomial(self.t_old, self.t, np.array([self._solver.step(float(t), method="normal").y for t in times]))
+
+
+def _whole(pattern: Mask) -> Mask:
+    """With the diagonal, which is in the matrix of a step."""
+    return np.asarray(pattern | np.eye(len(pattern), dtype=bool))
+
+
+def _places(pattern: Mask | None) -> tuple[Any, Any] | None:
+    """Rows and columns of the entries, column by column, where they are few of many."""
+    if pattern is None or len(pattern) < _LARGE or _whole(pattern).mean() > _SPARSE:
+        return None
+    columns, rows = np.nonzero(_whole(pattern).T)
+    return rows, columns

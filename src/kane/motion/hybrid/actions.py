@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What events do to a motion: values of its state, parameters and inputs from then on, all from those before, on the constraints."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.analysis.assembly import assemble
+from kane.analysis.state_checks import start_state
+from kane.dynamics.readings.values import evaluate_along, time_derivative
+from kane.equations.equations import Equations
+from kane.equations.state import guess
+from kane.errors import KaneError, SimulationError, cut
+from kane.expr.node import Expr
+from kane.expr.symbols import Input, Symbol, input_of
+from kane.model.actions import target
+from kane.model.declarations import Event
+from kane.motion.inputs.feedback import value
+from kane.motion.inputs.functions import Function, input_functions
+from kane.motion.solution.phases import Phase
+from kane.motion.solution.resumed import inherited_inputs
+from kane.motion.start import check_masses
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number
+from kane.numeric.scale import EQUAL
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instant:
+    """A motion at an instant: its equations, the `first` ones and those that hold `now`, time, (q, u, a), parameters and inputs."""
+
+    first: Equations
+    now: Equations
+    t: float
+    x: Array
+    phase: Phase
+
+    def values(self, exprs: Sequence[Any]) -> list[Any]:
+        """Values of expressions."""
+        q, u, a = (list(part) for part in self.parts)
+        inputs = {s: value(f, self.t, self.x) for s, f in self.phase.inputs.items()}
+        found: list[Any] = evaluate_along(
+            self.now.solved, list(exprs), q, u, self.phase.parameters, inputs, self.t, a, held=False
+        )
+        return found
+
+    @property
+    def parts(self) -> list[Array]:
+        """q, u and a."""
+        return np.split(self.x, np.cumsum([len(self.first.coordinates), len(self.first.speeds)]))
+
+    def rate(self, e: Expr) -> float | None:
+        """The time derivative of an expression along the motion; None where it has none."""
+        try:
+            return float(self.values([time_derivative(self.first.derived, e)])[0])
+        except KaneError:
+            return None
+
+
+def acted(before: Instant, events: Sequence[Event], end: float) -> Instant:
+    """The instant after the actions of events; inputs are to have values up to the `end` of the motion.
+
+    Raises
+    ------
+    SimulationError
+        if two events set one symbol to different values, or what they set is not finite or leaves the constraints
+    """
+    eom, names = before.first, " and ".join(repr(e.name) for e in events)
+    new = _wanted(before, events)
+    constants = {p: float(new.get(p, v)) for p, v in before.phase.parameters.items()}
+    check_masses(eom, constants)
+    phase = Phase(constants, _inputs(before, new, constants, end), tuple(events))
+    moved: dict[Expr, float] = {s: new[s] for s in eom.state if s in new}
+    x = before.x
+    if moved or constants != before.phase.parameters:
+        x = _state(Instant(eom, before.now, before.t, x, phase), moved, names)
+    return Instant(eom, before.now, before.t, x, phase)
+
+
+def _wanted(before: Instant, events: Sequence[Event]) -> dict[Expr, Any]:
+    """What is set, and to what, by symbol."""
+    found: dict[Expr, Any] = {}
+    by: dict[Expr, Event] = {}
+    for event in events:
+        for symbol, what in _consequences(before, event).items():
+            if symbol in found and not (found[symbol] is what or _equal(found[symbol], what)):
+                raise SimulationError(
+                    f"Expected one value for {symbol} at t = {before.t:.9g}, got {cut(found[symbol])} from the event "
+                    f"{by[symbol].name!r} and {cut(what)} from {event.name!r} at the same time. Make one event of the two, or let "
+                    "one set something else."
+                )
+            found[symbol], by[symbol] = what, event
+    return found
+
+
+def _equal(a: Any, b: Any) -> bool:
+    return isinstance(a, float) and isinstance(b, float) and a == b
+
+
+def _consequences(before: Instant, event: Event) -> dict[Expr, Any]:
+    system = before.first.system
+    given = event.then if isinstance(event.then, Mapping) else _asked(before, event)
+    wanted: dict[Expr, Any] = {target(system, event, key): what for key, what in given.items()}
+    exprs = {s: what for s, what in wanted.items() if isinstance(what, Expr) and not isinstance(s, Input)}
+    numbers = before.values(list(exprs.values())) if exprs else []
+    wanted |= dict(zip(exprs, map(float, numbers), strict=True))
+    who = f"value from the event {event.name!r}"
+    return {s: what if isinstance(s, Input) else finite_number(who, str(s), what) for s, what in wanted.items()}
+
+
+def _asked(before: Instant, event: Event) -> Mapping[Any, Any]:
+    """What a function of the user's says."""
+    eom = before.first
+    q, u, a = before.parts
+    told: dict[str, Any] = {
+        "t": before.t,
+        "q": dict(zip(eom.coordinates, q.tolist(), strict=True)),
+        "u": dict(zip(eom.speeds, u.tolist(), strict=True)),
+        "parameters": dict(before.phase.parameters),
+    }
+    if len(a):
+        told["states"] = dict(zip(eom.states, a.tolist(), strict=True))
+    try:
+        answer = event.then(**told)
+    except KaneError:
+        raise
+    except Exception as error:
+        raise SimulationError(
+            f"Expected values from the function of the event {event.name!r}, got {type(error).__name__} from it at "
+            f"t = {before.t:.6g}: {error}. It is called with the keywords {', '.join(told)}."
+        ) from error
+    if not isinstance(answer, Mapping):
+        raise SimulationError(
+            f"Expected a dict {{symbol: value}} from the function of the event {event.name!r}, got {cut(repr(answer))} at "
+            f"t = {before.t:.6g}. Return what changes, {{}} where nothing does."
+        )
+    return answer
+
+
+def _inputs(
+    before: Instant, new: Mapping[Expr, Any], constants: Mapping[Expr, float], end: float
+) -> Mapping[Expr, Function]:
+    """The inputs from then on; what prescribes a motion must go on without a jump."""
+    given = {s: what for s, what in new.items() if isinstance(s, Input)}
+    if not given and constants == before.phase.parameters:
+        return before.phase.inputs
+    eom, t = before.first, before.t
+    laws = inherited_inputs(eom, before.phase, given, constants)
+    made = input_functions(eom, laws, (t, max(end, float(np.nextafter(t, np.inf)))), constants)
+    for s in eom.inputs:
+        above = any(input_of(r) is input_of(s) and len(r.name) > len(s.name) for r in eom.inputs)
+        if not above:
+            continue
+        old, now = (value(f[s], t, before.x) for f in (before.phase.inputs, made))
+        if abs(now - old) > EQUAL * max(abs(now), abs(old)):
+            raise SimulationError(
+                f"Expected the prescribed motion {s} without a jump at t = {t:.9g}, where an event changes it, got {old:.6g} before "
+                f"and {now:.6g} after: it would need an infinite force. Let the new law begin where the old one ends."
+            )
+    return made
+
+
+def _state(after: Instant, moved: Mapping[Expr, float], names: str) -> Array:
+    """(q, u, a) with what was set; what depends on it follows, under constraints."""
+    eom = after.first
+    parts = [
+        dict(zip(own, part.tolist(), strict=True))
+        for own, part in zip((eom.coordinates, eom.speeds, eom.states), after.parts, strict=True)
+    ]
+    q, u, a = ({s: moved.get(s, v) for s, v in part.items()} for part in parts)
+    if not eom.constraints.constraints:
+        return start_state(eom, q, u, a)
+    free_q = set(_following(eom, moved)) if any(s in moved for s in q) else set[Symbol]()
+    free_u = set(eom.dependent_speeds if sum(s in moved for s in u) < len(eom.independent_speeds) else u) - set(moved)
+    inputs = {s: value(f, after.t, after.x) for s, f in after.phase.inputs.items()}
+    try:
+        found = assemble(
+            eom,
+            q={s: guess(v) if s in free_q else v for s, v in q.items()},
+            u={s: guess(v) if s in free_u else v for s, v in u.items()},
+            parameters=dict(after.phase.parameters),
+            inputs=inputs,
+            t=after.t,
+        )
+    except SimulationError as error:
+        dependent = [s.name for s in eom.dependent_speeds if s in moved]
+        own = ", ".join(s.name for s in eom.independent_speeds)
+        cure = (
+            f" {', '.join(dependent)} follow from {own}: set these alone."
+            if dependent
+            else " Set what the constraints leave free."
+        )
+        raise SimulationError(
+            f"Expected actions that keep the constraints, got a state off them from the event {names} at t = {after.t:.9g}. "
+            f"{error}{cure}"
+        ) from error
+    return start_state(eom, found.q, found.u, a)
+
+
+def _following(eom: Equations, moved: Mapping[Expr, float]) -> list[Symbol]:
+    """The coordinates that follow where some are moved: those that are dependent, or all others where enough are moved."""
+    free = len(eom.coordinates) - len(eom.system.holonomic)
+    enough = sum(q in moved for q in eom.coordinates) >= free or not eom.system.dependent_coordinates
+    return [q for q in (eom.coordinates if enough else eom.system.dependent_coordinates) if q not in moved]
+
+
+def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float] | None:
+    """To which side of their thresholds quantities leave: back (±1) where an action turned them, on (0) where they pass.
+
+    Those that had no rate are left out: the start of the next phase decides. None where one is met though it leads away from its
+    threshold already: it is below what numbers tell apart.
+    """
+    found: dict[str, float] = {}
+    for event in events:
+        old, new = before.rate(event.quantity), after.rate(event.quantity)
+        if old == 0 and event.direction:
+            continue
+        found[event.name] = 0.0
+        if not old or new is None:
+            continue
+        came = float(-event.direction) if event.direction else -np.sign(old)
+        if old * came > 0:
+            return None
+        if new * came > -EQUAL * abs(old):
+            found[event.name] = came
+    return found
+
+
+def leapt_over(events: Sequence[Event], before: Array, after: Array) -> list[Event]:
+    """The events whose thresholds lie between their quantities before and after."""
+    found = []
+    for event, a, b in zip(
+        events, before - [e.threshold for e in events], after - [e.threshold for e in events], strict=True
+    ):
+        if (a > 0 >= b and event.direction <= 0) or (a < 0 <= b and event.direction >= 0):
+            found.append(event)
+    return found

@@ -1,0 +1,382 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inputs as functions of time, with the derivatives that prescribed motion needs, and the check that they are smooth."""
+
+import copy
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from inspect import Parameter as Parameter_
+from inspect import signature as signature_of
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import Attributes, KaneWarning, SimulationError, ValueMissingError, cut
+from kane.expr.node import Expr, as_expr
+from kane.expr.symbols import Input, input_of, time
+from kane.expr.tables import Table
+from kane.motion.inputs.breakpoints import MANY
+from kane.motion.inputs.expressions import Formula, SharedLaw, formula, law, with_gains
+from kane.motion.inputs.feedback import Held, HeldInput, Law, LawInput, Sampled, along
+from kane.motion.inputs.smooth import check_smooth
+from kane.motion.interrupts import heed
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number, named_values
+from kane.numeric.scale import NEAR_TIME
+
+Function = Callable[..., Any]
+Ends = Literal["not-a-knot", "natural", "clamped", "periodic"]
+
+_PLACED = (Parameter_.POSITIONAL_ONLY, Parameter_.POSITIONAL_OR_KEYWORD)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signal(Attributes):
+    """A C² function of time through points: called with a time it gives its value, `derivative(n)` is its nth derivative."""
+
+    spline: Any
+
+    def __call__(self, t: Any) -> Any:
+        """The value at time t."""
+        return self.spline(t)
+
+    def derivative(self, order: int = 1) -> Function:
+        """The nth derivative."""
+        function: Function = self.spline.derivative(order)
+        return function
+
+    def breakpoints(self, span: tuple[float, float]) -> tuple[float, ...]:
+        """The points within the span, at which the third derivative jumps; of very many none."""
+        inside = [float(t) for t in self.spline.x if span[0] < t < span[1]]
+        return tuple(inside) if len(inside) <= MANY else ()
+
+    def __repr__(self) -> str:
+        x = self.spline.x
+        return f"Signal({len(x)} points, t = {x[0]:g} … {x[-1]:g})"
+
+
+def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot") -> Signal:
+    """A prescribed motion through the points (t, y): the cubic spline, twice continuously differentiable.
+
+    Give it as the value of an input, `simulate(…, inputs={r: kn.signal(t, y)})`. `ends` is SciPy's boundary condition:
+    "not-a-knot", "natural", "clamped" (at rest), "periodic".
+    """
+    from scipy.interpolate import CubicSpline
+
+    try:
+        times, values = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(
+            f"Expected numbers as the points of a signal, got {cut(repr(t))} and {cut(repr(y))}."
+        ) from error
+    if times.ndim != 1 or times.shape != values.shape or len(times) < 3:
+        raise SimulationError(
+            f"Expected at least three points (t, y) of a signal, got shapes {times.shape} and {values.shape}."
+        )
+    if not (np.all(np.isfinite(times)) and np.all(np.isfinite(values))):
+        raise SimulationError("Expected finite points of a signal, got NaN or infinity.")
+    if np.any(np.diff(times) <= 0):
+        at = times[1:][np.diff(times) <= 0][0]
+        raise SimulationError(
+            f"Expected increasing times of a signal, got t = {at:g} again or out of order: a jump there would need an infinite force. "
+            "Join the two values over a short time."
+        )
+    return Signal(CubicSpline(times, values, bc_type=ends, extrapolate=False))
+
+
+def input_functions(
+    eom: Equations,
+    inputs: Mapping[Any, Any] | None,
+    span: tuple[float, float],
+    parameters: Mapping[Expr, Any] | None = None,
+) -> dict[Expr, Function]:
+    """A function of time for each input and for the derivatives of those that move something, in the order of `eom.inputs`.
+
+    An expression takes `parameters`, or their defaults. An input must have a value, and derivatives of its own if it moves something,
+    which those of expressions are; a prescribed motion must not jump.
+    """
+    values = named_values("inputs", eom.inputs, _each(eom, inputs, span[0]))
+    own = [s for s in eom.inputs if isinstance(s, Input)]
+    missing = [s.name for s in own if s not in values]
+    if missing:
+        raise ValueMissingError(
+            f"Expected a value or function of time for every input, got none for {', '.join(missing)}: pass inputs={{…}}."
+        )
+    known: Mapping[Expr, Any] = {p: p.default for p in eom.parameters} if parameters is None else parameters
+    moving = {input_of(s) for s in eom.inputs if not isinstance(s, Input)}
+    values = {s: v(time) if isinstance(v, Table) else v for s, v in values.items()}
+    state = eom.state
+    values = {
+        s: formula(str(s), with_gains(eom, v, known), known, () if input_of(s) in moving else state)
+        if isinstance(v, Expr)
+        else v
+        for s, v in values.items()
+    }
+    functions_of: dict[Expr, Function] = {}
+    for r in own:
+        chain = [s for s in eom.inputs if input_of(s) is r]
+        _check_covered(r, values[r], span)
+        functions = _derivatives(r, values[r], len(chain) - 1)
+        for k, s in enumerate(chain):
+            functions_of[s] = _function(s.name, values[s]) if k and s in values else functions[k]
+        for below, above in pairwise(chain):
+            check_smooth(f"input {below.name}", functions_of[below], functions_of[above], span)
+    return {s: functions_of[s] for s in eom.inputs}
+
+
+def _each(eom: Equations, inputs: Any, start: float) -> Any:
+    """Inputs that have one function together, one by one: the functions of the state, f(t, x), and sampled controllers."""
+    if not isinstance(inputs, Mapping):
+        return inputs
+    found: dict[Any, Any] = {}
+    for key, given in inputs.items():
+        keys = key if isinstance(key, tuple) else (key,)
+        names = tuple(str(k) for k in keys)
+        if isinstance(given, Sampled):
+            held = Held(given, names, start, copy.deepcopy(given.state))
+            found |= {k: HeldInput(held, i) for i, k in enumerate(keys)}
+        elif _takes_state(given) or (isinstance(key, tuple) and callable(given)):
+            law = Law(given, names)
+            found |= {k: LawInput(law, i) for i, k in enumerate(keys)}
+        elif isinstance(key, tuple):
+            parts = list(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else [given]
+            if len(parts) != len(keys):
+                raise SimulationError(
+                    f"Expected {len(keys)} values for the inputs {', '.join(names)}, got {cut(repr(given))}. Give one for each."
+                )
+            found |= dict(zip(keys, parts, strict=True))
+        else:
+            found[key] = given
+    return found
+
+
+def _takes_state(given: Any) -> bool:
+    """Whether it is a function of time and state, f(t, x)."""
+    if not callable(given) or isinstance(given, Signal | Table | Formula | LawInput):
+        return False
+    try:
+        wanted = [p for p in signature_of(given).parameters.values() if p.default is p.empty and p.kind in _PLACED]
+    except (TypeError, ValueError):  # what is built in does not tell
+        return False
+    return len(wanted) == 2
+
+
+def _check_covered(r: Input, value: Any, span: tuple[float, float]) -> None:
+    """A signal has values from its first point to its last."""
+    for one in value if isinstance(value, tuple) else (value,):
+        if not isinstance(one, Signal):
+            continue
+        first, last = float(one.spline.x[0]), float(one.spline.x[-1])
+        if not (first <= span[0] and span[1] <= last):
+            raise SimulationError(
+                f"Expected a signal for the input {r.name} that covers the time span t = {span[0]:g} … {span[1]:g}, got one from "
+                f"t = {first:g} to {last:g}. Give it points up to the ends of the span, or keep the span within it."
+            )
+
+
+def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
+    """The value as a function, and its derivatives up to `order`."""
+    value = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(_several, value))):
+        raise SimulationError(
+            f"Expected a number, a function of time or functions (f, f', …) for the input {r.name}, got samples. Make them a smooth "
+            f"function of time: {r.name}: kn.signal(t, y)."
+        )
+    if isinstance(value, tuple):
+        functions = [_function(r.name, v) for v in value]
+        if len(functions) <= order:
+            raise ValueMissingError(
+                f"Expected {order + 1} functions for the input {r.name}, itself and its derivatives, got {len(functions)}."
+            )
+        return functions
+    if not callable(value):
+        return [_function(r.name, value), *[_function(r.name, 0.0)] * order]
+    if order and isinstance(value, LawInput | HeldInput):
+        raise SimulationError(
+            f"Expected the input {r.name} as a function of time with its derivatives, as it prescribes a motion, got a function of "
+            "the state. What follows from the state may be a force, an input in a load."
+        )
+    if order and not hasattr(value, "derivative"):
+        raise ValueMissingError(
+            f"Expected the input {r.name} with its derivatives, as it prescribes a motion whose velocity and acceleration need them, "
+            f"got a bare function. Pass {r.name}: (f, f', f''), or kn.signal(t, y) for a spline through points."
+        )
+    return [_function(r.name, value), *(value.derivative(k) for k in range(1, order + 1))]
+
+
+def _several(value: Any) -> bool:
+    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str) and np.ndim(value) > 0
+
+
+def _function(name: str, value: Any) -> Function:
+    if isinstance(value, Signal | Asked | Formula | LawInput | HeldInput):
+        return value
+    if callable(value):
+        _check_signature(name, value)
+        return Asked(name, value)
+    return a_constant(finite_number("value or function of time", name, value))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """The user's own function of time for the input `name`: what goes wrong in it is said as such."""
+
+    name: str
+    function: Function
+
+    def __call__(self, t: Any) -> float:
+        """The number at time t."""
+        heed()
+        try:
+            value = self.function(t)
+        except Exception as error:
+            raise SimulationError(
+                f"Expected a number from the function of time for the input {self.name}, got {type(error).__name__} from it at "
+                f"t = {float(t):.6g}: {error}. Mend the function; it is asked at all times of the span."
+            ) from error
+        try:
+            return float(value) if np.ndim(value) == 0 else float(np.asarray(value).reshape(()))
+        except (TypeError, ValueError) as error:
+            what = f"the expression {cut(value)}" if isinstance(value, Expr) else f"{cut(repr(value))}"
+            cure = "Take math.sin for kn.sin in it." if isinstance(value, Expr) else "Return a plain number."
+            raise SimulationError(
+                f"Expected a number from the function of time for the input {self.name}, got {what} at t = {float(t):.6g}. {cure}"
+            ) from error
+
+
+def _check_signature(name: str, function: Function) -> None:
+    """A function of the time alone."""
+    try:
+        takes = signature_of(function)
+    except (TypeError, ValueError):  # what is built in does not tell
+        return
+    try:
+        takes.bind(0.0)
+    except TypeError as error:
+        raise SimulationError(
+            f"Expected a function of the time alone for the input {name}, f(t), got one of {takes}. A function of time and "
+            "state takes these two, f(t, x)."
+        ) from error
+
+
+def _constant(value: float, t: Any) -> float:
+    return value
+
+
+def a_constant(value: float) -> Function:
+    """An input that is a number."""
+    return partial(_constant, value)
+
+
+def constant(f: Function) -> float | None:
+    """The value of an input that was given as a number; None of a function of time."""
+    return float(f.args[0]) if isinstance(f, partial) and f.func is _constant else None
+
+
+def law_and(drives: Sequence[Any], inputs: Sequence[Expr], more: Sequence[Expr]) -> SharedLaw:
+    """The inputs, those of Python standing for themselves, and `more` behind them, without their numbers."""
+    return law([*_written(drives, inputs), *more])
+
+
+def law_of(drives: Sequence[Any], inputs: Sequence[Expr], functions: bool = False) -> SharedLaw | None:
+    """The inputs without their numbers, where all are numbers or expressions; those held between two steps stand for themselves.
+
+    With `functions` those of Python do so too.
+    """
+    if asked(drives) and not functions:
+        return None
+    return law(_written(drives, inputs))
+
+
+def _written(drives: Sequence[Any], inputs: Sequence[Expr]) -> list[Expr]:
+    own = {s: f.expr if isinstance(f, Formula) else constant(f) for f, s in zip(drives, inputs, strict=True)}
+    return [s if value is None else as_expr(value) for s, value in own.items()]
+
+
+def asked(drives: Sequence[Any]) -> bool:
+    """Whether an input is a function of Python's, of time or of time and state."""
+    return any(constant(f) is None and not isinstance(f, Formula | HeldInput) for f in drives)
+
+
+def following(drives: Sequence[Any]) -> bool:
+    """Whether an input follows from the state, as an expression or a function f(t, x)."""
+    return any(getattr(f, "of_state", False) for f in drives)
+
+
+def follows(drives: Sequence[Any]) -> bool:
+    """Whether an input is an expression of the state."""
+    return any(isinstance(f, Formula) and f.of_state for f in drives)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recorded:
+    """The values of an input at the samples of a motion: what a file or a pickle keeps of its function."""
+
+    name: str
+    t: Array
+    values: Array
+
+    def __call__(self, t: Any) -> Any:
+        """The value at a sample's time."""
+        k = np.searchsorted(self.t, t)
+        if k < len(self.t) and self.t[k] == t:
+            return self.values[k]
+        raise SimulationError(
+            f"Expected a time among the samples for the input {self.name} of a motion that was saved or pickled, got t = {t:.6g}: of "
+            "its function the values there were kept. Simulate again with the function."
+        )
+
+
+def recorded(name: str, function: Callable[[Any], Any], t: Array, states: Array) -> Callable[[Any], Any]:
+    """An input as it is kept: a number as such, of a function its values at samples."""
+    return function if constant(function) is not None else Recorded(name, t, along(function, t, states))
+
+
+_PLACES = 1025
+"""At so many times of a span a function is asked: what is shorter between two of them is not seen."""
+_MOST = 4
+_TORN = 1e-3
+"""Share of its range by which a function changes within rounding of a time where it jumps."""
+
+
+def warn_of_jumps(drives: Iterable[Any], span: tuple[float, float], breakpoints: Sequence[float]) -> None:
+    """Warn of jumps of the user's functions of time, each function's first ones."""
+    for f in drives:
+        if isinstance(f, Asked):
+            near = NEAR_TIME * (span[1] - span[0])
+            told = [t for t in jumps(f, span) if not any(abs(t - b) <= near for b in breakpoints)]
+            if told:
+                listed = ", ".join(f"{t:.9g}" for t in told)
+                warnings.warn(
+                    f"Expected a function of time without jumps for the input {f.name}, got one that jumps at t = {listed}, where no "
+                    f"step ends. Name the times, breakpoints=[{listed}], or give the input as a table, kn.table(t, y, 'steps').",
+                    KaneWarning,
+                    stacklevel=4,
+                )
+
+
+def jumps(f: Asked, span: tuple[float, float]) -> list[float]:
+    """The times of the largest jumps, in order."""
+    times = np.linspace(*span, _PLACES)
+    values = np.array([f(float(t)) for t in times])
+    reach = float(np.ptp(values)) if np.isfinite(values).all() else 0.0
+    changes = np.diff(values)
+    beside = np.pad(changes, 1, mode="edge")
+    sudden = np.abs(changes - (beside[:-2] + beside[2:]) / 2)  # a slope changes as much beside
+    found = []
+    for k in np.argsort(sudden)[::-1][:_MOST] if reach else ():
+        (a, b), (p, q) = times[k : k + 2].tolist(), values[k : k + 2].tolist()
+        while True:
+            middle = a + (b - a) / 2
+            if not a < middle < b:
+                break
+            between = f(middle)
+            if not abs(p - q) > _TORN * reach:
+                break
+            a, b, p, q = (a, middle, p, between) if abs(between - p) >= abs(q - between) else (middle, b, between, q)
+        if abs(p - q) > _TORN * reach:
+            found.append(b)
+    return sorted(found)

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether what prescribes a motion is smooth: functions of time must not jump, and their derivatives must be their own.
+
+A function is compared with the integral of its derivative by Simpson's rule, all parts of the span at once. What rounding alone may
+make of an expression is no jump: over a short span a ramp is a difference of terms that cancel.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import SimulationError, cut
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ONE, ZERO, Expr, postorder
+from kane.expr.ops import Op
+from kane.expr.piecewise import Piecewise
+from kane.expr.symbols import Parameter, Symbol, Time, time
+from kane.model.survey import geometry
+from kane.motion.inputs.breakpoints import on_from, up_to
+from kane.motion.inputs.expressions import Formula
+from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS, LEAPS
+from kane.program.build import Task, build_program
+from kane.program.passes.rounding import rounding
+from kane.program.program import Code, Port
+
+_PIECEWISE = ("where", "sign", "abs", "min", "max")
+_PARTS = 128
+_BISECTIONS = 40
+_OWN = 0.01
+"""Share of its range by which a function may differ from the integral of its derivative over the span."""
+_SAFE = 4.0
+"""So many times the bound on its rounding a value may be off: the bound is of first order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Called:
+    """A function of the user: of its rounding nothing is known."""
+
+    function: Callable[..., Any]
+
+    def at(self, times: Array) -> Array:
+        """The values at times (m)."""
+        return np.array([float(self.function(float(t))) for t in times])
+
+    def rounding(self, t: float) -> float:
+        """How far the value at t may be off."""
+        return 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """An expression of time and of parameters, which have `values`."""
+
+    expr: Expr
+    values: Mapping[Expr, Any]
+
+    def at(self, times: Array) -> Array:
+        """The values at times (m)."""
+        found = evaluate(self.expr, {**self.values, time: times})
+        return np.broadcast_to(np.asarray(found, dtype=float), times.shape)
+
+    def rounding(self, t: float) -> float:
+        """How far the value at t may be off."""
+        code, numbers = self._code
+        ((_, error),) = rounding(code, (t, *numbers))
+        return error * EPS / 2 if np.isfinite(error) else 0.0
+
+    @cached_property
+    def _code(self) -> tuple[Code, list[float]]:
+        own = [s for s in free_symbols([self.expr]) if not isinstance(s, Time)]
+        task = Task("f", [self.expr], (1,), ["f"])
+        return build_program("function", [Port("t", (time, *own))], [task]), [float(self.values[s]) for s in own]
+
+
+Curve = Called | Written
+
+
+def curve(f: Any) -> Curve:
+    """An input's function, at many times."""
+    return Written(f.expr, f.values) if isinstance(f, Formula) and not f.of_state else Called(f)
+
+
+def check_smooth(what: str, f: Any, slope: Any, span: tuple[float, float]) -> None:
+    """`slope` must be the derivative of `f` over the span: no jump, no other function's derivative."""
+    below, above = curve(f), curve(slope)
+    places = grid(span)
+    _check(lambda: what, (below, below.at(places[::2])), (above, above.at(places)), places)
+
+
+def grid(span: tuple[float, float]) -> Array:
+    """The ends of the parts of a span, and their middles; what turns at an end of the span itself counts as it is within."""
+    return np.linspace(on_from(span[0]), up_to(span[1]), 2 * _PARTS + 1)
+
+
+def _check(what: Callable[[], str], f: tuple[Curve, Array], slope: tuple[Curve, Array], places: Array) -> None:
+    """The same of curves with their values at the ends of parts, and at the middles, too."""
+    (below, values), (above, slopes) = f, slope
+    times, length = places[::2], float(places[-1] - places[0])
+    finite = np.isfinite(values) & np.isfinite(slopes[::2])
+    if not finite.all():
+        raise SimulationError(
+            f"Expected the {what()} finite over the time span, got NaN or infinity at t = {times[~finite][0]:.6g}."
+        )
+    size = float(np.ptp(values) + np.ptp(slopes[::2]) * length + np.abs(values).max() * 1e-9)
+    gaps = _gaps(values, slopes, np.diff(times))
+    if not gaps.max() > LEAPS * size:
+        return
+    gaps = gaps - np.array([_noise(below, above, a, b) for a, b in pairwise(times.tolist())])
+    k = int(np.argmax(gaps))
+    if not gaps[k] > LEAPS * size:
+        return
+    a, b = _closer(below, above, float(times[k]), float(times[k + 1]))
+    if _gap(below, above, a, b) > LEAPS * size + _noise(below, above, a, b):
+        jump = abs(float(np.diff(below.at(np.array([a, b])))[0]))
+        raise SimulationError(
+            f"Expected the {what()} without jumps, as it prescribes a motion, got one of {jump:.3g} at "
+            f"t = {b:.6g}: it would need an infinite force. Join the two values over a short time."
+        )
+    if np.maximum(gaps, 0).sum() > _OWN * size:
+        raise SimulationError(
+            f"Expected the derivative of the {what()} that was given to be its own, got one that misses its change by {gaps[k]:.3g} "
+            f"between t = {times[k]:.6g} and {times[k + 1]:.6g}."
+        )
+
+
+def _gaps(values: Array, slopes: Array, lengths: Array) -> Array:
+    """What the function's changes differ by from the integrals of its derivative, part by part."""
+    means = (slopes[:-1:2] + 4 * slopes[1::2] + slopes[2::2]) / 6
+    whole: Array = np.abs(np.diff(values) - lengths * means)
+    return whole
+
+
+def _gap(f: Curve, slope: Curve, a: float, b: float) -> float:
+    places = np.array([a, a + (b - a) / 2, b])
+    return float(_gaps(f.at(places[::2]), slope.at(places), np.array([b - a]))[0])
+
+
+def _noise(f: Curve, slope: Curve, a: float, b: float) -> float:
+    """What rounding may leave of the difference over a part."""
+    return _SAFE * sum(f.rounding(t) + (b - a) * slope.rounding(t) for t in (a, b))
+
+
+def _closer(f: Curve, slope: Curve, a: float, b: float) -> tuple[float, float]:
+    """The vanishing interval at which the difference stays, if it does."""
+    for _ in range(_BISECTIONS):
+        middle = (a + b) / 2
+        a, b = (a, middle) if _gap(f, slope, a, middle) >= _gap(f, slope, middle, b) else (middle, b)
+    return a, b
+
+
+def check_prescribed(eom: Equations, parameters: Mapping[Expr, Any], span: tuple[float, float]) -> None:
+    """Piecewise functions of time in positions, orientations and configuration constraints must be C¹."""
+    roots = _prescribing(eom)
+    for node, error in _torn(pieces_prescribed(eom), parameters, span):
+        # it may be smooth in what it stands in
+        if any(True for _ in _torn(_around(node, roots), parameters, span)):
+            raise error
+
+
+def pieces_prescribed(eom: Equations) -> list[Expr]:
+    """The piecewise functions of time and parameters alone in positions, orientations and configuration constraints."""
+    return _pieces(_prescribing(eom))
+
+
+def _prescribing(eom: Equations) -> tuple[Expr, ...]:
+    system = eom.system
+    return (*geometry(system.frames, system.points), *(c.expr for c in system.holonomic))
+
+
+def _torn(
+    pieces: Sequence[Expr], parameters: Mapping[Expr, Any], span: tuple[float, float]
+) -> Iterator[tuple[Expr, SimulationError]]:
+    """Those that are not C¹, and what is said of it."""
+    if not pieces:
+        return
+    slope = partial(tangent, seeds=_by_time, memo={})
+    levels = [(node, slope(node), slope(slope(node))) for node in pieces]
+    flat = [e for row in levels for e in row]
+    known: dict[Expr, Any] = {s: parameters[s] for s in free_symbols(flat) if s in parameters}
+    places = grid(span)
+    values = iter(evaluate(flat, {**known, time: places}))  # all of them at once: what they share is computed once
+    for row in levels:
+        curves = [Written(e, known) for e in row]
+        try:
+            _check_levels(row[0], curves, [next(values) for _ in row], places)
+        except SimulationError as error:
+            yield row[0], error
+
+
+def _check_levels(node: Expr, curves: Sequence[Curve], values: Sequence[Array], places: Array) -> None:
+    for k, what in enumerate(("prescribed", "velocity of the prescribed")):
+        below, above = (curves[k], values[k][::2]), (curves[k + 1], values[k + 1])
+        _check(lambda what=what: f"{what} {cut(node, 60)}", below, above, places)  # type: ignore[misc]
+
+
+def _pieces(roots: Iterable[Expr]) -> list[Expr]:
+    """The piecewise functions of time and parameters alone."""
+    known: dict[Expr, bool] = {}
+    moving: dict[Expr, bool] = {}
+    for node in postorder(roots):
+        known[node] = all(known[a] for a in node.args) and not (
+            isinstance(node, Symbol) and not isinstance(node, Time | Parameter)
+        )
+        moving[node] = isinstance(node, Time) or any(moving[a] for a in node.args)
+    return [node for node in known if _bends(node.op) and known[node] and moving[node]]
+
+
+def _bends(op: Op) -> bool:
+    return op.name in _PIECEWISE or (isinstance(op, Piecewise) and op.sides is not None)
+
+
+def _around(node: Expr, roots: Sequence[Expr]) -> list[Expr]:
+    """The largest functions of time and parameters alone that hold a node: max(0, t)² is smooth, though max(0, t) bends."""
+    known: dict[Expr, bool] = {}
+    holds: dict[Expr, bool] = {}
+    largest: dict[Expr, None] = {}
+    for e in postorder(roots):
+        known[e] = isinstance(e, Time | Parameter) if isinstance(e, Symbol) else all(known[a] for a in e.args)
+        holds[e] = e is node or any(holds[a] for a in e.args)
+        largest.update(dict.fromkeys(a for a in e.args if holds[a] and known[a] and not known[e]))
+    return list(largest | dict.fromkeys(root for root in roots if holds[root] and known[root]))
+
+
+def _by_time(leaf: Expr) -> Expr:
+    return ONE if isinstance(leaf, Time) else ZERO

@@ -1,0 +1,363 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A motion phase by phase: integrated up to an event that changes it, and on from there with what has changed."""
+
+import math
+import time
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kane.analysis.assembly import assemble
+from kane.analysis.state_checks import start_state
+from kane.dynamics.readings.regularity import undirected
+from kane.equations.equations import Equations
+from kane.errors import KaneError, KaneWarning, SimulationError
+from kane.expr.node import Expr
+from kane.model.declarations import Event
+from kane.motion.hybrid.actions import Instant, acted, leapt_over, sides
+from kane.motion.hybrid.events import at_start, up_to_a_break
+from kane.motion.inputs.breakpoints import bumps_of
+from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.feedback import HeldInput, controllers
+from kane.motion.inputs.functions import Asked, Function, Signal, warn_of_jumps
+from kane.motion.interrupts import MESSAGE, Interrupted, is_noted
+from kane.motion.methods import AUTO, check_method, chosen
+from kane.motion.native import NativeCourse
+from kane.motion.right_hand_side import timed
+from kane.motion.solution.phases import Phase, joined
+from kane.motion.solution.resumed import Begin
+from kane.motion.solution.solution import Solution
+from kane.motion.start import (
+    check_breakpoints,
+    check_events,
+    check_first_step,
+    check_longest,
+    check_mass_matrix,
+    check_rates,
+    check_regular,
+    check_steps,
+    check_tolerance,
+    massless,
+)
+from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.stepping import Course, End, Method, ended_by
+from kane.motion.steps import Stepper
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SAME_TIME
+from kane.progress import far
+
+_MOST_STEPS = 1_000_000
+_ASKED = 1025
+"""At so many times of a span a function of the user's is asked for pulses."""
+STEPS_ASKED = 256
+"""As many steps at least, where such a function names no breakpoints."""
+_TIMES = 3
+"""How many phases in a row may be no longer than rounding of the time."""
+
+
+def run(
+    eom: Equations,
+    span: tuple[float, float],
+    begin: Begin,
+    given: tuple[Mapping[Expr, float], Mapping[Expr, Function]],
+    options: Mapping[str, Any],
+    bounds: Mapping[str, Any],
+    times: Array,
+) -> Solution:
+    """A motion from values of its parameters and its inputs, `given`, on."""
+    solver, phase, t = _solver(options, bounds), Phase(*given), span[0]
+    pieces: list[Solution] = []
+    short, begun = 0, time.monotonic()
+    while True:
+        rest = solver.after(sum(p.steps for p in pieces))
+        try:
+            piece, end, now = _phase(
+                eom, (t, span[1]), begin, phase, rest, (times, options["settings"], begun), not pieces
+            )
+        except KaneError as error:
+            if not pieces:
+                raise
+            return _stopped(pieces, f"the motion does not go on after {_names(phase.by)} at t = {t:.9g}: {error}")
+        except Interrupted:  # before its first step
+            if not pieces:
+                raise KeyboardInterrupt from None
+            return _stopped(pieces, f"{MESSAGE}{t:.6g}")
+        pieces.append(piece)
+        if not _acting(end.at_once):
+            return whole(pieces)
+        before = Instant(eom, now, float(piece.t[-1]), piece.states[-1], phase)
+        short = short + 1 if before.t - t <= SAME_TIME * max(abs(before.t), span[1] - span[0]) else 0
+        try:
+            after, met, by, leaving = _changed(before, end.at_once, span[1])
+        except KaneError as error:
+            return _stopped(pieces, f"{_names(_acting(end.at_once))} cannot act at t = {before.t:.9g}: {error}")
+        # what acts twice at one instant has no rate by which to leave
+        again = short > 0 and before.t <= t and {e.name for e in end.at_once} <= {e.name for e in phase.by}
+        if leaving is None or short >= _TIMES or again:
+            return _stopped(pieces, _without_end(by, before.t, pieces))
+        t, phase = before.t, after.phase
+        q, u, a = after.parts
+        begin = Begin(q, u, None, a, float(piece.work[-1]), leaving, True, True)
+        final = end.event or next((e for e in met if e.terminal), None)
+        pieces[-1] = replace(piece, events=(*piece.events, *((e, t) for e in met)))
+        if final is not None or t >= span[1]:
+            pieces.append(_last(pieces[-1], after, final, span[1]))
+            return whole(pieces)
+
+
+def whole(pieces: Sequence[Solution]) -> Solution:
+    """The motion that the phases make."""
+    made: Solution = joined(pieces) if len(pieces) > 1 else pieces[0]
+    return made
+
+
+def _changed(
+    before: Instant, at_once: Sequence[Event], end: float
+) -> tuple[Instant, list[Event], list[Event], dict[str, float] | None]:
+    """The instant after the actions, the events that it leaps across, those that acted, and where the quantities go."""
+    own = {e.name: e for e in before.first.system.events}
+    done = [own[e.name] for e in at_once if e.name in own]
+    now, by, met, after = _acting(done), list[Event](), list[Event](), before
+    met_here = list(done)
+    while now:
+        prior, after = after, acted(after, now, end)
+        by += now
+        others = [e for e in own.values() if e not in done]
+        quantities = [e.quantity for e in others]
+        leapt = (
+            leapt_over(others, np.array(prior.values(quantities)), np.array(after.values(quantities))) if others else []
+        )
+        met += leapt
+        done += leapt
+        now = _acting(leapt)
+    after = replace(after, phase=replace(after.phase, by=tuple(by)))
+    leaving = sides(before, after, met_here)
+    return after, met, by, None if leaving is None else dict.fromkeys([e.name for e in met], 0.0) | leaving
+
+
+def _acting(events: Sequence[Event]) -> list[Event]:
+    """Those that change the motion."""
+    return [e for e in events if e.then is not None]
+
+
+def _names(events: Sequence[Event]) -> str:
+    return " and ".join(f"the event {e.name!r}" for e in events)
+
+
+def _without_end(by: Sequence[Event], t: float, pieces: Sequence[Solution]) -> str:
+    """What is said of events that act ever faster."""
+    names = {e.name for e in by}
+    count = sum(e.name in names for p in pieces for e, _ in p.events)
+    return (
+        f"{_names(by)} acts without end at t = {t:.9g}, {count} times so far, as for a ball that bounces lower and lower: it comes to "
+        "rest there. End the motion before that by a terminal event on what becomes small, as kn.Event('rests', energy, threshold=…, "
+        "direction=-1), and go on from there with a model of rest; or let a force take the place of the event"
+    )
+
+
+def _stopped(pieces: Sequence[Solution], message: str) -> Solution:
+    return replace(whole(pieces), status="stopped", message=message, event=None)
+
+
+def _last(piece: Solution, after: Instant, final: Event | None, end: float) -> Solution:
+    """The instant after the last actions as a motion of its own."""
+    told = f"reached t = {end:g}" if final is None else piece.message
+    if final is not None and not told:
+        told = f"{final.name} at t = {after.t:.6g}: {final.message or 'terminal event'}"
+    return replace(
+        piece,
+        t=piece.t[-1:],
+        states=after.x[None, :],
+        work=piece.work[-1:],
+        samples=piece.samples[-1:],
+        phases=(after.phase,),
+        phase=piece.phase[-1:] * 0,
+        status="finished" if final is None else "event",
+        message=told,
+        event=final,
+        events=(),
+        steps=0,
+        evaluations=0,
+        segments=(),
+    )
+
+
+def _phase(
+    eom: Equations,
+    span: tuple[float, float],
+    begin: Begin,
+    phase: Phase,
+    solver: Method,
+    more: tuple[Array, Any, float],
+    first: bool,
+) -> tuple[Solution, End, Equations]:
+    """A phase of a motion, why it ended, the equations that hold there; `more`: times of samples, settings, when the clock began."""
+    times, settings, begun = more
+    constants, drives = phase.parameters, phase.inputs
+    stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
+    start = _begun(stepper, begin, constants, span[0])
+    if not first:
+        solver = replace(solver, first=None)
+    else:
+        warn_of_jumps(drives.values(), span, solver.breakpoints)
+        for event, value in zip(stepper.eom.events, stepper.now.watch(span[0], start), strict=True):
+            if not np.isfinite(value):
+                warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=4)
+    name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
+    asked = not solver.breakpoints and any(isinstance(f, Asked) for f in drives.values())
+    if asked and solver.max_step == math.inf:
+        solver = replace(solver, max_step=(span[1] - span[0]) / STEPS_ASKED)
+    solver = replace(
+        solver,
+        breakpoints=_breakpoints(solver.breakpoints, eom, drives, constants, span),
+        name=name,
+        free=solver.name == AUTO,
+    )
+    kind = NativeCourse if name in INTEGRATORS else Course
+    met, fresh = at_start(stepper.now, span[0], start, begin.fresh)
+    course = kind(stepper, solver, span, start, times, fresh)
+    course.pace.begun = begun
+    course.events += met
+    end = ended_by(up_to_a_break(met, 0.0)[1], met) or _to_its_end(course)
+    return _solution(course, end, phase), end, course.rows[-1][1]
+
+
+def _solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
+    most = bounds["max_steps"]
+    return Method(
+        check_method(options["method"]),
+        check_tolerance("rtol", options["rtol"]),
+        check_tolerance("atol", options["atol"]),
+        _MOST_STEPS if most is None else check_steps(most),
+        check_longest("max_step", "length", "step", options["max_step"]),
+        check_breakpoints(options["breakpoints"]),
+        check_longest("max_seconds", "time", "time by the clock", bounds["max_seconds"]),
+        first=check_first_step(bounds["first_step"], options["max_step"], options["method"]),
+        bounded=most is not None,
+    )
+
+
+def _begun(stepper: Stepper, begin: Begin, constants: Mapping[Expr, float], t0: float) -> Array:
+    """The start, whole and admissible; sampled controllers have been asked there."""
+    drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
+    given = {"parameters": dict(constants), "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}
+    first = (
+        start_state(stepper.first, begin.q, begin.u, begin.states)
+        if begin.whole
+        else _start(stepper.first, begin, given, t0)
+    )
+    for held in controllers(stepper.now.drives):
+        held.due(t0, first)
+    return _admissible(stepper, t0, np.append(first, begin.work))
+
+
+def _at_start(drive: Any, t: float) -> float:
+    """An input where the state is sought: what follows from the state moves nothing, and is left out."""
+    return 0.0 if getattr(drive, "of_state", False) or isinstance(drive, HeldInput) else float(drive(t))
+
+
+def _breakpoints(
+    given: tuple[float, ...],
+    eom: Equations,
+    drives: Mapping[Expr, Function],
+    constants: Mapping[Expr, float],
+    span: tuple[float, float],
+) -> tuple[float, ...]:
+    """Those given, and those that rates and inputs are known to have."""
+    own = [f.breakpoints(span) for f in drives.values() if isinstance(f, Formula | Signal)]
+    own += [tuple(_asked_bumps(f, span)) for f in drives.values() if isinstance(f, Asked)]
+    own += [tuple(held.instants(span[1])) for held in controllers(tuple(drives.values()))]
+    return tuple(sorted({*given, *eom.numeric().value(timed).breakpoints(constants, span)}.union(*own)))
+
+
+def breakpoints_of(solution: Solution, given: Sequence[float]) -> tuple[float, ...]:
+    """The breakpoints of the first phase of a motion, with those given."""
+    phase, span = solution.phases[0], (float(solution.t[0]), float(solution.t[-1]))
+    return _breakpoints(tuple(given), solution.equations, phase.inputs, phase.parameters, span)
+
+
+def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
+    """The pulses of a function of the user's."""
+    found = bumps_of(lambda times: np.array([function(t) for t in times.tolist()]), span, _ASKED)
+    return {t for t in found if span[0] < t < span[1]}
+
+
+def _to_its_end(course: Course | NativeCourse) -> End:
+    try:
+        while not is_noted():
+            end = course.advance()
+            if end is not None:
+                return end
+            far(course.far)
+    except Interrupted:
+        pass
+    return course.interrupted()
+
+
+def _start(eom: Equations, begin: Begin, at: dict[str, Any], t0: float) -> Array:
+    """(q, u, a), what is left out solved for where there are constraints; u = Y q̇ + z of rates."""
+    q, u = begin.q, begin.u
+    if eom.constraints.constraints or begin.rates is not None:
+        try:
+            assembled = assemble(eom, q=q, u=u, rates=begin.rates, **at, t=t0)
+        except SimulationError as error:
+            if not begin.goes_on:
+                raise
+            raise SimulationError(
+                f"Expected start= whose end satisfies the constraints with the values given now, got one that does not. {error} Leave "
+                "those values as they were, or begin anew from an assembled state: kn.assemble(eom, q={…}), then q= and u=."
+            ) from error
+        q, u = assembled.q, assembled.u
+    return start_state(eom, q, u, begin.states)
+
+
+def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
+    """The start moved onto the constraints; the model holds there, and the rates are finite."""
+    stepper.regularize(t0, y)
+    check_regular(stepper.eom, stepper.now.values(t0, y), t0)
+    start, numbers = stepper.keep(t0, y)
+    stepper.settle(t0, start, numbers)
+    check_events(stepper.eom, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
+    names = stepper.now.rates.labels[:-1]
+    constants: dict[Expr, float] = dict(zip(stepper.first.parameters, stepper.now.p.tolist(), strict=True))
+    rates = stepper.rate(t0, start)
+    if stepper.kinks is not None:
+        stepper.kinks.check_start(t0, start[:-1], (stepper.now.p, stepper.now.inputs(t0, start)), rates[:-1])
+    check_rates(
+        names,
+        rates,
+        t0,
+        lambda: stepper.now.explain(t0, start) + massless(stepper.first, constants),
+        lambda: undirected(stepper.now.eom.solved, stepper.now.values(t0, start)),
+    )
+    check_mass_matrix(stepper.eom, stepper.now.values(t0, start), t0)
+    return start
+
+
+def _solution(course: Course | NativeCourse, end: End, phase: Phase) -> Solution:
+    stepper, method = course.stepper, course.method
+    states = np.array([y for y, _ in course.rows])
+    return Solution(
+        stepper.first,
+        np.array(course.t),
+        states[:, :-1],
+        states[:, -1],
+        phase.parameters,
+        phase.inputs,
+        end.status,
+        end.message,
+        end.event,
+        tuple(sorted([*course.events, *stepper.changes], key=lambda pair: pair[1])),
+        course.steps,
+        course.evaluations,
+        tuple(stepper.segments),
+        tuple(eom for _, eom in course.rows) if stepper.segments else (),
+        rtol=method.rtol,
+        atol=method.atol,
+        method=course.name,
+        phases=(phase,),
+        phase=np.zeros(len(course.t), dtype=np.int64),
+    )

@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The equations of a motion, compiled: (q̇, u̇, ȧ, P) as a function of (t, y), y = (q, u, a, ∫P dt), what is watched, and the Jacobian.
+
+∂(q̇, u̇, P)/∂(q, u, ∫P dt), for methods that solve for a step, is exact: written out entry by entry where that is short, of large
+systems as products with all unit vectors in one native loop, whose code is as long as a few right-hand sides.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.dynamics.readings.regularity import with_regular_rates
+from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.slopes import forward, slopes
+from kane.equations.equations import Equations
+from kane.equations.routines import along, ports, rate_names
+from kane.expr.differentiation import tangent, weighted
+from kane.expr.node import ONE, Expr, postorder
+from kane.expr.symbols import Symbol, time
+from kane.motion.inputs.breakpoints import Clock, clock
+from kane.motion.inputs.expressions import SharedLaw, law_ports, turning_laws
+from kane.motion.inputs.feedback import value
+from kane.motion.inputs.functions import following, follows, law_and, law_of
+from kane.motion.switches import switches
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.projection import least_constraint
+from kane.numeric.rank import Mixed
+from kane.program.bundle import Bundle, Shaped
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.entry import entry, hoisted
+from kane.program.native.machine import Settings
+from kane.program.program import Port
+
+Given = dict[str, Any]
+"""Arrays, integers and routines by the names of a kernel's arguments."""
+
+
+def rates(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """(q̇, u̇, ȧ, P)."""
+    roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
+    return Bundle("motion", ports(eom.derived), _parts, {"rates": roots}, [*rate_names(eom.derived), "P"])
+
+
+def timed(eom: Equations) -> Clock:
+    """What of the rates turns at times, or may be a pulse."""
+    return clock(rates(eom).task.roots)
+
+
+def watched(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """The events' quantities."""
+    roots = without_unknowns(eom.solved, [e.quantity for e in eom.events])
+    return Bundle("events", ports(eom.derived), _parts, {"events": roots}, [e.name for e in eom.events])
+
+
+def switched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
+    """The quantities of the loads' switches, and `more` of the laws of inputs."""
+    roots = [*without_unknowns(eom.solved, jumping(eom)), *more]
+    return Bundle("switches", law_ports(eom, more), _parts, {"switches": roots}, list(map(str, range(len(roots)))))
+
+
+def jumping(eom: Equations, laws: Sequence[Expr] = ()) -> list[Expr]:
+    """The quantities at which loads jump, then those at which laws of inputs do."""
+    found = [*switches(eom), *switches(eom, laws)] if laws else switches(eom)
+    return list(dict.fromkeys(s.quantity for s in found if s.jumps))
+
+
+def _parts(*parts: Array) -> tuple[Array, ...]:
+    return parts
+
+
+class Unembedded(NamedTuple):
+    """q̇, f and Ȧ u + ḃ: what the accelerations of least size are made of."""
+
+    rates: Array
+    forcing: Array
+    drift: Array
+
+
+def unembedded(eom: Equations) -> Bundle[Unembedded]:
+    """q̇, f and Ȧ u + ḃ as functions of the state."""
+    groups = {"rates": eom.rates, "forcing": eom.forcing, "drift": eom.constraints.drift}
+    plain = {name: without_unknowns(eom.solved, roots) for name, roots in groups.items()}
+    return Bundle("unembedded", ports(eom.derived), Unembedded, plain)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Routines:
+    """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u, a).
+
+    `numbers` are those of the inputs that are expressions, and of the quantities at which they switch.
+    """
+
+    eom: Equations
+    p: Array
+    drives: tuple[Callable[[Any], Any], ...]
+    settings: Settings | None
+    width: int
+    rates: CompiledRoutine
+    events: CompiledRoutine | None
+    switches: CompiledRoutine | None = None
+    numbers: tuple[float, ...] = ()
+
+    @property
+    def laws(self) -> tuple[Expr, ...]:
+        """The inputs that are expressions of the state with switches in them."""
+        return turning_laws(self.drives)
+
+    def inputs(self, t: float, y: Array) -> Array:
+        """Values of the inputs."""
+        return np.array([value(f, t, y[: self.width]) for f in self.drives])
+
+    def inputs_all(self, t: Array, y: Array) -> Array:
+        """Values of the inputs (k × inputs) at times (k) and states (k × n)."""
+        return np.array([self.inputs(s, row) for s, row in zip(t, y, strict=True)])
+
+    def rate(self, t: float, y: Array) -> Array:
+        """(q̇, u̇, P)."""
+        return self.rates(t, y[: self.width], self.p, self.inputs(t, y) if self.drives else None)
+
+    def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array, mix: Mixed | None = None) -> Array:
+        """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
+        routine = self.eom.numeric(self.settings).routine(unembedded)
+        q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t, y))
+        rest = self.rate(t, y)[len(q_dot) + len(f) :]
+        return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), rest])
+
+    def watch(self, t: float, y: Array) -> Array:
+        """The events' quantities."""
+        return np.zeros(0) if self.events is None else self._at(self.events, t, y)
+
+    def watch_all(self, t: Array, y: Array) -> Array:
+        """The events' quantities (k × events) at times (k) and states (k × n)."""
+        return np.zeros((len(t), 0)) if self.events is None else self._at_all(self.events, t, y)
+
+    def switch(self, t: float, y: Array) -> Array:
+        """The quantities of the loads' switches, of which there are some."""
+        assert self.switches is not None
+        return self._at(self.switches, t, y)
+
+    def switch_all(self, t: Array, y: Array) -> Array:
+        """The quantities of the loads' switches (k × switches) at times (k) and states (k × n)."""
+        assert self.switches is not None
+        return self._at_all(self.switches, t, y)
+
+    def _at(self, routine: CompiledRoutine, t: float, y: Array) -> Array:
+        return routine(t, y[: self.width], self.parameters(routine), self.inputs(t, y) if self.drives else None)
+
+    def parameters(self, routine: CompiledRoutine) -> Array:
+        """What a routine takes as p: the parameters of the equations, and as many of the numbers of the inputs as it asks for."""
+        wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
+        return self.p if wanted == len(self.p) else np.append(self.p, self.numbers)[:wanted]
+
+    def _at_all(self, routine: CompiledRoutine, t: Array, y: Array) -> Array:
+        return routine(t, y[:, : self.width], self.parameters(routine), self.inputs_all(t, y))
+
+    def values(self, t: float, y: Array) -> dict[Expr, Any]:
+        """A number for every symbol of the equations."""
+        eom = self.eom
+        symbols = (time, *eom.state, *eom.parameters, *eom.inputs)
+        return dict(zip(symbols, [t, *y[: self.width], *self.p, *self.inputs(t, y)], strict=True))
+
+    def explain(self, t: float, y: Array) -> str:
+        """What is not finite first."""
+        return self.rates.explain(t, y[: self.width], self.p, self.inputs(t, y))
+
+
+def routines(
+    eom: Equations,
+    p: Array,
+    drives: Sequence[Callable[[Any], Any]],
+    settings: Settings | None,
+    *others: Callable[[Equations], Bundle[Any]],
+) -> Routines:
+    """The equations compiled, and the bundles of `others` with them in one module."""
+    numeric, width = eom.numeric(settings), len(eom.state)
+    events = [watched] if eom.events else []
+    own, jumps = jumping(eom), jumping(eom, turning_laws(drives))
+    numeric.compile(rates, *events, *([switched] if own and len(jumps) == len(own) else []), *others)
+    law = law_and(drives, eom.inputs, jumps[len(own) :])
+    quantities = numeric.routine(watched).flat if events else None
+    sides = numeric.routine(switched, *law.values[len(eom.inputs) :]).flat if jumps else None
+    own_rates = numeric.routine(rates).flat
+    return Routines(eom, p, tuple(drives), settings, width, own_rates, quantities, sides, law.numbers)
+
+
+_STEP = 2.0**-24
+"""Share by which inputs and states are moved for differences."""
+_LONG = 40_000
+"""Operations of the right-hand side times states from which on entries are not written out."""
+
+
+def _first(x: Array) -> Array:
+    return x
+
+
+def entries(eom: Equations) -> Bundle[Array]:
+    """∂(q̇, u̇, P)/∂(q, u)."""
+    return _written(eom, "slopes", _slopes(eom, eom.state))
+
+
+def closed(eom: Equations, *values: Expr) -> Bundle[Array]:
+    """The same where inputs are these expressions of the state: with what they change."""
+    x, r = eom.state, eom.inputs
+    own, by_input = _slopes(eom, x), _slopes(eom, r)
+    gained = [[tangent(value, {s: ONE}, at_rest=True) for s in x] for value in values]
+    for i in range(len(x) + 1):
+        for j in range(len(x)):
+            for k in range(len(r)):
+                own[i * len(x) + j] += by_input[i * len(r) + k] * gained[k][j]
+    return _written(eom, "closed", own, law_ports(eom, values))
+
+
+def _slopes(eom: Equations, symbols: Sequence[Symbol]) -> list[Expr]:
+    power = without_unknowns(eom.solved, [eom.power])
+    return [*slopes(eom.solved, symbols).entries, *weighted(power, [ONE], symbols)]
+
+
+def _written(eom: Equations, name: str, roots: list[Expr], own: Sequence[Port] = ()) -> Bundle[Array]:
+    n = len(eom.state)
+    return Bundle(name, own or ports(eom.derived), _first, {"x": Shaped((n + 1, n), _regular(eom, roots))})
+
+
+def products(eom: Equations) -> Bundle[Array]:
+    """The same times v."""
+    x, power = eom.state, without_unknowns(eom.solved, [eom.power])
+    v = along("v", x)
+    seeds: dict[Expr, Expr] = dict(zip(x, v, strict=True))
+    roots = [*forward(eom.solved, x, v), *(tangent(p, seeds, at_rest=True) for p in power)]
+    own = (*ports(eom.derived), Port("v", v, noun="direction"))
+    return Bundle("products", own, _first, {"x": Shaped((len(x) + 1,), _regular(eom, roots))})
+
+
+def _regular(eom: Equations, roots: list[Expr]) -> tuple[Expr, ...]:
+    return tuple(with_regular_rates(eom.solved, roots))
+
+
+def by_inputs(now: Routines, t: float, x: Array) -> Array:
+    """∂(q̇, u̇, P)/∂r, in which rates are affine as loads are; else differences that steer well enough."""
+    r = now.inputs(t, x)
+    own = now.rates(t, x, now.p, r)
+    steps = np.maximum(np.abs(r), np.abs(r).max(initial=0) or 1.0) * _STEP
+    return np.column_stack(
+        [(now.rates(t, x, now.p, r + h * e) - own) / h for h, e in zip(steps, np.eye(len(r)), strict=True)]
+    )
+
+
+def gains(now: Routines, t: float, x: Array) -> Array:
+    """∂r/∂x of inputs that are functions of the state, by differences."""
+    r = now.inputs(t, x)
+    steps = np.maximum(np.abs(x), np.abs(x).max(initial=0) or 1.0) * _STEP
+    return np.column_stack([(now.inputs(t, x + h * e) - r) / h for h, e in zip(steps, np.eye(len(x)), strict=True)])
+
+
+def is_long(now: Routines) -> bool:
+    """Whether J is taken as products."""
+    return now.eom.operations.total * now.width > _LONG
+
+
+def pattern(now: Routines) -> Mask | None:
+    """Which entries of J may be other than zero: those of symbols that rates hold; None where inputs follow from the state."""
+    if any(getattr(f, "of_state", False) for f in now.drives):
+        return None
+    return now.eom.numeric(now.settings).value(_held)
+
+
+def _held(eom: Equations) -> Mask:
+    place = {s: 1 << k for k, s in enumerate(eom.state)}
+    roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
+    held: dict[Expr, int] = {}
+    for node in postorder(roots):
+        own = place.get(node, 0)  # type: ignore[call-overload]  # most nodes are no symbols
+        for part in node.args:
+            own |= held[part]
+        held[node] = own
+    n = len(eom.state)
+    whole = np.zeros((n + 1, n + 1), dtype=bool)
+    whole[:, :n] = [[bool(held[root] >> k & 1) for k in range(n)] for root in roots]
+    return whole
+
+
+def derivatives(now: Routines, t: float, y: Array, law: SharedLaw | None) -> Given:
+    """What a kernel is told of J."""
+    numeric, long, p = now.eom.numeric(now.settings), is_long(now), now.p
+    if law is not None and follows(now.drives):
+        routine, p = numeric.routine(closed, *law.values).flat, law.parameters(p)
+    else:
+        routine = numeric.routine(products if long else entries).flat
+    at = t, y[: now.width], p, now.inputs(t, y)
+    own, none = entry(routine), entry(now.rates)
+    given: Given = {"long": int(long), "jac": none if long else own, "along": own if long else none}
+    return given | {"hj": hoisted(routine, *at, *([np.zeros(now.width)] if long else []))}
+
+
+def exact(now: Routines) -> Callable[[float, Array], Array]:
+    """J(t, y). What has no derivative at a state, as a root that ends there, counts as not changing: steps are judged without J."""
+    eom, n = now.eom, now.width
+    numeric, unit = eom.numeric(now.settings), np.eye(n)
+    long = is_long(now)
+
+    def by_entries(t: float, x: Array) -> Array:
+        return numeric.routine(entries)(t, x, now.p, now.inputs(t, x))
+
+    def by_products(t: float, x: Array) -> Array:
+        return numeric.routine(products)(t, x, now.p, now.inputs(t, x), unit).T
+
+    def by_law(t: float, x: Array) -> Array:
+        return by_values(t, x, p, now.inputs(t, x))
+
+    law = None if long or not follows(now.drives) else law_of(now.drives, now.eom.inputs)
+    if law is not None:
+        by_values, p = numeric.routine(closed, *law.values), law.parameters(now.p)
+    by_law_alone = not law and following(now.drives)
+
+    def j(t: float, y: Array) -> Array:
+        whole = np.zeros((n + 1, n + 1))
+        found = (by_law if law else by_products if long else by_entries)(t, y[:n])
+        if by_law_alone:
+            found = found + by_inputs(now, t, y[:n]) @ gains(now, t, y[:n])
+        whole[:, :n] = np.where(np.isfinite(found), found, 0.0)
+        return whole
+
+    return j

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`simulate`: integrate the compiled equations of motion, in machine code or by SciPy's solvers and SUNDIALS'; and its warnings."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.readings.values import parameter_values
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import State, state_of
+from kane.errors import KaneWarning, SimulationError
+from kane.expr.evaluation import evaluate
+from kane.model.beams.beam import Beam
+from kane.model.beams.doubts import doubts
+from kane.motion.inputs.expressions import own_parameters
+from kane.motion.inputs.functions import input_functions
+from kane.motion.inputs.smooth import check_prescribed
+from kane.motion.interrupts import check_whole, noted
+from kane.motion.loop import STEPS_ASKED, breakpoints_of, run
+from kane.motion.methods import AUTO
+from kane.motion.solution.accuracy import variational_errors
+from kane.motion.solution.checks import check_drifts, checking_functions
+from kane.motion.solution.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
+from kane.motion.solution.solution import Solution
+from kane.motion.start import check_masses, check_span, check_witnesses, sample_times
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SAME_TIME
+from kane.program.native.machine import Settings
+from kane.progress import working
+
+
+def simulate(
+    eom: Equations,
+    span: tuple[float, float] | float,
+    *,
+    q: Mapping[Any, float] | Sequence[float] | Array | None = None,
+    u: Mapping[Any, float] | Sequence[float] | Array | None = None,
+    rates: Mapping[Any, float] | Sequence[float] | Array | None = None,
+    start: Solution | State | None = None,
+    parameters: Mapping[Any, float] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    t: float | None = None,
+    method: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    samples: int | Sequence[float] = 501,
+    max_steps: int | None = None,
+    max_step: float | None = None,
+    first_step: float | None = None,
+    breakpoints: Sequence[float] | None = None,
+    max_seconds: float | None = None,
+    settings: Settings | None = None,
+    check: Sequence[Any] = (),
+    states: Mapping[Any, float] | Sequence[float] | Array | None = None,
+) -> Solution:
+    """The motion from `span[0]` to `span[1]` (s).
+
+    The power of the loads without a potential is integrated with the state, so that `sol.energy_check` holds the integration to
+    the energy; a motion that does not keep it warns. Terminal events of the system end the motion; where the right-hand side becomes
+    infinite or NaN, or a constraint cannot be kept, it stops, and the solution holds what there is.
+
+    Parameters
+    ----------
+    eom : Equations
+    span : (float, float), or the end alone where the motion goes on from `start`
+    q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
+    rates : the rates of the coordinates at the start, by coordinate, in place of `u`
+    start : a `kn.State`, in place of q, u, states, parameters, inputs and t; or a motion to go on from: from its end and with its
+        work, parameters, inputs, tolerances and, unless it comes from a file, its other options, so far as none are given here. Its
+        equations may have other loads and constraints, if bodies and speeds are the same. `sol + more` is the whole
+    parameters : values by symbol or name; those left out take their defaults
+    inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
+        f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
+    t : the time of the start values, if they come with one: the span must begin there
+    method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "tsitpap8", "vern9", "tsit5", for stiff
+        equations "radau9", and at steps of the length max_step "rk4" and the symplectic "midpoint"), one of SciPy's "RK23", "RK45",
+        "DOP853", "Radau", "BDF", "LSODA", or "cvode" of SUNDIALS, for stiff equations (`pip install 'kane[stiff]'`). "auto" takes
+        machine code where constraints do not bend and no tables jump; `sol.method` says which ran
+    rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds; 1e-9 unless told
+    samples : how many evenly spaced times to return, or the times; the start and the end always come too
+    max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
+    max_seconds : after what time by the clock to stop
+    max_step : the longest step (s): what an input does within an eighth of a step may be leapt over; where inputs are functions in
+        Python and no breakpoints are named, 1/256 of the span unless told
+    first_step : the length of the first step (s); unless told, one over which an Euler step and the change of rates are small
+    breakpoints : times at which loads or inputs jump or switch: steps end there, and begin anew
+    settings : how to compile
+    states : start values of further states, by symbol or name, or in the order of `eom.states`; those left out take their defaults
+    check : integrals, such as `eom.integrals`, and expressions that must stay constant: a motion along which one does not warns
+
+    Raises
+    ------
+    ValueMissingError
+        if a start value, parameter or input is missing or unknown
+    SimulationError
+        if the start is not admissible, or the integration fails
+    """
+    check_equations(eom)
+    checking_functions(eom.derived, check)
+    if isinstance(start, State):
+        at = state_of(start, q=q, u=u, states=states, parameters=parameters, inputs=inputs, t=t)
+        q, u, parameters, inputs, t, states = at.in_order
+        start, t = None, t or None
+    begin, span = begin_of(
+        start, {"q": q, "u": u, "rates": rates, "states": states, "parameters": parameters, "inputs": inputs}, span
+    )
+    _check_time(t if start is None else float(start.t[-1]), *(span := check_span(span)))
+    steps = {"max_step": max_step, "breakpoints": breakpoints, "settings": settings}
+    options = told({"method": method, "rtol": rtol, "atol": atol, **steps}, start)
+    bounds = {"max_steps": max_steps, "max_seconds": max_seconds, "first_step": first_step}
+    values = inherited_parameters(eom, start, parameters)
+    constants = parameter_values(eom.system, values)
+    check_masses(eom, constants)
+    check_witnesses(eom, constants)
+    known = own_parameters(values) | constants
+    law = inherited_inputs(eom, None if start is None else last_phase(start), inputs, known)
+    drives = input_functions(eom, law, span, known)
+    if start is not None:
+        check_fits(eom, start, drives, constants)
+        begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
+    check_prescribed(eom, constants, span)
+    with working("Simulating"), noted():
+        solution = run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
+    given = {"parameters": values, "inputs": law, "first_step": first_step} | {
+        name: options[name] for name in ("breakpoints", "settings", "max_step")
+    }
+    _check_kept(solution := repeatable(solution, start, given), check)
+    return replace(solution, _options=options)
+
+
+def _check_time(t: float | None, t0: float, t1: float) -> None:
+    """Start values of a time `t` begin a span there."""
+    if t is not None and abs(t0 - t) > SAME_TIME * max(abs(t0), abs(t1)):
+        raise SimulationError(
+            f"Expected a span that begins at the time of the start values, t = {t:.9g}, got one from {t0:.9g}. Begin it there, or "
+            "take start values that hold at its beginning."
+        )
+
+
+def repeatable(solution: Solution, start: Solution | None, given: dict[str, Any]) -> Solution:
+    """It with what takes it once more, from its beginning or the end of `start`."""
+    return replace(solution, _again=partial(_again, solution, start, given))
+
+
+def _again(
+    solution: Solution,
+    start: Solution | None,
+    given: dict[str, Any],
+    samples: Array | None = None,
+    variational: bool = False,
+    **more: Any,
+) -> Solution | Array:
+    """The same motion once more: at other times, or finer, at other tolerances; or its errors by the variational equations."""
+    if variational:
+        return variational_errors(solution, breakpoints_of(solution, given["breakpoints"] or ()), given["settings"])
+    if samples is None:
+        given = _finer(solution, given)
+    else:
+        more |= {"rtol": solution.rtol, "atol": solution.atol}
+    # where others have led on, "auto" finds them again
+    method = AUTO if ", " in solution.method else solution.method
+    begin: dict[str, Any] = (
+        {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0]} if start is None else {"start": start}
+    )
+    times = np.unique(solution.t if samples is None else samples).tolist()
+    with warnings.catch_warnings():  # of what is wrong with the motion it has warned
+        warnings.simplefilter("ignore", KaneWarning)
+        span = float(solution.t[0]), float(solution.t[-1])
+        found: Solution = check_whole(
+            simulate(solution.equations, span, samples=times, method=method, **begin, **given, **more)
+        )
+        return found
+
+
+def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
+    """With a longest step that is half as long, as it may be what limits steps."""
+    longest = given["max_step"]
+    if longest is None and any(map(callable, (given["inputs"] or {}).values())):
+        longest = (solution.t[-1] - solution.t[0]) / STEPS_ASKED
+    if longest is not None:
+        longest = float(longest) / 2
+        first = given["first_step"]
+        given = given | {"max_step": longest, "first_step": first if first is None else min(first, longest)}
+    return given
+
+
+def _check_kept(solution: Solution, functions: Sequence[Any]) -> None:
+    """Warn of an energy, or another function, that changes along the motion though it should not."""
+    if solution.status != "stopped" and not solution.keeps_energy:
+        warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=3)
+    if functions:
+        check_drifts(solution.checking_functions(functions), solution.rtol)
+    warn_of_beams(solution)
+
+
+def _wrong_energy(solution: Solution) -> str:
+    check = solution.energy_check
+    return (
+        f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of what there is at "
+        f"t = {check.at:.4g} s: the motion is not to be trusted from about there on. Tighten rtol= and atol= from {solution.rtol:g} "
+        f"and {solution.atol:g}, choose another method=, or look for what switches or becomes singular on the way."
+    )
+
+
+_STEEPEST = 0.4
+"""Slopes up to which beams are followed. The strain energy is quadratic in v'' in both forms: a force at the tip that makes this slope
+bends a cantilever 7 % further than the elastica, with an error that grows as the square of the slope."""
+
+
+def warn_of_beams(solution: Solution) -> None:
+    """Warn of beams that spin faster, or bend further, than what they are declared with has it."""
+    for beam in solution.equations.system.bodies:
+        if isinstance(beam, Beam):
+            for said, category in doubts(beam, _spin(solution, beam), solution.parameters):
+                warnings.warn(said, category, stacklevel=4)
+            slope = _slope(solution, beam)
+            if beam.deformation.stiffening and slope > _STEEPEST:
+                warnings.warn(
+                    f"Expected deflections of {beam.name} with slopes below {_STEEPEST:g}, as its strain energy has it, got "
+                    f"{slope:.3g}: the motion is that of another beam from about there on. Divide the beam into several.",
+                    KaneWarning,
+                    stacklevel=4,
+                )
+
+
+def _spin(solution: Solution, beam: Beam) -> float:
+    """The largest angular speed of the beam's frame across its axis (rad/s)."""
+    root = beam.frame.root()
+    if root is beam.frame:
+        return 0.0
+    w = beam.frame.angular_velocity(root)
+    along = w.dot(beam.deformation.axis)
+    whole, axial = (np.asarray(x) for x in solution[[w.dot(w), along]])
+    across = whole - axial**2
+    return float(np.sqrt(np.max(across, initial=0.0, where=np.isfinite(across))))
+
+
+def _slope(solution: Solution, beam: Beam) -> float:
+    """The largest slope dv/dx of the deflections."""
+    length, steepest = float(evaluate(beam.length, solution.parameters)), 0.0
+    for f in beam.deformation.bending:
+        slopes = f.shapes.evaluate(np.linspace(0, 1, 17), 1) @ np.array(solution[list(f.coordinates)]) / length
+        steepest = max(steepest, float(np.max(np.abs(slopes), initial=0.0, where=np.isfinite(slopes))))
+    return steepest

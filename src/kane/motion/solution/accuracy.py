@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How exact a motion is: what becomes of it at a tenth of its tolerances, or at half its steps; or by its variational equations.
+
+With x̂ the motion's states and φ the flow of the equations, δ = x̂(tᵢ₊₁) − φ(x̂(tᵢ)) is what it missed between two samples, and the
+error e = x̂ − x goes on as e(tᵢ₊₁) = Φ e(tᵢ) + δ to first order in e, where Φ solves Φ′ = J Φ along φ, J = ∂ẋ/∂x (Hairer, Nørsett &
+Wanner 1993, sec. I.14). Both are stepped together, at a thousandth of the motion's tolerances.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import ArgumentError, Attributes, SimulationError, cut, none_of
+from kane.motion.inputs.breakpoints import next_end, on_from
+from kane.motion.inputs.expressions import turning_laws
+from kane.motion.inputs.feedback import controllers
+from kane.motion.right_hand_side import Routines, exact, routines
+from kane.motion.solution.phases import Parts
+from kane.motion.switches import has_jumps
+from kane.numeric.arrays import Array
+from kane.numeric.scale import NEAR_TIME, ROUNDED
+from kane.program.native.machine import Settings
+
+REPEATED, VARIATIONAL = "repeated", "variational"
+"""How errors are estimated."""
+_TENTH = 0.1
+_SHARES = {"rk4": 16 / 15, "midpoint": 4 / 3}
+"""The error, over what half the step changes, of methods of fixed steps."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Accuracy(Attributes):
+    """The errors of coordinates and speeds along a motion, as far as a second motion or variational equations show them.
+
+    Attributes
+    ----------
+    t : times (n) of samples, of a second motion those that both have
+    errors : absolute errors there (n × (coordinates + speeds)), in their units
+    largest : the largest of each, by name
+    relative : the largest error over the largest size of its own coordinate or speed
+    worst : the name of that coordinate or speed
+    at : when (s)
+    """
+
+    t: Array
+    errors: Array
+    largest: dict[str, float]
+    relative: float
+    worst: str
+    at: float
+
+    def __repr__(self) -> str:
+        return f"Accuracy({self.relative:.1e} of {self.worst} at t = {self.at:.4g} s)"
+
+
+def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accuracy:
+    """See Solution.accuracy."""
+    if method not in (REPEATED, VARIATIONAL):
+        raise ArgumentError(f"Expected method to be one of {none_of((REPEATED, VARIATIONAL), method)}")
+    if again is None or isinstance(again, Parts):
+        raise SimulationError(
+            "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
+            "the values at the samples alone are known, or joined. Simulate it here, or ask each part."
+        )
+    if method == VARIATIONAL:
+        return _told(motion, motion.t, np.abs(again(variational=True)))
+    share = _SHARES.get(motion.method, 1.0)
+    if share != 1.0:
+        finer = again()
+    elif motion.rtol * _TENTH < ROUNDED:
+        raise SimulationError(
+            f"Expected a motion with rtol of {ROUNDED / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
+            "that differs. Compare it with a motion by another method."
+        )
+    else:
+        finer = again(rtol=motion.rtol * _TENTH, atol=motion.atol * _TENTH)
+    # where a phase begins there are two values, and the other motion has its own such time
+    _, _, there = np.intersect1d(np.setdiff1d(motion.t, motion.t[motion.begins]), finer.t, return_indices=True)
+    here = np.searchsorted(motion.t, finer.t[there])
+    return _told(motion, motion.t[here], share * np.abs(motion.states[here] - finer.states[there]))
+
+
+def _told(motion: Any, t: Array, errors: Array) -> Accuracy:
+    """What the errors at times of samples say."""
+    sizes = np.abs(motion.states).max(axis=0)
+    ratio = np.divide(errors, sizes, out=np.where(errors > 0, np.inf, 0.0), where=sizes > 0)
+    k, i = (int(x) for x in np.unravel_index(int(np.argmax(ratio)), ratio.shape))
+    names = [s.name for s in motion.equations.state]
+    largest = dict(zip(names, errors.max(axis=0).tolist(), strict=True))
+    return Accuracy(t, errors, largest, float(ratio[k, i]), names[i], float(t[k]))
+
+
+def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
+    """See Solution.at."""
+    if again is None:
+        raise SimulationError(
+            "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
+            "the values at the samples alone are known, or joined. Simulate it here, or ask each part; or take more samples."
+        )
+    try:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    except (TypeError, ValueError) as error:
+        raise SimulationError(f"Expected a time or times of the motion, got {cut(repr(times))}.") from error
+    begin, end = float(motion.t[0]), float(motion.t[-1])
+    if wanted.ndim != 1 or not wanted.size or np.any(np.diff(wanted) <= 0):
+        raise SimulationError(
+            f"Expected a time, or increasing times, of the motion, got {cut(repr(times))}. Sort them."
+        )
+    if not (begin <= wanted[0] and wanted[-1] <= end):
+        raise SimulationError(
+            f"Expected times of the motion, from t = {begin:.9g} to {end:.9g}, got {wanted[0]:.9g} to {wanted[-1]:.9g}. What comes "
+            "after its end another motion tells: kn.simulate(eom, end, start=sol)."
+        )
+    whole = again(samples=wanted)
+    # where a phase begins there are two values: the one after it
+    places = np.searchsorted(whole.t, wanted, side="right") - 1
+    off = wanted - whole.t[np.clip(places, 0, len(whole.t) - 1)]
+    if np.any(np.abs(off) > NEAR_TIME * max(abs(begin), abs(end), end - begin)):
+        raise SimulationError(
+            f"Expected the motion to lead to t = {end:.9g} once more, got one that ends at {whole.t[-1]:.9g}: {whole.message}. "
+            "Functions that are inputs must give the same at each call."
+        )
+    return replace(
+        whole,
+        t=whole.t[places],
+        states=whole.states[places],
+        work=whole.work[places],
+        phase=whole.phase[places],
+        samples=tuple(whole.samples[k] for k in places) if whole.samples else (),
+        _again=again,
+    )
+
+
+_THOUSANDTH, _LEAST_RTOL = 1e-3, 3e-14
+"""Share of the motion's tolerances at which it is stepped again from each sample, and the least that rounding allows."""
+_STEPS = 256
+"""As many steps at least, so that none leaps over what inputs do."""
+_LOOKS, _STIFF = 9, 1e5
+"""At so many samples it is asked for the fastest rate; how often it fits into the span where an implicit method takes less time."""
+
+
+def variational_errors(motion: Any, breakpoints: Sequence[float], settings: Settings | None) -> Array:
+    """e of coordinates, speeds and further states (n × width) at the samples.
+
+    Raises
+    ------
+    SimulationError
+        if e jumps on the way, where states, ranks or loads do, or controllers are asked; if a step from a sample fails
+    """
+    _check(motion)
+    flow = _Flow(motion, sorted(breakpoints), settings)
+    errors: Array = np.zeros_like(motion.states)
+    for k in range(len(motion) - 1):
+        errors[k + 1] = flow.error(k, errors[k])
+    return errors
+
+
+def _check(motion: Any) -> None:
+    inputs = tuple(motion.phases[0].inputs.values())
+    met = {
+        "events change the state or motions are joined": len(motion.phases) > 1,
+        "the constraints lose rank": bool(motion.lost.any()),
+        "loads or inputs jump at states": has_jumps(motion.equations, turning_laws(inputs)),
+        "a sampled controller is asked": bool(controllers(inputs)),
+    }
+    told = [text for text, holds in met.items() if holds]
+    if told:
+        raise SimulationError(
+            f"Expected a motion whose error is smooth for the variational equations, got one in which {' and '.join(told)}. Take "
+            "sol.accuracy(), which repeats the motion."
+        )
+
+
+class _Flow:
+    """The equations and their variational equations, z = (x, e), stepped from sample to sample of a motion."""
+
+    def __init__(self, motion: Any, breakpoints: Sequence[float], settings: Settings | None) -> None:
+        from scipy import integrate
+
+        self.motion, self.breakpoints, self.settings = motion, breakpoints, settings
+        self.width, self.length = motion.states.shape[1], np.inf
+        self.known: dict[Equations, tuple[Routines, Callable[[float, Array], Array]]] = {}
+        self.take(0)
+        span = float(motion.t[-1] - motion.t[0])
+        stiff = max(map(self._fastest, range(0, len(motion), max(1, len(motion) // _LOOKS)))) * span > _STIFF
+        self.solver: Any = integrate.Radau if stiff else integrate.DOP853
+        self.options: dict[str, Any] = {"jac": self._twice} if stiff else {}
+        self.options |= {"rtol": max(_THOUSANDTH * motion.rtol, _LEAST_RTOL), "atol": _THOUSANDTH * motion.atol}
+        self.options["max_step"] = span / _STEPS
+
+    def take(self, k: int) -> None:
+        """The equations whose dependent speeds are determined at a sample; the flow along the constraints is the same by all."""
+        motion = self.motion
+        eom = motion.samples[k] if motion.samples else motion.equations
+        if eom not in self.known:
+            p = np.array([motion.phases[0].parameters[s] for s in eom.parameters])
+            now = routines(eom, p, tuple(motion.phases[0].inputs.values()), self.settings)
+            self.known[eom] = now, exact(now)
+        self.now, self.slopes = self.known[eom]
+
+    def _fastest(self, k: int) -> float:
+        """The largest |eigenvalue| of J at a sample."""
+        self.take(k)
+        return float(np.abs(np.linalg.eigvals(self._j(float(self.motion.t[k]), self.motion.states[k]))).max(initial=0))
+
+    def _j(self, t: float, x: Array) -> Array:
+        whole: Array = self.slopes(t, np.append(x, 0.0))
+        return whole[:-1, :-1]
+
+    def _rates(self, t: float, z: Array) -> Array:
+        x, e = z[: self.width], z[self.width :]
+        return np.concatenate([self.now.rate(t, np.append(x, 0.0))[:-1], self._j(t, x) @ e])
+
+    def _twice(self, t: float, z: Array) -> Array:
+        """J of (x, e) without what e adds by second derivatives: it steers iterations alone."""
+        return np.asarray(np.kron(np.eye(2), self._j(t, z[: self.width])), dtype=np.float64)
+
+    def error(self, k: int, e: Array) -> Array:
+        """e at the sample after the one at place k, where it is e."""
+        self.take(k)
+        t, states = self.motion.t, self.motion.states
+        at, z = float(t[k]), np.concatenate([states[k], e])
+        while at < t[k + 1]:
+            end = next_end(self.breakpoints, at, float(t[k + 1]))
+            z = self._to(at, z, end)
+            at = on_from(end) if end < t[k + 1] else end
+        return np.asarray(z[self.width :] + states[k + 1] - z[: self.width])
+
+    def _to(self, t: float, z: Array, end: float) -> Array:
+        if not end > t:
+            return z
+        first = min(self.length, end - t) if np.isfinite(self.length) else None
+        solver = self.solver(self._rates, t, z, end, first_step=first, **self.options)
+        while solver.status == "running":
+            message = solver.step()
+        if solver.status == "failed" or not np.isfinite(solver.y).all():
+            raise SimulationError(
+                "Expected equations that can be stepped at a thousandth of the motion's tolerances, got none beyond "
+                f"t = {solver.t:.6g}: {message or 'the error is not finite'}. Take sol.accuracy(), which repeats the motion."
+            )
+        self.length = solver.h_abs
+        return np.asarray(solver.y)

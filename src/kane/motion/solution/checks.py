@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What should be constant along a motion, and how far it is: E − ∫P dt, other integrals; and the work of each load.
+
+The drift D(t) = E(t) − E(0) − ∫P dt is measured at every instant by what there is then: a scale over the whole motion would hide
+behind one spike, as where two bodies all but collide, what is left wrong after it. So it is divided by the largest, at t, of K,
+|E − E(0)|, |∫P dt|, δE/rtol and the median of K and of the change of V over a tenth of the motion about t, without which every rest on
+the way would count.
+
+What little each step leaves wrong in ∫P dt adds up over a long motion, while dampers forget what steps leave wrong in the state; and
+it stays where loads have given an energy and taken it again. So D(t) is divided by a hundredth of what dampers have taken, or of the
+range of ∫P dt so far, where that is more; D from sample to sample is not.
+"""
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.derivation import Derived
+from kane.dynamics.readings.energy import depends_on_time
+from kane.dynamics.readings.integrals import Integral
+from kane.dynamics.readings.values import asked
+from kane.errors import ArgumentError, KaneWarning, cut
+from kane.expr.immutable import Immutable
+from kane.expr.node import Expr
+from kane.expr.size import Sizes, size
+from kane.model.loads import Load
+from kane.motion.solution.phases import Indices, leaps
+from kane.numeric.arrays import Array
+from kane.numeric.scale import EPS
+
+_PARTS = 10
+"""The scale of an instant is read off a window of this part of the motion on either side of it."""
+_WINDOWS = 12
+_STEPS, _DIGITS, _MOST = 1e3, 1e-5, 0.1
+"""How many relative tolerances may be missed, and the shares of the scale below and above which none is asked for."""
+_SHARP = 0.1
+_TAKEN, _SURE = 0.01, 20
+"""Share of the work done beside which D(t) is measured, and samples that tell a damper from a spring."""
+_ROUNDING = 64 * EPS
+"""Share of K and V that is left of their sum by rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyCheck:
+    """How well E − ∫P dt stayed constant.
+
+    `drift` is the largest |D| with D = E − E(0) − ∫P dt, `relative` the largest of |D| over the scale of its instant, or a hundredth
+    of what was taken or exchanged, and of the change of D between samples over the scale alone; `at` is that instant (s). `scale` is
+    the largest, over the motion, of |E − E(0)|, K, |∫P dt| and δE/rtol. δE is what the absolute tolerance leaves open: the change of
+    E with coordinates and speeds off by `atol`, one at a time.
+    """
+
+    drift: float
+    scale: float
+    relative: float
+    at: float
+
+    def exceeds(self, rtol: float) -> bool:
+        """Whether it is more than steps of a tolerance leave, even many of them; the motion is wrong then, or was barely resolved."""
+        return self.relative > min(max(_STEPS * rtol, _DIGITS), _MOST)
+
+    def sharply(self, rtol: float) -> bool:
+        """Whether it is so far within the limit that no other samples would change that."""
+        return self.relative <= _SHARP * min(max(_STEPS * rtol, _DIGITS), _MOST)
+
+    def __str__(self) -> str:
+        return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of what there is at t = {self.at:.4g} s)"
+
+
+def energy_check(
+    t: Array, kinetic: Array, total: Array, work: Array, open_: Array, powers: Sequence[Array] = ()
+) -> EnergyCheck:
+    """The check of K, E and ∫P dt at times t, all (n); `open_` (n) is δE/rtol, `powers` those of loads without potential, each (n)."""
+    with np.errstate(invalid="ignore"):  # at a pole of W there is no energy, and the check is NaN
+        return _checked(t, kinetic, total, work, open_, taken(t, powers))
+
+
+def taken(t: Array, powers: Sequence[Array]) -> Array:
+    """What loads have taken up to times t (n) whose powers, each (n), are above zero at no sample: dampers, friction, drag."""
+    found = np.zeros(len(t))
+    for power in powers if len(t) >= _SURE else ():
+        size = -np.nan_to_num(power, posinf=0.0, neginf=0.0)
+        if size.min() >= -_ROUNDING * size.max():
+            found[1:] += np.cumsum(np.diff(t) * (size[1:] + size[:-1]) / 2)
+    return found
+
+
+def _checked(t: Array, kinetic: Array, total: Array, work: Array, open_: Array, taken: Array) -> EnergyCheck:
+    change = total - total[0]
+    work = work - work[0]
+    gone = change - work
+    drift = np.abs(gone)
+    own = np.max([kinetic, np.abs(change), np.abs(work), open_], axis=0)
+    terms = kinetic + np.abs(total - kinetic)
+    rounding = _ROUNDING * (terms + terms[0])
+    local = np.maximum(own, _usual(kinetic, total - kinetic))
+    exchanged = np.maximum.accumulate(work) - np.minimum.accumulate(work)
+    ratio = _ratio(drift - rounding, np.maximum(local, _TAKEN * np.maximum(taken, exchanged)))
+    ratio[1:] = np.maximum(ratio[1:], _ratio(np.abs(np.diff(gone)) - rounding[1:] - rounding[:-1], local[1:]))
+    worst = int(np.argmax(ratio))
+    return EnergyCheck(float(drift.max()), float(own.max()), float(ratio[worst]), float(t[worst]))
+
+
+def _ratio(drift: Array, scale: Array) -> Array:
+    counts = np.maximum(drift, 0.0)
+    return np.divide(counts, scale, out=np.where(counts > 0, np.inf, 0.0), where=scale > 0)
+
+
+def _usual(kinetic: Array, potential: Array) -> Array:
+    """The median of the largest of K and |V − its median| about each instant (n)."""
+    n = len(kinetic)
+    centers = np.unique(np.linspace(0, n - 1, min(n, _WINDOWS)).astype(int))
+    half = max(2, n // _PARTS)
+    sizes = np.empty(len(centers))
+    for k, i in enumerate(centers):
+        about = slice(max(0, i - half), i + half + 1)
+        v = potential[about]
+        sizes[k] = np.median(np.maximum(kinetic[about], np.abs(v - np.median(v))))
+    return np.interp(np.arange(n), centers, sizes)
+
+
+LIMIT = 1000
+"""Relative tolerances up to which a drift is that of the integration, as for the energy."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drift(Immutable):
+    """How far a checking function went from its value at the start.
+
+    Attributes
+    ----------
+    name : that of the integral, or the expression
+    values : along the motion (n)
+    drift : the largest change, in the function's unit
+    relative : it over the largest size of the function's terms along the motion
+    at : when (s)
+    """
+
+    name: str
+    values: Array
+    drift: float
+    relative: float
+    at: float
+
+    def __repr__(self) -> str:
+        return f"Drift({self.name}: {self.drift:.3g}, {self.relative:.1g} of its terms, at t = {self.at:.4g} s)"
+
+
+Functions = tuple[tuple[str, Expr], ...]
+
+
+def checking_functions(derived: Derived, functions: Sequence[Any]) -> Functions:
+    """The functions, each with its name, before a motion runs.
+
+    Raises
+    ------
+    ArgumentError
+        if they are no list, or something else than integrals and expressions stands in it
+    """
+    if isinstance(functions, Integral | Expr | str):
+        raise ArgumentError(
+            f"Expected a list of integrals or expressions to check, got {cut(repr(functions))}. Write […]."
+        )
+    wanted = [(f.name, f.value) if isinstance(f, Integral) else (cut(f), f) for f in functions]
+    wrong = [name for name, f in wanted if not isinstance(f, Expr)]
+    if wrong:
+        raise ArgumentError(
+            f"Expected integrals or expressions to check, got {wrong[0]}. Take them from eom.integrals, or write them in "
+            "the system's symbols."
+        )
+    asked(derived, [f for _, f in wanted])
+    return tuple(wanted)
+
+
+def drifts(
+    t: Array, functions: Functions, values: Callable[[list[Expr]], list[Array]], begins: Indices
+) -> tuple[Drift, ...]:
+    """The drift of each function, by the values of expressions along a motion; what jumps where phases begin is none."""
+    memo: Sizes = {}
+    roots = [f for _, f in functions]
+    tables = values([*roots, *(size(e, memo) for e in roots)])
+    return tuple(
+        _drift(t, name, values_, sizes, begins)
+        for (name, _), (values_, sizes) in zip(functions, zip(*np.split(np.array(tables), 2), strict=True), strict=True)
+    )
+
+
+def check_drifts(found: Sequence[Drift], rtol: float) -> None:
+    """Warn of a function that went further than integration explains."""
+    worst = max(found, key=lambda d: d.relative, default=None)
+    if worst is not None and not worst.relative <= LIMIT * rtol:
+        warnings.warn(
+            f"Expected {worst.name} constant along the motion, got a change of {worst.drift:.3g}, {worst.relative:.1g} of its "
+            f"terms, at t = {worst.at:.4g} s. Tighten rtol= and atol=, or look whether it is an integral of these equations: "
+            "eom.integrals names those.",
+            KaneWarning,
+            stacklevel=4,
+        )
+
+
+def _drift(t: Array, name: str, values: Array, sizes: Array, begins: Indices) -> Drift:
+    change = np.abs(values - values[0] - leaps(values, begins))
+    k = int(np.nanargmax(change)) if np.isfinite(change).any() else 0
+    whole = float(np.nanmax(np.abs(sizes), initial=0.0))
+    most = float(change[k])
+    return Drift(name, values, most, most / whole if whole else most, float(t[k]))
+
+
+_LEAST = 4
+"""Samples that a cubic spline needs."""
+
+
+def work_of(
+    load: Load, power: Expr, t: Array, values: Callable[[Sequence[Expr]], list[Array]], runs: Sequence[Any]
+) -> Array:
+    """The work since the start (n), from the values of expressions along a motion; `runs` are the samples of its phases."""
+    held = load.potential is not None and not depends_on_time(load.potential)
+    (own,) = values([load.potential if held and load.potential is not None else power])
+    found = np.empty(len(t))
+    done = 0.0
+    for at in runs:
+        found[at] = done + (own[at[0]] - own[at] if held else _integral(t[at], own[at]))
+        done = found[at[-1]]
+    return found
+
+
+def _integral(t: Array, power: Array) -> Array:
+    from scipy.interpolate import CubicSpline  # takes its time to import
+
+    if len(t) < _LEAST:
+        return np.append(0.0, np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(t)))
+    whole = CubicSpline(t, power).antiderivative()
+    return np.asarray(whole(t) - whole(t[0]))

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The phases of a motion, parts with values of their own for parameters and inputs, and motions that follow each other as one."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.errors import SimulationError, cut
+from kane.expr.node import Expr
+from kane.model.declarations import Event
+from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.feedback import HeldInput
+from kane.motion.inputs.functions import constant
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SAME_TIME
+
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Phase:
+    """A part of a motion: the values of its parameters, its inputs, and the events whose actions began it."""
+
+    parameters: Mapping[Expr, float]
+    inputs: Mapping[Expr, Callable[[Any], Any]]
+    by: tuple[Event, ...] = ()
+
+    def same(self, other: "Phase") -> bool:
+        """Whether another one, which comes after, has the same parameters and inputs."""
+        return self.parameters == other.parameters and all(
+            _same(f, other.inputs.get(s)) for s, f in self.inputs.items()
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Jump:
+    """Where a phase of a motion begins with other values than the last one ended with.
+
+    Attributes
+    ----------
+    t : when (s)
+    events : those whose actions it is
+    changes : coordinates, speeds and parameters that changed, with their values before and after
+    energy : what kinetic and potential energy changed by (J)
+    """
+
+    t: float
+    events: tuple[Event, ...]
+    changes: Mapping[Expr, tuple[float, float]]
+    energy: float
+
+    def __repr__(self) -> str:
+        names = ", ".join(e.name for e in self.events) or "start="
+        told = ", ".join(f"{s}: {a:.6g} → {b:.6g}" for s, (a, b) in self.changes.items())
+        return f"Jump({names} at t = {self.t:.6g} s: {told or 'nothing'}; energy {self.energy:+.4g} J)"
+
+
+def _same(f: Any, g: Any) -> bool:
+    """Whether one input goes on as another one, which may know more of it by then."""
+    if isinstance(f, Formula) and isinstance(g, Formula):
+        return f.expr is g.expr and f.values == g.values
+    if isinstance(f, HeldInput) and isinstance(g, HeldInput):
+        count = len(f.group.times)
+        same = f.group.controller is g.group.controller and f.place == g.place
+        return same and g.group.times[:count] == f.group.times
+    return f is g or (constant(f) is not None and g is not None and constant(f) == constant(g))
+
+
+def breaks(phase: Indices) -> Indices:
+    """The samples with which a phase begins, but for the first."""
+    return np.flatnonzero(np.diff(phase)) + 1
+
+
+def leaps(values: Array, begins: Indices) -> Array:
+    """What values (n) have jumped by so far, at the samples with which phases begin."""
+    steps = np.zeros_like(values)
+    steps[begins] = values[begins] - values[begins - 1]
+    return np.cumsum(steps)
+
+
+def check_follows(first: Any, second: Any) -> None:
+    """A SimulationError unless `second` is a motion of the same equations that begins where `first` ends."""
+    if second.equations.derived is not first.equations.derived:
+        raise SimulationError(
+            "Expected motions of the same equations to join, got those of others. Simulate both with one eom = kn.derive(system), or "
+            "load both with it; motions of other systems stay two solutions."
+        )
+    end, begin = float(first.t[-1]), float(second.t[0])
+    if abs(end - begin) > SAME_TIME * max(abs(end), abs(begin), np.ptp(second.t), np.ptp(first.t)):
+        raise SimulationError(
+            f"Expected a motion that begins at t = {end:.9g}, where the first one ends, got one from {begin:.9g}. Let it go on from "
+            f"there: kn.simulate(eom, ({end:.9g}, …), start=sol), or join them in their order."
+        )
+
+
+def joined(pieces: Sequence[Any]) -> Any:
+    """One Solution of several, each of which begins where the last one ends.
+
+    Where nothing changes between two, their common instant is one sample, else two: what was before and what is after.
+    """
+    first, last = pieces[0], pieces[-1]
+    phases, numbers, kept = list(first.phases), [first.phase], [slice(0, None)]
+    done = [first.work]
+    for before, piece in pairwise(pieces):
+        own = piece.phases
+        goes_on = phases[-1].same(own[0]) and not own[0].by and _unmoved(before, piece)
+        kept.append(slice(int(goes_on), None))
+        numbers.append(piece.phase + len(phases) - int(goes_on))
+        if goes_on:
+            phases[-1] = replace(own[0], by=phases[-1].by)
+        phases += own[int(goes_on) :]
+        done.append(piece.work + (done[-1][-1] - piece.work[0]))
+    several = any(p.segments for p in pieces)
+    samples = [p.samples or (p.equations,) * len(p.t) for p in pieces]
+
+    def whole(parts: Sequence[Any]) -> Any:
+        return np.concatenate([part[at] for part, at in zip(parts, kept, strict=True)])
+
+    return replace(
+        first,
+        t=whole([p.t for p in pieces]),
+        states=whole([p.states for p in pieces]),
+        work=whole(done),
+        phase=whole(numbers),
+        phases=tuple(phases),
+        status=last.status,
+        message=last.message,
+        event=last.event,
+        events=tuple(pair for p in pieces for pair in p.events),
+        steps=sum(p.steps for p in pieces),
+        evaluations=sum(p.evaluations for p in pieces),
+        segments=tuple(s for p in pieces for s in p.segments),
+        samples=tuple(one for part, at in zip(samples, kept, strict=True) for one in part[at]) if several else (),
+        rtol=max(p.rtol for p in pieces),
+        atol=max(p.atol for p in pieces),
+        method=", ".join(dict.fromkeys(name for p in pieces for name in p.method.split(", "))),
+        _again=Parts(tuple(pieces)) if all(p._again is not None for p in pieces) else None,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parts:
+    """What takes a joined motion once more: each of its parts, at the times that are its own."""
+
+    pieces: tuple[Any, ...]
+
+    def __call__(self, samples: Array) -> Any:
+        """The whole, sampled at these times too."""
+        found = []
+        for piece in self.pieces:
+            own = samples[(samples >= piece.t[0]) & (samples <= piece.t[-1])]
+            found.append(piece._again(samples=own if own.size else piece.t[:1]))
+        return joined(found)
+
+
+def _unmoved(first: Any, second: Any) -> bool:
+    """Whether a motion begins where the one before ends, up to what tolerances leave open, as projection onto constraints does."""
+    end, begin = first.states[-1], second.states[0]
+    return bool(np.all(np.abs(begin - end) <= second.atol + second.rtol * np.abs(end)))
+
+
+def check_motion(what: Any, kind: type) -> None:
+    """A SimulationError for what is no motion."""
+    if not isinstance(what, kind):
+        raise SimulationError(
+            f"Expected a motion to go on from or to join, got {cut(repr(what))}. Give what kn.simulate or kn.load_solution returned."
+        )

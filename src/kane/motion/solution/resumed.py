@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A motion that goes on from another one's end: what it takes over, and whether its equations are of the same bodies.
+
+Equations fit where coordinates and speeds have the same names, and kinetic energy and rates of coordinates are the same along the
+motion. Loads and constraints may be others: a disk that has slid rolls on.
+"""
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.readings.values import evaluate_along
+from kane.equations.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.node import Expr
+from kane.expr.symbols import Input, input_of
+from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.feedback import Held, HeldInput, value
+from kane.motion.inputs.functions import Recorded, constant
+from kane.motion.solution.phases import Phase, check_motion
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.numeric.named import named_values
+from kane.numeric.scale import SIX_DIGITS
+
+_COMPARED = 25
+"""At so many samples, at most, two systems are compared."""
+OPTIONS = {"method": "auto", "rtol": 1e-9, "atol": 1e-9, "max_step": None, "breakpoints": (), "settings": None}
+"""Options that a motion goes on with unless told, and what they are at a start of its own."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begin:
+    """Values at the start: `q`, and `u` or `rates`; further `states`; the work done so far.
+
+    `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave. `goes_on` says that
+    it is the end of a motion, `whole` that it is one of the same equations at the same values, and so on the constraints.
+    """
+
+    q: Any
+    u: Any
+    rates: Any
+    states: Any = None
+    work: float = 0.0
+    fresh: Mapping[str, float] = field(default_factory=dict)
+    goes_on: bool = False
+    whole: bool = False
+
+
+def told(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:
+    """The options that were given, the others those of the motion that goes on, or as they are unless told."""
+    before: dict[str, Any] = {}
+    if start is not None:
+        before = {"rtol": start.rtol, "atol": start.atol, **(start._options or {})}
+    return {name: before.get(name, usual) if given[name] is None else given[name] for name, usual in OPTIONS.items()}
+
+
+def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, Any]:
+    """What a motion begins with, and its span: the end alone is enough where it goes on from `start`."""
+    if start is None:
+        if given["q"] is None:
+            raise SimulationError(
+                "Expected start values, q= and u=, got none. Give coordinates and speeds at the beginning of the span, or the "
+                "motion that is to go on: start=sol."
+            )
+        if (given["u"] is None) == (given["rates"] is None):
+            which = "neither" if given["u"] is None else "both"
+            raise SimulationError(f"Expected either u= or rates= at the start, got {which}.")
+        return Begin(given["q"], given["u"], given["rates"], given["states"]), span
+    check_motion(start, Solution)
+    extra = [f"{name}=" for name in ("q", "u", "rates", "states") if given[name] is not None]
+    if extra:
+        raise SimulationError(
+            f"Expected start= or start values, got both, {' and '.join(extra)} beside start=. To go on from another state, give "
+            "q=sol.q[-1] and u=sol.u[-1], changed, and no start=."
+        )
+    if isinstance(span, int | float | np.number) and not isinstance(span, bool):
+        span = (float(start.t[-1]), span)
+    last = None if start.event is None else start.event.name
+    fresh = {e.name: 0.0 for e, t in start.events if t >= start.t[-1] or e.name == last}
+    unmoved = given["parameters"] is None and given["inputs"] is None
+    return Begin(start.q[-1], start.u[-1], None, start.a[-1], float(start.work[-1]), fresh, True, unmoved), span
+
+
+def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> Any:
+    """The parameters that were given, the others those that the motion ended with."""
+    if start is None:
+        return given
+    names = {p.name: p for p in eom.parameters}
+    kept = {names[str(p)]: v for p, v in last_phase(start).parameters.items() if str(p) in names}
+    known = {*names, *names.values()}
+    own = {k: v for k, v in given.items() if k not in known} if isinstance(given, Mapping) else {}
+    return {**kept, **named_values("parameters", eom.parameters, given), **own}
+
+
+def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters: Mapping[Expr, Any]) -> Any:
+    """The inputs that were given, the others those of the `last` phase; controllers go on with what they remember."""
+    if last is None:
+        return given
+    before = {str(s): f for s, f in last.inputs.items()}
+    new = {str(s) for key in given or () for s in (key if isinstance(key, tuple) else (key,))}
+    held: dict[int, Held] = {}
+    found: dict[Any, Any] = {}
+    for s in eom.inputs:
+        chain = [before.get(str(x)) for x in eom.inputs if input_of(x) is s]
+        if isinstance(s, Input) and s.name not in new and all(f is not None for f in chain):
+            again = tuple(_again(s.name, f, parameters, held) for f in chain)
+            found[s] = again if len(again) > 1 and callable(again[0]) else again[0]
+    return {**found, **(given or {})}
+
+
+def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int, Held]) -> Any:
+    number = constant(drive)
+    if number is not None:
+        return number
+    if isinstance(drive, Recorded):
+        raise SimulationError(
+            f"Expected the input {name} given anew, inputs={{{name}: …}}, as the motion that goes on was saved or pickled, got none: "
+            "of its function the values at the samples were kept."
+        )
+    if isinstance(drive, Formula):
+        return replace(drive, values={s: parameters.get(s, v) for s, v in drive.values.items()})
+    if isinstance(drive, HeldInput):
+        group = held.setdefault(id(drive.group), copy.deepcopy(drive.group))
+        return HeldInput(group, drive.place)
+    return drive
+
+
+def last_phase(start: Solution) -> Phase:
+    """The phase that a motion ends in."""
+    last: Phase = start.phases[int(start.phase[-1])]
+    return last
+
+
+def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], parameters: Mapping[Expr, Any]) -> None:
+    """A SimulationError unless the equations are of the bodies and speeds whose motion is to go on."""
+    other = start.equations
+    if eom.derived is other.derived:
+        return
+    for kind in ("coordinates", "speeds", "states"):
+        own, came = ([s.name for s in getattr(e, kind)] for e in (eom, other))
+        if own != came:
+            raise SimulationError(
+                f"Expected start= of a motion with the {kind} {', '.join(own)}, got one with {', '.join(came)}. It is of another "
+                "system: go on with its own equations, or give q= and u=."
+            )
+    at = np.unique(np.linspace(0, len(start) - 1, min(len(start), _COMPARED)).astype(int))
+    there = np.array(start[[*other.rates, other.kinetic_energy]])[:, at]
+    here = np.array([_here(eom, start, k, drives, parameters) for k in at.tolist()]).T
+    off = np.abs(here - there) > SIX_DIGITS * np.nanmax(np.abs(there), axis=1, initial=0.0, keepdims=True)
+    if off.any():
+        i, k = (int(x) for x in np.argwhere(off)[0])
+        what = [*(f"{q.name}'" for q in eom.coordinates), "the kinetic energy"][i]
+        raise SimulationError(
+            f"Expected start= of a motion of the same bodies, got one along which {what} is {there[i, k]:.9g} at t = "
+            f"{start.t[at[k]]:.6g}; by these equations it is {here[i, k]:.9g}. It is of another system: go on with its own "
+            "equations, or give q= and u=."
+        )
+
+
+def _here(eom: Equations, start: Solution, k: int, drives: Mapping[Expr, Any], parameters: Mapping[Expr, Any]) -> Array:
+    """(q̇, K) of the equations at a sample, by the parameters and inputs that it had."""
+    phase, t, x = start.phases[start.phase[k]], float(start.t[k]), start.states[k]
+    constants = {str(s): v for s, v in parameters.items()} | {str(s): v for s, v in phase.parameters.items()}
+    inputs = {str(s): value(f, t, x) for s, f in phase.inputs.items()}
+    q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+    known = {s: inputs[str(s)] if str(s) in inputs else value(f, t, x) for s, f in drives.items()}
+    found = evaluate_along(
+        eom.solved,
+        [*eom.rates, eom.kinetic_energy],
+        list(q),
+        list(u),
+        {p: constants[p.name] for p in eom.parameters},
+        known,
+        t,
+        list(a),
+        held=False,
+    )
+    return np.array([float(v) for v in found])

@@ -1,0 +1,404 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frozen result of a simulation."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any, NoReturn
+
+import numpy as np
+
+from kane import show
+from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.lazy import LazyMapping
+from kane.dynamics.readings.joint_reactions import Place, unsolved
+from kane.dynamics.readings.values import asked, evaluate_along
+from kane.equations.derive import repartition
+from kane.equations.equations import Equations
+from kane.errors import ArgumentError, Attributes
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import Expr
+from kane.expr.symbols import Reaction
+from kane.model.constraints import Constraint
+from kane.model.declarations import Event
+from kane.model.loads import Load
+from kane.motion.inputs.feedback import along
+from kane.motion.inputs.functions import recorded
+from kane.motion.solution.accuracy import REPEATED, Accuracy, accuracy, between
+from kane.motion.solution.checks import Drift, EnergyCheck, checking_functions, drifts, energy_check, work_of
+from kane.motion.solution.files import contents, write
+from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps
+from kane.motion.solution.tables import dataframe, dataset
+from kane.motion.switches import sides
+from kane.numeric.arrays import Array, Mask
+from kane.space.frame import Frame
+from kane.whole import path_of
+
+_ROWS = "Samples are the rows of sol.q, sol.u and sol.states, at the times sol.t; len(sol) is how many there are."
+_SOME = 101
+_FEW = 25
+"""At as many samples, at most, it is asked what tolerances mean for the energy."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """From time `start` on, the motion was stepped with `equations`, which differ in their dependent speeds."""
+
+    start: float
+    equations: Equations
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution(Attributes):
+    """A motion: `t` (n), `states` (n × (coordinates + speeds + further states)), and `work` (n), the integral of the power.
+
+    `sol[expression]` evaluates anything along it: an expression (n), a vector (n × 3, along the inertial frame), a reaction, a
+    name, a list of these. `status` is "finished", "event" or "stopped"; `message` says why it ended, `event` which event ended it,
+    `events` all that were met and their times. `segments` are the equations it was stepped with, `samples` for each time those whose
+    dependent speeds are determined there: accelerations and reactions are read off these. Where the constraints lose rank, reactions
+    have no value (NaN). `method` is the one that ran: where it was "auto", the one that was chosen.
+
+    Where events change the state, or motions were joined, the motion has several `phases`, and `phase` (n) says which one each sample
+    is in: two samples have one time where a phase begins, before and after, and `jumps` tells of it. `parameters` and `inputs` are
+    those at the start.
+    """
+
+    equations: Equations
+    t: Array
+    states: Array
+    work: Array
+    parameters: Mapping[Expr, float]
+    inputs: Mapping[Expr, Callable[[Any], Any]]
+    status: str
+    message: str
+    event: Event | None
+    events: tuple[tuple[Event, float], ...]
+    steps: int
+    evaluations: int
+    segments: tuple[Segment, ...] = ()
+    samples: tuple[Equations, ...] = ()
+    rtol: float = 1.0
+    atol: float = 0.0
+    method: str = ""
+    phases: tuple[Phase, ...] = ()
+    phase: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    _again: Callable[..., Any] | None = None
+    _options: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        if not self.phases:
+            object.__setattr__(self, "phases", (Phase(self.parameters, self.inputs),))
+            object.__setattr__(self, "phase", np.zeros(len(self.t), dtype=np.int64))
+
+    def __reduce__(self) -> tuple[Callable[..., "Solution"], tuple[Any, ...]]:
+        """Equations are derived again where a pickle is read; of the inputs their values at the samples stay."""
+        own = {f.name: getattr(self, f.name) for f in fields(self)}
+        kept = list(dict.fromkeys([self.equations, *(s.equations for s in self.segments), *self.samples]))
+        place = {eom: k for k, eom in enumerate(kept)}
+        own["inputs"] = self._recorded(0)
+        own["phases"] = tuple(Phase(p.parameters, self._recorded(k), p.by) for k, p in enumerate(self.phases))
+        own["segments"] = [(s.start, place[s.equations]) for s in self.segments]
+        own["_again"] = own["_options"] = None
+        own["samples"] = [place[eom] for eom in self.samples]
+        partitions = [eom.embedding and eom.embedding.partition for eom in kept]
+        return _restored, (own.pop("equations"), partitions, own)
+
+    def __add__(self, other: Any) -> "Solution":
+        """The motion and the one that goes on from its end, as one.
+
+        Raises
+        ------
+        SimulationError
+            if the other one is of other equations, or begins at another time
+        """
+        if not isinstance(other, Solution):
+            return NotImplemented
+        check_follows(self, other)
+        whole: Solution = joined([self, other])
+        return whole
+
+    @property
+    def q(self) -> Array:
+        """Coordinates, n × nq."""
+        return self.states[:, : len(self.equations.coordinates)]
+
+    @property
+    def u(self) -> Array:
+        """Generalized speeds, n × nu."""
+        nq = len(self.equations.coordinates)
+        return self.states[:, nq : nq + len(self.equations.speeds)]
+
+    @property
+    def a(self) -> Array:
+        """Further states, n × as many as there are."""
+        return self.states[:, len(self.equations.state) - len(self.equations.states) :]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __iter__(self) -> NoReturn:
+        raise ArgumentError(f"Expected symbols, names or expressions of the motion one by one, got a loop. {_ROWS}")
+
+    def __getitem__(self, what: Any) -> Any:
+        if isinstance(what, (int, float, np.number, slice)):
+            raise ArgumentError(f"Expected symbols, names or expressions in sol[…], got {what!r}. {_ROWS}")
+        wanted = asked(self.equations.derived, what)
+        return wanted.filled(self._values(list(wanted.roots)))
+
+    def reaction(self, place: Place, frame: Frame | None = None) -> tuple[Array | None, Array]:
+        """Force and torque (each n × 3, along `frame`, by default the inertial one) at a place, by name or as `eom.reaction` takes it.
+
+        They are what the near side exerts on the far side, the torque about the far side's point. Of a frame the force is None.
+        """
+        target = self.equations.system.inertial if frame is None else frame
+
+        def components(eom: Equations) -> list[Expr]:
+            exerted = unsolved(eom.solved, place)
+            vectors = [v for v in (exerted.force, exerted.torque) if v is not None]
+            return [x for v in vectors for x in v.components(target)]
+
+        table = np.stack(self.by_sample(components), axis=-1)
+        table[self.lost] = np.nan
+        return (table[:, :3] if table.shape[1] == 6 else None), table[:, -3:]
+
+    def _values(self, exprs: Any) -> list[Array]:
+        tables = self.by_sample(lambda eom: exprs)
+        for e, values in zip(exprs, tables, strict=True):
+            if any(isinstance(s, Reaction) for s in free_symbols([e])):
+                values[self.lost] = np.nan
+        return tables
+
+    def _energies(self, exprs: Callable[[Equations], list[Expr]]) -> list[Array]:
+        """Those of the equations that hold at each sample where W of others may have a pole there."""
+        poles = any(eom.solved.twin is not None for eom in (self.equations, *self.samples))
+        return self.by_sample(exprs) if poles else self._values(exprs(self.equations))
+
+    @cached_property
+    def lost(self) -> Mask:
+        """Samples at which the constraints determine fewer speeds than elsewhere."""
+        ranks = np.array([len(eom.dependent_speeds) for eom in self.samples or (self.equations,) * len(self)])
+        return np.asarray(ranks < max(ranks.max(initial=0), len(self.equations.dependent_speeds)))
+
+    def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
+        """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
+        places: dict[tuple[Equations, int], list[int]] = {}
+        for k, key in enumerate(zip(self.samples or (self.equations,) * len(self), self.phase.tolist(), strict=True)):
+            places.setdefault(key, []).append(k)
+        parts = [
+            (at, self._along(eom, self.phases[k], exprs(eom), self.t[at], self.states[at]))
+            for (eom, k), at in places.items()
+        ]
+        tables = [np.empty(len(self)) for _ in parts[0][1]]
+        for at, values in parts:
+            for whole, part in zip(tables, values, strict=True):
+                whole[at] = part
+        return tables
+
+    def _along(self, eom: Equations, phase: Phase, exprs: Any, t: Array, states: Array) -> list[Array]:
+        """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds + further states)) in a phase."""
+        q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+        inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
+        values = evaluate_along(eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False)
+        return [np.broadcast_to(v, t.shape) for v in values]
+
+    def rates(self) -> Array:
+        """(q̇, u̇, ȧ) along the motion, n × (coordinates + speeds + further states)."""
+        return np.stack(self.by_sample(lambda eom: eom.right_hand_side), axis=-1)
+
+    def save(self, path: Any) -> None:
+        """Write the motion to a file that `kn.load_solution(path, eom)` reads: .npz, or .zarr where the package zarr is installed.
+
+        It holds numbers and names and nothing that is executed; of inputs their values at the samples. It is written beside its
+        place and then renamed: at no time there is a part of a file. A file that holds a solution is replaced, nothing else.
+
+        Raises
+        ------
+        SolutionFileError
+            if the name ends otherwise, there is no such folder, or something else than a solution has that name
+        ArgumentError
+            if `path` is no path
+        """
+        write(path_of(path, 'sol.save("run.npz")'), contents(self))
+
+    def at(self, times: Any) -> "Solution":
+        """The motion at a time, or at increasing times, between its samples, as exact as these are.
+
+        It takes the same steps once more, in about the time that the motion took, and reads the integrator's own polynomials. Where a
+        phase begins the value is the one after.
+
+        Raises
+        ------
+        SimulationError
+            if the motion was read from a pickle, or from a file with functions as inputs, or a time lies beyond its ends
+        """
+        found: Solution = between(self, self._again, times)
+        return found
+
+    def accuracy(self, *, method: str = REPEATED) -> Accuracy:
+        """The errors of coordinates and speeds, estimated by the same motion at a tenth of the tolerances, or at half the steps.
+
+        It takes somewhat longer than the motion took. What both motions get wrong alike it does not see, and where errors do not fall
+        with tolerances it may say a tenth of what is, or less.
+
+        `method="variational"` steps the equations anew from each sample to the next one, at a thousandth of the tolerances (down to
+        3e-14): what the motion missed there is carried on by the variational equations. It needs no second motion, holds at any
+        tolerances, and tells errors to some percent as long as they are small enough to add up linearly; beyond, as where a chaotic
+        motion has left its way altogether, it gives what they would be if they did, and errors of rounding, 1e-14 a sample, are not
+        resolved. Errors of times at which events are met are not in it. It steps in Python, many times as long as the motion took.
+
+        Raises
+        ------
+        SimulationError
+            if the motion was read from a pickle, or from a file with functions as inputs, or is joined; if a tenth of its tolerances
+            is less than rounding; with variational equations, if states or loads jump on the way, rank is lost, or a sampled
+            controller is asked
+        """
+        return accuracy(self, self._again, method)
+
+    def to_dataframe(self, outputs: Mapping[str, Any] | None = None) -> Any:
+        """A DataFrame of pandas over t: coordinates, speeds, inputs, and the expressions that `outputs` names.
+
+        Vectors have a column for each component along the inertial frame, "v.x", "v.y", "v.z". `attrs["units"]` has the unit
+        of every column, `attrs` the parameters and how the motion ended.
+        """
+        return dataframe(self, outputs)
+
+    def to_xarray(self, outputs: Mapping[str, Any] | None = None) -> Any:
+        """A Dataset of xarray over t: coordinates, speeds, inputs, and the expressions that `outputs` names, with units.
+
+        Vectors have the dimension "axis" beside "t". `attrs` has the parameters and how the motion ended.
+        """
+        return dataset(self, outputs)
+
+    @cached_property
+    def constraint_residuals(self) -> Mapping[Constraint, Array]:
+        """What is left of each constraint along the motion: f of a configuration constraint, (A u + b) of a motion constraint."""
+        derived = self.equations.derived
+        constraints = derived.constraints.constraints
+        pairs = zip(constraints, derived.constraint_rates, strict=True)
+        roots = [c.expr if c.kind == "configuration" else rate for c, rate in pairs]
+        return dict(zip(constraints, self._values(roots) if roots else [], strict=True))
+
+    @cached_property
+    def regimes(self) -> Mapping[str, Any]:
+        """The regime at each sample (n): of each switch of a load that jumps, as "sign(v)", the sign of what it turns on; 0 at zero.
+
+        Of declared friction, by its load's name, 1 where it slides and 0 at and below the threshold of its slip.
+        """
+        return sides(self)
+
+    @cached_property
+    def energy(self) -> Array:
+        """E = K + V along the motion."""
+        return self._energies(lambda eom: [eom.energy])[0]
+
+    @cached_property
+    def energy_check(self) -> EnergyCheck:
+        """E − ∫P dt must stay constant; see EnergyCheck."""
+
+        def terms(eom: Equations) -> list[Expr]:
+            powers = [eom.load_powers[load] for load in eom.loads if load.potential is None]
+            return [eom.kinetic_energy, eom.energy, *powers]
+
+        kinetic, total, *own = self._energies(terms)
+        work = self.work + leaps(total, self.begins)
+        return energy_check(self.t, kinetic, total, work, self._open() / self.rtol, own)
+
+    @cached_property
+    def energy_drift(self) -> Array:
+        """E − ∫P dt less what it is at the start (n), without what the energy jumps by where phases begin."""
+        done = self.work + leaps(self.energy, self.begins)
+        return np.asarray((self.energy - self.energy[0]) - (done - done[0]))
+
+    @cached_property
+    def jumps(self) -> tuple[Jump, ...]:
+        """What changes at once where phases begin, and the energy that it takes or gives."""
+        symbols = self.equations.state
+        found = []
+        for k in self.begins.tolist():
+            old, new = self.phases[self.phase[k - 1]], self.phases[self.phase[k]]
+            pairs = dict(
+                zip(symbols, zip(self.states[k - 1].tolist(), self.states[k].tolist(), strict=True), strict=True)
+            )
+            pairs |= {p: (v, new.parameters[p]) for p, v in old.parameters.items() if p in new.parameters}
+            changes: dict[Expr, tuple[float, float]] = {s: (a, b) for s, (a, b) in pairs.items() if a != b}
+            found.append(Jump(float(self.t[k]), new.by, changes, float(self.energy[k] - self.energy[k - 1])))
+        return tuple(found)
+
+    @property
+    def begins(self) -> Indices:
+        """The samples with which phases begin, but for the first one."""
+        return breaks(self.phase)
+
+    def _recorded(self, number: int) -> dict[Expr, Callable[[Any], Any]]:
+        """The inputs of a phase as a file or a pickle keeps them."""
+        at = np.flatnonzero(self.phase == number)
+        return {s: recorded(str(s), f, self.t[at], self.states[at]) for s, f in self.phases[number].inputs.items()}
+
+    def checking_functions(self, functions: Sequence[Any] | None = None) -> tuple[Drift, ...]:
+        """How far integrals of the equations went from their values at the start; those of `eom.integrals` if left out.
+
+        An integral, or any expression that should be constant, may be in the list (Kane & Levinson 1985, sec. 7.3).
+        """
+        wanted = self.equations.integrals if functions is None else functions
+        return drifts(self.t, checking_functions(self.equations.derived, wanted), self._values, self.begins)
+
+    @cached_property
+    def load_works(self) -> Mapping[Load, Array]:
+        """The work of each load since the start (n), by the load or its name: −ΔV where it has a potential, else ∫ (Σ F·v + Σ T·ω) dt.
+
+        The power is a cubic spline between samples: where loads jump, take samples close to each other.
+        """
+        eom = self.equations
+        meant = dict(zip((*eom.system.gravities, *eom.system.loads), eom.loads, strict=True))
+        runs = np.split(np.arange(len(self)), self.begins)
+        return LazyMapping(
+            eom.loads,
+            lambda load: work_of(load, eom.load_powers[load], self.t, lambda e: self._values(list(e)), runs),
+            meant,
+        )
+
+    @property
+    def keeps_energy(self) -> bool:
+        """Whether the energy check passes by its own limit; where a few samples show it, the others are not asked."""
+        at = np.linspace(0, len(self) - 1, min(len(self), _SOME)).astype(int)
+        at = np.unique(np.concatenate([at, self.begins, self.begins - 1]))
+        few = self._only(at)
+        kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])
+        sure = energy_check(few.t, kinetic, total, few.work + leaps(total, few.begins), np.zeros(len(at)))
+        return sure.sharply(self.rtol) or not self.energy_check.exceeds(self.rtol)
+
+    def _only(self, at: Indices) -> "Solution":
+        """Some of the samples."""
+        samples = tuple(self.samples[k] for k in at) if self.samples else ()
+        return replace(
+            self, t=self.t[at], states=self.states[at], work=self.work[at], samples=samples, phase=self.phase[at]
+        )
+
+    def _open(self) -> Array:
+        """Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), computed at a few of the samples."""
+        at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
+        width = self.states.shape[1]
+        shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
+        few = self._only(np.tile(at, len(shifts)))
+        x = (self.states[at] + shifts[:, None, :]).reshape(-1, width)
+        table = replace(few, states=x).energy.reshape(len(shifts), -1)
+        up, down = np.split(np.abs(table[1:] - table[0]), 2)
+        return np.asarray(np.interp(np.arange(len(self)), at, np.maximum(up, down).sum(axis=0)))
+
+    _repr_html_ = show.html
+
+    def __repr__(self) -> str:
+        return (
+            f"Solution(t = {self.t[0]:g} … {self.t[-1]:g}, {len(self.t)} samples, {self.steps} steps; {self.status}: "
+            f"{self.message})"
+        )
+
+
+def _restored(first: Equations, partitions: Sequence[Partition | None], own: dict[str, Any]) -> Solution:
+    """A solution that was pickled; `first` are its equations, the others differ from them by their partitions."""
+    others = [repartition(first, p) for p in partitions[1:] if p is not None]
+    equations = [first, *others]
+    own["segments"] = tuple(Segment(start, equations[k]) for start, k in own["segments"])
+    own["samples"] = tuple(equations[k] for k in own["samples"])
+    return Solution(first, **own)

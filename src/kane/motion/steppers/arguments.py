@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a kernel is called with: state, right-hand side, inputs, events, samples; and the polynomials that it leaves along a step."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
+from kane.dynamics.readings.values import without_unknowns
+from kane.equations.equations import Equations
+from kane.expr.node import Expr
+from kane.motion.inputs.expressions import Formula, driving
+from kane.motion.inputs.feedback import HeldInput, Law, LawInput
+from kane.motion.inputs.functions import asked, constant, following, follows, law_of
+from kane.motion.right_hand_side import Given, Routines, derivatives, exact
+from kane.motion.steppers.collocation import gauss, radau_stages
+from kane.motion.steppers.explicit import rows
+from kane.motion.steppers.gauss import STAGES
+from kane.motion.steppers.outline import At
+from kane.motion.steppers.radau import AFTER, Z
+from kane.motion.steppers.radau import STAGES as RADAU_STAGES
+from kane.motion.steppers.table import EXPLICIT, INTEGRATORS
+from kane.motion.steppers.tableau import Tableau
+from kane.numeric.arrays import Array
+from kane.numeric.sign_changes import DEGREE as PARTS
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.entry import Hook, aligned, doubles, entry, hoisted, wide_entry
+
+Fill = Callable[[float, Array, Array], None]
+"""It writes the inputs at a time and state."""
+
+
+def filling(now: Routines) -> Fill:
+    """What writes the inputs, in as little time as Python leaves beside the user's functions."""
+    laws: dict[Law, list[tuple[int, int]]] = {}
+    others: list[tuple[int, Callable[[Any], Any]]] = []
+    written = any(isinstance(f, Formula) for f in now.drives)
+    for k, f in enumerate(list[Any](now.drives)):
+        if isinstance(f, LawInput):
+            laws.setdefault(f.law, []).append((k, f.place))
+        elif not isinstance(f, Formula):
+            others.append((k, f))
+    each = list(laws.items())
+    law = law_of(now.drives, now.eom.inputs, functions=True) if written else None
+    routine = now.eom.numeric(now.settings).routine(driving, *law.values).flat if law else None
+    p = law.parameters(now.p) if law else now.p
+
+    def fill(t: float, x: Array, r: Array) -> None:
+        for law, places in each:
+            answer = law.at(t, x)
+            for k, place in places:
+                r[k] = answer[place]
+        for k, f in others:
+            r[k] = f(t)
+        if routine is not None:
+            r[:] = routine(t, x, p, r)
+
+    return fill
+
+
+def by_kind(eom: Equations) -> dict[str, Array | int]:
+    """`pairs`: the (i, j) of coordinates i whose rate is the speed at place j of the state; `free`: the places of the others."""
+    place: dict[Expr, int] = {u: len(eom.coordinates) + k for k, u in enumerate(eom.speeds)}
+    roots = without_unknowns(eom.solved, eom.right_hand_side)
+    pairs = [(i, place[root]) for i, root in enumerate(roots[: len(eom.coordinates)]) if root in place]
+    paired = {i for i, _ in pairs}
+    free = [i for i in range(len(roots)) if i not in paired]
+    # one more, so that no array is empty
+    arrays = {"pairs": np.array([*pairs, (0, 0)], dtype=float).reshape(-1), "free": np.array([*free, 0], dtype=float)}
+    return {**arrays, "pair_count": len(pairs), "free_count": len(free)}
+
+
+def watching(now: Routines, t: float, y: Array, switches: int = 0, wide: bool = True) -> Given:
+    """What tells of events, and of so many switches behind them: their routine, their quantities at the start, their thresholds."""
+    events, none = now.eom.events, [0.0] * switches
+    room = {"values": aligned((len(events) + switches) * (PARTS + 1) + 3 * PARTS)}
+    code = wide_entry(now.events or now.rates, PARTS) if wide else entry(now.events or now.rates)
+    if now.events is None:
+        empty = ("hw", "seen", "largest", "least", "shares", "pivots")
+        return {"watch": code, "events": 0, **{name: np.zeros(1) for name in empty}, **room}
+    seen = now.watch(t, y)
+    shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events])
+    return {
+        "watch": code,
+        "events": len(events) + switches,
+        "hw": hoisted(now.events, t, y[: now.width], now.parameters(now.events), now.inputs(t, y)),
+        "seen": seen,
+        "largest": np.nan_to_num(np.abs(seen)),
+        "least": np.array([*np.where(shared, 0.0, [e.threshold for e in events]), *none]),
+        "shares": np.array([*np.where(shared, SLIPS, 0.0), *none]),
+        "pivots": np.array([*(float(isinstance(e, KinematicsEnd)) for e in events), *none]),
+        **room,
+    }
+
+
+def after_stages(n: int) -> int:
+    """Where in `work` the end of a step stands, for n components."""
+    return 4 * STAGES * n + STAGES + n
+
+
+def polynomial(given: Given, h: float, start: float) -> Callable[[Array], Array]:
+    """The state along the step of length h from `start` that a collocation kernel has found, as a function of times (k): k × n."""
+    y, lag, work, pairs, free = (given[name] for name in ("y", "lag", "work", "pairs", "free"))
+    n = len(y)
+    begin, rates = (y + lag).copy(), work[3 * STAGES * n : 4 * STAGES * n].reshape(n, STAGES).copy()
+    of, by = pairs.reshape(-1, 2)[: given["pair_count"]].astype(int).T
+    others = [*free[: given["free_count"]].astype(int), n - 1]
+
+    def state(times: Array) -> Array:
+        theta = (times - start) / h
+        once, twice = along(theta)
+        rows = np.empty((len(times), n))
+        rows[:, others] = begin[others] + h * once @ rates[others].T
+        rows[:, of] = begin[of] + h * theta[:, None] * begin[by] + h * h * twice @ rates[by].T
+        return rows
+
+    return state
+
+
+def along(theta: Array) -> tuple[Array, Array]:
+    """∫ L_j and ∫∫ L_j (k × 8) from 0 to shares of a step (k)."""
+    nodes = gauss(STAGES)
+    p = legvander(2 * theta - 1, STAGES + 1)
+    double = 2.0 * np.arange(1, STAGES + 1) + 1
+    once = np.column_stack([theta, (p[:, 2:] - p[:, :-2]) / (2 * double)])
+    twice = np.column_stack([theta**2 / 2, (once[:, 2:] - once[:, :-2]) / (2 * double[: STAGES - 1])])
+    rows = (2.0 * np.arange(STAGES) + 1)[:, None] * np.array(nodes.legendre[:STAGES]) * nodes.b
+    return once[:, :STAGES] @ rows, twice @ rows
+
+
+_EXPLICIT = {tableau.name: tableau for tableau in EXPLICIT}
+
+
+def interpolant(name: str, given: Given, h: float, start: float) -> Callable[[Array], Array]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the integrator has left."""
+    if name in _EXPLICIT:
+        return _nested(_EXPLICIT[name], given, h, start)
+    if name == "radau9":
+        return _collocated(given, h, start)
+    return polynomial(given, h, start)
+
+
+def after(name: str, given: Given) -> Array:
+    """The end of the step that is looked at, on its constraints; but, of collocation, for the last component."""
+    n = len(given["y"])
+    if name in _EXPLICIT:
+        first = (rows(_EXPLICIT[name]) - len(_EXPLICIT[name].dense) - 2) * n
+    else:
+        first = AFTER * n if name == "radau9" else after_stages(n)
+    found: Array = given["work"][first : first + n].copy()
+    return found
+
+
+def _nested(tableau: Tableau, given: Given, h: float, start: float) -> Callable[[Array], Array]:
+    begin, n, parts = (given["y"] + given["lag"]).copy(), len(given["y"]), len(tableau.dense)
+    weights = given["work"].reshape(rows(tableau), n)[-parts:].copy()
+
+    def state(times: Array) -> Array:
+        theta = ((times - start) / h)[:, None]
+        value = np.broadcast_to(weights[-1], (len(times), n))
+        for k in reversed(range(parts - 1)):
+            value = weights[k] + (theta if k % 2 else 1 - theta) * value
+        found: Array = begin + theta * value
+        return found
+
+    return state
+
+
+def _collocated(given: Given, h: float, start: float) -> Callable[[Array], Array]:
+    begin, n, stages = (given["y"] + given["lag"]).copy(), len(given["y"]), radau_stages(RADAU_STAGES)
+    z, c = given["work"][Z * n : (Z + RADAU_STAGES) * n].reshape(RADAU_STAGES, n).copy(), np.array(stages.c)
+
+    def state(times: Array) -> Array:
+        theta = ((times - start) / h)[:, None]
+        others = np.array([np.delete(c, i) for i in range(RADAU_STAGES)])
+        weights = theta * np.prod(theta[:, :, None] - others, axis=2) * stages.lagrange
+        found: Array = begin + weights @ z
+        return found
+
+    return state
+
+
+class Arguments:
+    """The arguments by name, as `given`, and the `hooks` through which Python is asked for inputs.
+
+    `now` are the equations from time t on, s, y and `lag` what a kernel reads and writes; of `switches` quantities stand behind the
+    events' ones.
+    """
+
+    def __init__(self, name: str, now: Routines, t: float, s: Array, y: Array, switches: int = 0) -> None:
+        self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
+        self.hooks: list[Hook] = []
+        self.law = law_of(now.drives, now.eom.inputs)
+        work, r = aligned(self.integrator.work(len(y))), now.inputs(t, y)
+        h = hoisted(now.rates, t, y[: now.width], now.p, r)
+        self.given: Given = {
+            "n": len(y),
+            "s": s,
+            "y": y,
+            "lag": np.zeros_like(y),
+            "work": work,
+            "p": np.append(now.p, now.numbers),
+            "h": h,
+        }
+        self.given |= self._driving(t)
+        if self.integrator.watches:
+            self.given |= watching(now, t, y, switches, self.integrator.width > 1)
+        if self.integrator.implicit:
+            self.given |= derivatives(now, t, y, self.law)
+            if following(now.drives) and asked(now.drives):
+                self.given["jac"] = self._slopes()
+        if self.integrator.width == 1:
+            self.given["rhs"] = entry(now.rates)
+        else:
+            self.given["rhs"] = wide_entry(now.rates, self.integrator.width)
+            self.given |= now.eom.numeric(now.settings).value(by_kind)
+
+    def _driving(self, t: float) -> Given:
+        """r, and what gives it where an input is a function of time."""
+        now, width = self.now, self.integrator.width
+        r = np.repeat(np.append(now.inputs(t, self.y), 0.0), width)
+        if all(_held(f) for f in now.drives):
+            return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
+        given = self._formulas()
+        if given is None:
+            return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self._hook(r)}
+        h = hoisted(given, t, self.y[: now.width], now.parameters(given), r[: len(now.drives)])
+        driven = 2 if follows(now.drives) else 1
+        return {"r": r, "driven": driven, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
+
+    def hold(self, t: float) -> None:
+        """What sampled controllers hold from t on."""
+        r = np.append(self.now.inputs(t, self.y), 0.0)
+        self.given["r"][:] = np.repeat(r, self.integrator.width)
+        if "held_r" in self.given:
+            self.given["held_r"][:] = r
+
+    def held(self, given: Given, marks: Array) -> None:
+        """With what tells of the constraints, and what gives the inputs at one state of theirs."""
+        formulas = self._formulas()
+        if self.given["driven"] and formulas is None:
+            self.given["held_drive"] = self._hook(given["held_r"])
+        else:
+            self.given["held_drive"] = entry(formulas or self.now.rates)
+        self.given |= given | {"held_marks": marks}
+
+    def _formulas(self) -> CompiledRoutine | None:
+        """The inputs as a routine, where all are expressions; those that are held stay as they are."""
+        numeric = self.now.eom.numeric(self.now.settings)
+        return None if self.law is None else numeric.routine(driving, *self.law.values).flat
+
+    def _hook(self, r: Array) -> Hook:
+        """What asks Python for the inputs and writes them to r."""
+        s, width, fill, follow = self.s, self.now.width, filling(self.now), following(self.now.drives)
+        here, own = self.y[:width], r[:-1]
+
+        def drive(t: float, x: int, out: int) -> None:
+            try:  # rounding may lead beyond the end
+                fill(min(t, float(s[At.END])), doubles(x, width) if follow else here, own)
+            except BaseException:
+                own[:] = np.nan
+                raise
+
+        return self._hooked(drive)
+
+    def _slopes(self) -> Hook:
+        """What asks Python for J, of inputs that are its functions of the state."""
+        s, width, j = self.s, self.now.width, exact(self.now)
+
+        def slopes(t: float, x: int, out: int) -> None:
+            found = doubles(out, (width + 1) * width)
+            found[:] = 0.0
+            found[:] = j(min(t, float(s[At.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
+
+        return self._hooked(slopes)
+
+    def _hooked(self, function: Callable[[float, int, int], None]) -> Hook:
+        self.hooks.append(Hook(function))
+        return self.hooks[-1]
+
+    def check(self) -> None:
+        """What went wrong in an input is raised."""
+        for hook in self.hooks:
+            if hook.raised is not None:
+                raise hook.raised
+
+
+def _held(drive: Any) -> bool:
+    """Whether an input is a number from one breakpoint to the next."""
+    return constant(drive) is not None or isinstance(drive, HeldInput)

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where a quantity may pass zero within a step, by bounds: passages between two places that are looked at are found too.
+
+Through its values at nine places of an interval, close together towards its ends, goes a polynomial of degree 8. Its Bernstein
+coefficients bound it: where all have one sign it has no zero, and it has no more zeros than they change sign. What the polynomial
+leaves of the quantity is estimated by its last two Chebyshev coefficients, which of many periods may be small by chance: three more
+places must agree with it. Where that leaves a doubt the interval is halved. Sources:
+Farouki, *The Bernstein polynomial basis: a centennial retrospective*, Computer Aided Geometric Design 29 (2012), sec. 5; Trefethen,
+*Approximation Theory and Approximation Practice*, 2013, ch. 8.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL, SAME_TIME
+
+DEGREE = 8
+SHARES = tuple((1 - math.cos(math.pi * k / DEGREE)) / 2 for k in range(DEGREE + 1))
+"""The places of an interval at which a quantity is looked at: at no two of them is a multiple of one period over for all."""
+MOST = 400
+"""So many intervals are halved at most in a step."""
+CLOSE = 0.01
+"""Share of a quantity's size that a polynomial must not leave, to say anything of it."""
+SMALL = 0.1
+"""Share of the largest that a quantity has been below which it may touch zero between two places, without a change of sign."""
+LEFT = 2.0
+"""What a polynomial leaves of a quantity is at most so many times its last Chebyshev coefficients."""
+_AGREEING = 4.0
+"""How many times what is left a value between the places may be off, or `EQUAL` of the size."""
+Bracket = tuple[float, float, float, float]
+"""Two times and the values there, between which there is one passage."""
+
+_at = np.array(SHARES)
+_bernstein = np.array(
+    [[math.comb(DEGREE, j) * x**j * (1 - x) ** (DEGREE - j) for j in range(DEGREE + 1)] for x in SHARES]
+)
+TO_BERNSTEIN: Array = np.linalg.inv(_bernstein)
+TO_LAST: Array = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * _at - 1, DEGREE))[-2:]
+"""From values at the places to the Bernstein coefficients, and to the last two Chebyshev coefficients."""
+_BETWEEN = np.array([0.113, 0.427, 0.731])
+_to_between = np.array(
+    [[math.comb(DEGREE, j) * x**j * (1 - x) ** (DEGREE - j) for j in range(DEGREE + 1)] for x in _BETWEEN]
+)
+_TO_BETWEEN: Array = _to_between @ TO_BERNSTEIN
+
+
+def left(values: Array) -> float:
+    """How far a quantity may be from the polynomial through its nine values."""
+    return float(LEFT * np.abs(TO_LAST @ values).max())
+
+
+def passages(of: Callable[[Array], Array], times: Array, values: Array, most: int = MOST) -> list[Bracket]:
+    """Brackets of all passages between the first time and the last, in order; `of` gives values at times.
+
+    Where values are not finite, or after `most` halvings, the signs at the places are what there is.
+    """
+    found: list[Bracket] = []
+    open_ = deque([(times, values)])
+    shortest = SAME_TIME * (times[-1] - times[0])
+    while open_:
+        times, values = open_.popleft()
+        here = _seen(times, values)
+        if (
+            most <= 0
+            or times[-1] - times[0] <= shortest
+            or (_resolved(values, len(here)) and _agrees(of, times, values))
+        ):
+            found += here
+            continue
+        most -= 1
+        middle = (times[0] + times[-1]) / 2
+        halves = [times[0] + (middle - times[0]) * _at, middle + (times[-1] - middle) * _at]
+        between = of(np.array([middle]))
+        open_.append((halves[0], np.concatenate([values[:1], of(halves[0][1:-1]), between])))
+        open_.append((halves[1], np.concatenate([between, of(halves[1][1:-1]), values[-1:]])))
+    return sorted(found)
+
+
+def _seen(times: Array, values: Array) -> list[Bracket]:
+    """Where signs differ between two places; zero belongs to what comes before it."""
+    pairs = pairwise(zip(map(float, times), map(float, values), strict=True))
+    return [(s, t, a, b) for (s, a), (t, b) in pairs if (a > 0 and b <= 0) or (a < 0 and b >= 0)]
+
+
+def _resolved(values: Array, passages: int) -> bool:
+    """Whether no more passages than those between the places are left open, or nothing can be said."""
+    if not np.isfinite(values).all():
+        return True
+    coefficients, slack = TO_BERNSTEIN @ values, left(values)
+    if slack > CLOSE * np.abs(values).max():
+        return False
+    return _changes(coefficients + slack) == _changes(coefficients - slack) == passages
+
+
+def _agrees(of: Callable[[Array], Array], times: Array, values: Array) -> bool:
+    """Whether values between the places lie on the polynomial, too, or nothing can be said."""
+    if not np.isfinite(values).all():
+        return True
+    between = of(times[0] + (times[-1] - times[0]) * _BETWEEN)
+    room = max(_AGREEING * left(values), EQUAL * float(np.abs(values).max()))
+    return not np.isfinite(between).all() or bool((np.abs(between - _TO_BETWEEN @ values) <= room).all())
+
+
+def _changes(values: Array) -> int:
+    """How often the sign changes, zeros left out."""
+    signs = np.sign(values)
+    signs = signs[signs != 0]
+    return int((signs[1:] != signs[:-1]).sum())
