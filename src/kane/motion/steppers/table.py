@@ -16,7 +16,7 @@ from kane.motion.steppers.tsit5 import TSIT5
 from kane.motion.steppers.tsitpap8 import TSITPAP8
 from kane.motion.steppers.vern9 import VERN9
 from kane.program.kernel.language import Kernel
-from kane.program.native.compiled_kernel import CompiledKernel
+from kane.program.native.entry import CompiledKernel
 from kane.program.native.machine import Settings
 
 
