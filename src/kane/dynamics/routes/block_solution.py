@@ -9,6 +9,8 @@ M is factored as L D Lᵀ. With y = L⁻¹ f, Z = L⁻¹ G and X = L⁻¹ M_aᵀ
     (G_a − Xᵀ D⁻¹ Z) R = Xᵀ D⁻¹ y − f_a,
 
 a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an active force, Z = 0 and R follows from u̇.
+
+The order in which a symmetric matrix is eliminated, so that little of what is zero is filled.
 """
 
 from collections.abc import Sequence
