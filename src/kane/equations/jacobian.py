@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.derivatives.slopes import slopes
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.values import evaluate_along
+from kane.dynamics.slopes import slopes
 from kane.dynamics.solved import Solved
 from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, CornerError, cut
@@ -29,9 +29,8 @@ from kane.expr.size import Sizes, size
 from kane.expr.switching import Switch, on_sides, switches
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.expr.visit import substituted
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, first_place
 from kane.numeric.named import symbols_named
-from kane.numeric.places import first_place
 from kane.numeric.scale import EQUAL
 
 
