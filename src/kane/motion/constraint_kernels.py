@@ -18,8 +18,7 @@ from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.size import Sizes, size
-from kane.motion.projection import Numbers
-from kane.motion.residuals import Tolerances
+from kane.motion.projection import Numbers, Tolerances
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.held import COUNTS, room
 from kane.motion.steppers.outline import At
@@ -71,7 +70,7 @@ def _filled(matrix: Matrix) -> Pairs:
 
 def unheld(stepper: Stepper) -> str:
     """Why constraints are kept by Python alone, in words; "" where a kernel can."""
-    if stepper.manifold is None:
+    if stepper.projection is None:
         return ""
     if stepper.kinks is not None:
         return "constraints bend"
