@@ -6,8 +6,6 @@ doubt is judged here, as those of SciPy's solvers are.
 """
 
 from collections.abc import Callable
-from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.size import Sizes, size
+from kane.motion.hybrid.events import Inspection, Verdict
 from kane.motion.projection import Numbers
 from kane.motion.residuals import Tolerances
 from kane.motion.right_hand_side import Given
@@ -88,23 +87,6 @@ def _rows(stepper: Stepper) -> tuple[list[int], list[int]]:
     return sorted(embedding.partition.rows), sorted(embedding.partition.dependent)
 
 
-class Verdict(Enum):
-    """What becomes of a step that Python has looked at."""
-
-    TAKEN = "taken"
-    SHORTER = "shorter"
-    SINGULAR = "singular"
-    TURNED = "turned"
-    MISSED = "missed"
-
-
-class Looked(NamedTuple):
-    """The verdict, and what was found, in words."""
-
-    verdict: Verdict
-    told: str = ""
-
-
 class Holding:
     """The constraints as a kernel takes them, for the dependent speeds that are stepped now."""
 
@@ -152,31 +134,31 @@ class Holding:
 
     def look(
         self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
-    ) -> Looked:
+    ) -> Inspection:
         """A step that may lead where constraints are singular or cannot be kept; no step is made shorter than `narrow`."""
         stepper = self.stepper
         kept, numbers = stepper.keep(end, dense(np.array([end]))[0])
         assert numbers is not None
         turned, missed = stepper.turned(numbers), stepper.missed(end, kept, numbers, tolerances)
         if (turned or missed or not numbers.finite) and end - start > narrow:
-            return Looked(Verdict.SHORTER)
+            return Inspection(Verdict.SHORTER)
         if turned:
-            return Looked(Verdict.TURNED, turned)
+            return Inspection(Verdict.TURNED, message=turned)
         if missed:
-            return Looked(Verdict.MISSED, missed)
+            return Inspection(Verdict.MISSED, message=missed)
 
         def states(t: float | Array) -> Array:
             found = dense(np.atleast_1d(t))
             return found.T if np.ndim(t) else found[0]
 
         if not numbers.finite or self._poor(numbers):
-            return Looked(Verdict.SINGULAR)
+            return Inspection(Verdict.SINGULAR)
         if not (stepper.jumped(numbers) or stepper.crosses(states, start, end)):
             self.measure()  # the kernel moves the step's end by them: entries may have grown from nothing
-            return Looked(Verdict.TAKEN)
+            return Inspection(Verdict.TAKEN)
         # where speeds alone are poor others are taken, nearby: `settle`
         lost = end - start <= narrow or stepper.crosses(states, start, end, rank_alone=True)
-        return Looked(Verdict.SINGULAR if lost else Verdict.SHORTER)
+        return Inspection(Verdict.SINGULAR if lost else Verdict.SHORTER)
 
     def _poor(self, numbers: Numbers) -> bool:
         """Whether dependent speeds hardly follow, and no others do better."""

@@ -8,24 +8,24 @@ import numpy as np
 
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.constraint_kernels import Holding, Verdict, regular, unheld
+from kane.motion.constraint_kernels import Holding, regular, unheld
+from kane.motion.course import Course, Method
 from kane.motion.cvode import initial_step
-from kane.motion.hybrid.events import Fresh, crossings, still_there, that_move, thresholds, up_to_a_break, vanishing
-from kane.motion.hybrid.modes import HELD, RECENT, Pace, Regimes, Turn, Turns, chattering, standing
+from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict
+from kane.motion.hybrid.modes import HELD, RECENT, Modes, chattering, standing
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import controllers
-from kane.motion.interrupts import MESSAGE
 from kane.motion.methods import cornered, implicit
 from kane.motion.right_hand_side import Routines, exact
 from kane.motion.start import nearly_singular
 from kane.motion.steppers.arguments import Arguments, after, interpolant
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import STEPPED, Course, End, Method, ended_by, not_held, passes
+from kane.motion.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EPS, LATER, SAME_TIME
+from kane.numeric.scale import EPS, SAME_TIME
 from kane.numeric.sign_changes import SHARES
 from kane.program.native.machine import Settings
 
@@ -115,7 +115,7 @@ class Stiffness:
 SCIPY = "SciPy's "
 
 
-class NativeCourse:
+class NativeCourse(Course):
     """A motion on its way over `span`, as `Course`, where nothing is left to Python between two steps (`methods.py`)."""
 
     def __init__(
@@ -127,16 +127,12 @@ class NativeCourse:
         times: Array,
         fresh: Fresh = MappingProxyType({}),
     ) -> None:
-        self.stepper, self.method, self.span, self.fresh = stepper, method, span, fresh
-        self.t, self.rows = [span[0]], [stepper.sample(span[0], start)]
-        self.events: list[tuple[Event, float]] = []
-        self.pace = Pace(span, method.max_seconds, method.bounded)
+        super().__init__(stepper, method, span, start, np.append(times[times > span[0]], np.inf), fresh)
         self.pace.before.append((span[0], start.copy()))  # sizes of quantities at switches
-        self.times = np.append(times[times > span[0]], np.inf)
         self.s = np.zeros(SIZE)
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
         self.marks = np.zeros(len(self.times))
-        self.stepped: Course | None = None
+        self.stepped: ScipyCourse | None = None
         self.names, self.for_good = [method.name], False
         self.stiffness = Stiffness()
         self.handed = (0, 0)
@@ -145,23 +141,23 @@ class NativeCourse:
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
-        self.regimes = Regimes(self.stepper, t, self.y) if has_jumps(self.stepper.eom, self.stepper.now.laws) else None
+        self.modes = Modes(self.stepper, t, self.y) if has_jumps(self.stepper.eom, self.stepper.now.laws) else None
         self._call_anew(t)
 
     def _call_anew(self, t: float) -> None:
         """The kernel goes on from the state at hand by other equations than before."""
-        stepper, regimes = self.stepper, self.regimes
-        self.now = stepper.now if regimes is None else regimes.routines(stepper)
+        stepper, modes = self.stepper, self.modes
+        self.now = stepper.now if modes is None else modes.routines(stepper)
         settings = self.now.settings or Settings()
         kernel = compiled(self.method.name, settings, stepper.manifold is not None, cornered(self.now))
-        count = 0 if regimes is None else len(regimes.sides)
+        count = 0 if modes is None else len(modes.sides)
         self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
         for k, event in enumerate(stepper.eom.events):
             if event.name in self.fresh:
                 self.given["seen"][k] = self.given["least"][k]
-        if regimes is not None:
-            self.given["seen"][[len(stepper.eom.events) + k for k in regimes.fresh]] = 0.0
+        if modes is not None:
+            self.given["seen"][[len(stepper.eom.events) + k for k in modes.fresh]] = 0.0
         self.holding = Holding(stepper, t, self.y) if stepper.manifold else None
         if self.holding is not None:
             self.arguments.held(self.holding.given, self.marks)
@@ -198,7 +194,7 @@ class NativeCourse:
         if method.first is not None and t == self.span[0]:
             return min(method.first, end - t)
         self.s[At.RATES] += 2
-        rate = self.stepper.rate if self.regimes is None else self.now.rate
+        rate = self.stepper.rate if self.modes is None else self.now.rate
         return initial_step(rate, integrator.order, (method.rtol, method.atol), t, self.y, end)
 
     @property
@@ -237,8 +233,8 @@ class NativeCourse:
         over = back is Back.END and self.s[At.END] >= self.span[1]
         if back is not Back.END and (self._stiff() or self._eased(back, before, done)):
             return None
-        if self.regimes is not None and float(self.s[At.TIME]) > before:
-            self.regimes.gone_on()
+        if self.modes is not None and float(self.s[At.TIME]) > before:
+            self.modes.gone_on()
         if back is Back.LOOK:
             return self._doubt() if self.s[At.HELD] else self._look()
         changed = self.looked and self._settled()
@@ -252,7 +248,7 @@ class NativeCourse:
             return None
         if over:
             if self.t[-1] < self.span[1]:
-                self._sample(self.span[1], self.y.copy())
+                self.sample(self.span[1], self.y.copy())
             return End("finished", f"reached t = {self.span[1]:g}")
         self._lead_on(back, changed)
         return None
@@ -263,12 +259,12 @@ class NativeCourse:
         if changed and unheld(self.stepper):
             self._hand_over(t)
             return
-        if self.landing and self.regimes is not None and not changed and back is Back.END:
+        if self.landing and self.modes is not None and not changed and back is Back.END:
             at = float(self.s[At.END])
-            self.regimes.turn(self.stepper, at, self.y, self.landing)
+            self.modes.turn(self.stepper, at, self.y, self.landing)
             self._call_anew(at)
             return
-        if changed or (back is Back.END and self.regimes is not None):
+        if changed or (back is Back.END and self.modes is not None):
             self._take_up(t)
         elif back is Back.END:
             self._begin(t)
@@ -329,48 +325,63 @@ class NativeCourse:
         return f"the motion does not get on beyond t = {t:.6g}: {told}" if told else ""
 
     def _collect(self) -> None:
-        """The samples that were taken."""
+        """The samples that were taken; one beside a doubtful state is moved onto the constraints once more."""
         while len(self.t) <= int(self.s[At.SAMPLE]):
             k = len(self.t) - 1
-            self._sample(float(self.times[k]), self.out[k].copy(), bool(self.marks[k]))
-
-    def _sample(self, t: float, y: Array, doubtful: bool = False) -> None:
-        self.t.append(t)
-        self.rows.append(self.stepper.sample(t, y) if doubtful else (y, self.stepper.eom))
+            t, y = float(self.times[k]), self.out[k].copy()
+            if self.marks[k]:
+                self.sample(t, y)
+            else:
+                self.t.append(t)
+                self.rows.append((y, self.stepper.eom))
 
     def _stopped(self, message: str) -> End:
-        """What there is up to here is the motion."""
-        if self.s[At.TIME] > self.t[-1]:
-            self._sample(float(self.s[At.TIME]), self.y.copy(), doubtful=True)
-        return End("stopped", message)
+        return self.stopped(message, float(self.s[At.TIME]), self.y.copy())
 
     def interrupted(self) -> End:
         """It ends after the last step that was taken."""
         if self.stepped is not None:
             return self.stepped.interrupted()
         self._collect()
-        return self._stopped(f"{MESSAGE}{self.s[At.TIME]:.6g}")
+        return self.broken(float(self.s[At.TIME]), self.y.copy())
 
     def _doubt(self) -> End | None:
         """The constraints of the step that is taken next, in which they may be singular or not be kept."""
-        s, stepper, holding = self.s, self.stepper, self.holding
+        s, holding = self.s, self.holding
         assert holding is not None
         start, h = float(s[At.TIME]), self._next()
         dense = interpolant(self.method.name, self.given, h, start)
         narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])
-        verdict, told = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
-        if verdict is Verdict.SHORTER:
-            s[At.STEP] = h / 2
-            return None
-        if verdict is Verdict.SINGULAR:
-            self._hand_over(start)
-            return None
-        if verdict is Verdict.TURNED:
-            return self._stopped(f"another branch of the closures lies beyond t = {start:.6g}: {told}")
-        if verdict is Verdict.MISSED:
-            return self._stopped(not_held(stepper, start, self.y.copy(), self.span, told))
+        found = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
+        if found.verdict is not Verdict.TAKEN:
+            return self._decided(found, start, h)
         self.looked, s[At.LOOKED] = True, 1.0
         return self._look() if self.given.get("events") else None
+
+    def _decided(self, found: Inspection, start: float, h: float) -> End | None:
+        """What follows for the step of length h from `start` that is not taken: it is taken otherwise, or the motion ends."""
+        verdict, modes, which = found.verdict, self.modes, found.which
+        again = modes is not None and modes.tried.issuperset(
+            which
+        )  # switches that came back from their other side before
+        if verdict is Verdict.SHORTER:
+            self.s[At.STEP] = found.t or h / 2
+        elif verdict is Verdict.UP_TO:
+            self.s[At.END], self.landing = found.t, which
+        elif verdict is Verdict.TURNED:
+            return self._stopped(f"another branch of the closures lies beyond t = {start:.6g}: {found.message}")
+        elif verdict is Verdict.MISSED:
+            return self._stopped(not_held(self.stepper, start, self.y.copy(), self.span, found.message))
+        elif verdict is Verdict.SINGULAR or (start == self.span[0] and again):
+            self._hand_over(start)
+            self.for_good = bool(which)
+        elif modes is not None and again:
+            told = standing(self.stepper.now, [modes.quantities[k] for k in which])
+            return self._stopped(f"the motion does not get on beyond t = {start:.6g}: {told}")
+        elif modes is not None:
+            modes.turn(self.stepper, start, self.y, which, tried=True)
+            self._call_anew(start)
+        return None
 
     def _settled(self) -> bool:
         """After a step that Python has looked at: whether other dependent speeds are stepped from there on, or rank is lost."""
@@ -388,13 +399,13 @@ class NativeCourse:
     def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
         method = replace(self.method.after(self.steps), name=name, first=None)
-        self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], self.fresh)
+        self.stepped = ScipyCourse(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], self.fresh)
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
         self.stepped.span = self.span
         self._called(name)
         self.stepped.pace.before.append((self.t[0], self.rows[0][0]))  # sizes of quantities at switches, farther back
 
-    def _step_by_scipy(self, course: Course) -> End | None:
+    def _step_by_scipy(self, course: ScipyCourse) -> End | None:
         """One of SciPy's steps; machine code goes on where constraints are regular again."""
         end = course.advance()
         if end is not None or self.for_good or not course.clear or unheld(self.stepper):
@@ -413,67 +424,40 @@ class NativeCourse:
         """The events of the step that is taken next, up to one that ends the motion; without such a one it is gone on from."""
         s, now, events = self.s, self.now, self.stepper.eom.events
         start, h = float(s[At.TIME]), self._next()
-        dense = interpolant(self.method.name, self.given, h, start)
+        along = interpolant(self.method.name, self.given, h, start)
         times = start + h * np.array(SHARES)
-        states = dense(times[1:])
+        states = along(times[1:])
         if self.holding is not None:
             states[-1] = after(self.method.name, self.given)
         count = int(self.given["events"])
         values = np.vstack([self.given["seen"][:count], now.watch_all(times[1:], states)])
-        sizes = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
+        largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
 
-        def one(t: float) -> Array:
-            state: Array = dense(np.array([t]))[0]
+        def dense(t: float) -> Array:
+            state: Array = along(np.array([t]))[0]
             return state
 
-        if self.regimes is not None:
-            turn = self.regimes.look(now, one, start, h, values[:, len(events) :])
-            if turn.what not in (Turns.NOT, Turns.AT_END) or (turn.what is Turns.AT_END and h < self._left()):
-                return self._turned(turn, start, h)
+        if self.modes is not None:
+            found = self.modes.look(now, dense, start, h, values[:, len(events) :])
+            aimed = found.verdict is Verdict.UP_TO and found.t == start + h and h >= self._left()
+            if found.verdict is not Verdict.TAKEN and not aimed:
+                return self._decided(found, start, h)
             # what was aimed at is met there, though rounding leaves it on this side
-            self.landing = self.landing or turn.which
-        values = values[:, : len(events)]
-        least = thresholds(events, sizes)
-        met = crossings(events, now.watch, one, times, values, least, self.fresh)
-        met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
+            self.landing = self.landing or found.which
         s[At.LOOKED] = 1.0
-        moving = that_move(met, now, times, values, states, self.span[1] - self.span[0])
-        noted, at_once = up_to_a_break(moving, h)
-        end = ended_by(at_once, noted)
-        t = start if end is None else next(t for event, t in noted if event.breaks)
-        if end is not None and passes(self.stepper, end, t, one(t)):
+        values = values[:, : len(events)]
+        noted, end, t = self.meets(now, dense, StepSeen(times, values, states), largest)
+        if self.passes(end, t, dense):
             self._hand_over(start)
             assert self.stepped is not None
             self.stepped.beware(t)
             return None
         self.events += noted
-        self.fresh = still_there(self.fresh, events, values[-1] - least)
+        self.leave(values[-1], largest)
         if end is not None:
-            before = self.times[(self.times > self.t[-1]) & (self.times < t)]
-            for at in [*before, *([t] if t > self.t[-1] else [])]:
-                self._sample(float(at), one(float(at)), doubtful=True)
+            self.sample_up_to(t, dense, True)
             s[At.STEPS] += 1
         return end
-
-    def _turned(self, turn: Turn, start: float, h: float) -> End | None:
-        """A step in which a switch turns is taken again: up to there, shorter, or on the side to which the motion comes back."""
-        regimes = self.regimes
-        assert regimes is not None
-        if turn.what in (Turns.BEFORE, Turns.AT_END):
-            self.s[At.END] = turn.t if turn.what is Turns.BEFORE else start + h
-            self.landing = turn.which
-        elif turn.what is Turns.SOON:
-            self.s[At.STEP] = LATER * h
-        elif turn.what is Turns.STILL or (start == self.span[0] and regimes.tried.issuperset(turn.which)):
-            self._hand_over(start)
-            self.for_good = True
-        elif regimes.tried.issuperset(turn.which):
-            told = standing(self.stepper.now, [regimes.quantities[k] for k in turn.which])
-            return self._stopped(f"the motion does not get on beyond t = {start:.6g}: {told}")
-        else:
-            regimes.turn(self.stepper, start, self.y, turn.which, tried=True)
-            self._call_anew(start)
-        return None
 
     def _next(self) -> float:
         """The length of the step that was looked at."""
