@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -18,7 +19,7 @@ from kane.motion.inputs.feedback import controllers
 from kane.motion.methods import cornered, implicit
 from kane.motion.right_hand_side import Routines, exact
 from kane.motion.start import nearly_singular
-from kane.motion.steppers.arguments import Arguments, after, interpolant
+from kane.motion.steppers.arguments import Arguments
 from kane.motion.steppers.outline import SIZE, At, Back
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.stepping import STEPPED, ScipyCourse, not_held
@@ -350,7 +351,7 @@ class NativeCourse(Course):
         s, holding = self.s, self.holding
         assert holding is not None
         start, h = float(s[At.TIME]), self._next()
-        dense = interpolant(self.method.name, self.given, h, start)
+        dense = self._dense(start, h)
         narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])
         found = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
         if found.verdict is not Verdict.TAKEN:
@@ -424,11 +425,13 @@ class NativeCourse(Course):
         """The events of the step that is taken next, up to one that ends the motion; without such a one it is gone on from."""
         s, now, events = self.s, self.now, self.stepper.eom.events
         start, h = float(s[At.TIME]), self._next()
-        along = interpolant(self.method.name, self.given, h, start)
+        along = self._dense(start, h)
         times = start + h * np.array(SHARES)
         states = along(times[1:])
         if self.holding is not None:
-            states[-1] = after(self.method.name, self.given)
+            end_of, n = INTEGRATORS[self.method.name].end, len(self.y)
+            assert end_of is not None
+            states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
         count = int(self.given["events"])
         values = np.vstack([self.given["seen"][:count], now.watch_all(times[1:], states)])
         largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
@@ -458,6 +461,12 @@ class NativeCourse(Course):
             self.sample_up_to(t, dense, True)
             s[At.STEPS] += 1
         return end
+
+    def _dense(self, start: float, h: float) -> Callable[[Array], Array]:
+        """The state (k × n) at times (k) in the step that the kernel has found."""
+        dense = INTEGRATORS[self.method.name].dense
+        assert dense is not None
+        return dense(self.given, h, start)
 
     def _next(self) -> float:
         """The length of the step that was looked at."""

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The kernel of an explicit embedded method, from its tableau."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
 
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.motion.steppers.watched import Watched
+from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Array, Term, Variable, Writer
@@ -31,6 +35,27 @@ def explicit_kernel(tableau: Tableau, held: bool = False) -> Kernel:
 def rows(tableau: Tableau) -> int:
     """How many rows of n doubles `work` has."""
     return tableau.stages + 1 + len(tableau.later) + 3 + len(tableau.dense)
+
+
+def explicit_end(tableau: Tableau, n: int) -> int:
+    """Where in `work` the end of a step stands, on its constraints."""
+    return (rows(tableau) - len(tableau.dense) - 2) * n
+
+
+def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    begin, n, parts = (given["y"] + given["lag"]).copy(), len(given["y"]), len(tableau.dense)
+    weights = given["work"].reshape(rows(tableau), n)[-parts:].copy()
+
+    def state(times: Numbers) -> Numbers:
+        theta = ((times - start) / h)[:, None]
+        value = np.broadcast_to(weights[-1], (len(times), n))
+        for k in reversed(range(parts - 1)):
+            value = weights[k] + (theta if k % 2 else 1 - theta) * value
+        found: Numbers = begin + theta * value
+        return found
+
+    return state
 
 
 class _Explicit:

@@ -11,14 +11,19 @@ the end is better by far. Iterations end where the rest is a tenth of rtol. Sour
 Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
 from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import WIDE, At, Back, Outline, add_exactly
 from kane.motion.steppers.watched import Watched
+from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.write import Array, Term
 
@@ -46,6 +51,41 @@ def gauss_kernel(
     onto them.
     """
     return _Gauss(accepted, rounds, held, cornered).kernel()
+
+
+def gauss_end(n: int) -> int:
+    """Where in `work` the end of a step stands, on its constraints, but for the last component."""
+    return 4 * STAGES * n + STAGES + n
+
+
+def gauss_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    y, lag, work, pairs, free = (given[name] for name in ("y", "lag", "work", "pairs", "free"))
+    n = len(y)
+    begin, rates = (y + lag).copy(), work[3 * STAGES * n : 4 * STAGES * n].reshape(n, STAGES).copy()
+    of, by = pairs.reshape(-1, 2)[: given["pair_count"]].astype(int).T
+    others = [*free[: given["free_count"]].astype(int), n - 1]
+
+    def state(times: Numbers) -> Numbers:
+        theta = (times - start) / h
+        once, twice = along(theta)
+        rows = np.empty((len(times), n))
+        rows[:, others] = begin[others] + h * once @ rates[others].T
+        rows[:, of] = begin[of] + h * theta[:, None] * begin[by] + h * h * twice @ rates[by].T
+        return rows
+
+    return state
+
+
+def along(theta: Numbers) -> tuple[Numbers, Numbers]:
+    """∫ L_j and ∫∫ L_j (k × 8) from 0 to shares of a step (k)."""
+    nodes = gauss(STAGES)
+    p = legvander(2 * theta - 1, STAGES + 1)
+    double = 2.0 * np.arange(1, STAGES + 1) + 1
+    once = np.column_stack([theta, (p[:, 2:] - p[:, :-2]) / (2 * double)])
+    twice = np.column_stack([theta**2 / 2, (once[:, 2:] - once[:, :-2]) / (2 * double[: STAGES - 1])])
+    rows = (2.0 * np.arange(STAGES) + 1)[:, None] * np.array(nodes.legendre[:STAGES]) * nodes.b
+    return once[:, :STAGES] @ rows, twice @ rows
 
 
 class _Gauss:

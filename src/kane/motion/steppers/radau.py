@@ -11,7 +11,10 @@ at y + error, as what is stiff has decayed there. Source: Hairer & Wanner, *Solv
 sec. IV.8.
 """
 
-from typing import Literal
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.dense import decompose, substitute
@@ -19,13 +22,12 @@ from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
 from kane.motion.steppers.watched import Watched
+from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Array, Term
 
 STAGES = 5
-ORDER = 5
-"""That of the estimate."""
 _M = radau_stages(STAGES)
 _PAIRS = len(_M.eigenvalues) - 1
 _FIRST, _STATE, AFTER, _AFTER_LAG, _SPARE, _RIGHT, Z = range(7)
@@ -54,6 +56,26 @@ def radau_kernel(held: bool = False) -> Kernel:
     Where constraints are `held`, the end of each step and each sample are moved onto them.
     """
     return _Radau(held).kernel()
+
+
+def radau_end(n: int) -> int:
+    """Where in `work` the end of a step stands, on its constraints."""
+    return AFTER * n
+
+
+def radau_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    begin, n, stages = (given["y"] + given["lag"]).copy(), len(given["y"]), _M
+    z, c = given["work"][Z * n : (Z + STAGES) * n].reshape(STAGES, n).copy(), np.array(stages.c)
+
+    def state(times: Numbers) -> Numbers:
+        theta = ((times - start) / h)[:, None]
+        others = np.array([np.delete(c, i) for i in range(STAGES)])
+        weights = theta * np.prod(theta[:, :, None] - others, axis=2) * stages.lagrange
+        found: Numbers = begin + weights @ z
+        return found
+
+    return state
 
 
 class _Radau:
