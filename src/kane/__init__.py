@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from kane.analysis import *
     from kane.attitude import *
     from kane.beams import *
-    from kane.equations.compiled import Compiled
+    from kane.equations.compiled import Compiled, Handle
     from kane.equations.derive import derive
     from kane.equations.equations import Equations, compile
-    from kane.equations.handle import Handle
     from kane.equations.jacobian import Jacobian
+    from kane.equations.state import OperatingPoint as OperatingPoint
+    from kane.equations.state import State
     from kane.errors import *
     from kane.expr import *
     from kane.expr.node import pi
@@ -91,29 +92,23 @@ logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says no
 _NAMES = {
     "": "analysis attitude beams errors expr figures joints loads solids",
     "analysis.assembly": "Assembled assemble",
+    "analysis.comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
     "analysis.constraint_loads": "ConstraintForces constraint_forces",
     "analysis.impacts": "Impact impact",
-    "analysis.inverse_dynamics": "Inverse inverse",
-    "analysis.linear": "Linear Mode SecondOrder",
-    "analysis.linearization": "Linearizer linearize linearizer",
-    "analysis.method_comparison": "MethodComparison compare_methods",
-    "analysis.modes": "NormalModes normal_modes",
-    "analysis.point": "OperatingPoint",
-    "analysis.solution_branches": "Branch continuation",
-    "analysis.speed_comparison": "SpeedComparison SpeedSet compare_speeds",
-    "analysis.stability": "Crossing",
-    "analysis.state": "Guess guess",
-    "analysis.symbolic": "SymbolicLinear linearize_symbolic",
+    "analysis.linear": "Linear Mode NormalModes SecondOrder normal_modes",
+    "analysis.linearization": "Linearizer SymbolicLinear linearize linearize_symbolic linearizer",
+    "analysis.mixed_dynamics": "Inverse inverse",
+    "analysis.solution_branches": "Branch Crossing continuation",
     "analysis.trimming": "equilibrium trim",
     "dynamics.methods.formulation": "Formulation",
     "dynamics.motions": "Motions motions",
+    "dynamics.readings.contributions": "Noncontributing",
     "dynamics.readings.joint_reactions": "JointReaction",
-    "dynamics.readings.noncontributing": "Noncontributing",
-    "equations.compiled": "Compiled",
+    "equations.compiled": "Compiled Handle",
     "equations.derive": "derive",
     "equations.equations": "Equations compile",
-    "equations.handle": "Handle",
     "equations.jacobian": "Jacobian",
+    "equations.state": "Guess OperatingPoint State guess",
     "errors":
         "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError ModesWarning "
         "NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
@@ -129,7 +124,7 @@ _NAMES = {
     "expr.solve": "solve_linear",
     "expr.substitution": "substitute",
     "expr.symbols":
-        "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed State Symbol coordinate coordinates "
+        "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed StateVariable Symbol coordinate coordinates "
         "input parameter parameters speed speeds state time",
     "expr.tables": "Table table",
     "expr.taylor_series": "taylor",
@@ -215,7 +210,7 @@ __all__ = [
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling",
     "configuration_constraint", "motion_constraint",
     "reaction", "auxiliary_speed", "Event", "System",
-    "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "assemble", "guess",
+    "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
     "signal", "Signal", "sampled", "simulate", "Solution", "load_solution", "Accuracy",
     "linearize", "trim", "equilibrium", "inverse", "analysis", "plot", "report", "figures",
     "Expr", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "substitute", "evaluate", "free_symbols",

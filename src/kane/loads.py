@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Forces and torques, springs, dampers, drag, gravitation, friction, and systems of forces."""
 
-from kane.dynamics.readings.noncontributing import Noncontributing
+from kane.dynamics.readings.contributions import Noncontributing
 from kane.model.distributed import line_load, pressure_on_disk, pressure_on_rectangle
 from kane.model.field_loads import buoyancy, gravitation, gravity_moment, linear_drag, quadratic_drag
 from kane.model.force_systems import ForceSystem, Wrench, force_system

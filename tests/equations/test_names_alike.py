@@ -151,7 +151,7 @@ def test_inverse_and_points():
     assert (point["q1"], point["u2"], point["T"], point[m]) == (0.3, 1, 2, 1.2)
     assert inverse(**point.arguments, given=given) == inverse(q=point.q, u=point.u, given=given)
     with pytest.raises(
-        kn.ValueMissingError, match="Expected some of q, u, parameters, inputs, states, t to replace, got speed"
+        kn.ValueMissingError, match="Expected some of q, u, states, inputs, parameters, t to replace, got speed"
     ):
         point.replace(speed={u2: 1})
     with pytest.raises(kn.ValueMissingError, match="got one for 'q9'"):

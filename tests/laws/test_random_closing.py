@@ -9,7 +9,7 @@ import scipy.linalg
 from hypothesis import given
 
 import kane as kn
-from kane.dynamics import closure
+from kane.dynamics import manifold
 from tests.examples import examples
 from tests.laws.test_random_loops import KINDS
 from tests.oracles.mechanism import Mechanism
@@ -20,7 +20,7 @@ from tests.oracles.mechanism_kane import Asked, to_kane
 def dependent(system: kn.System, q: dict[kn.Coordinate, float]) -> set[kn.Coordinate]:
     """Coordinates that the constraints give at q, by pivoted columns of ∂f/∂q."""
     defaults = {p: p.default for p in system.parameters}
-    gradient = np.asarray(kn.evaluate(closure(system).gradient, q | defaults), dtype=float)
+    gradient = np.asarray(kn.evaluate(manifold(system).gradient, q | defaults), dtype=float)
     triangle, columns = scipy.linalg.qr(gradient, mode="r", pivoting=True)
     size = np.abs(np.diag(triangle))
     return {system.coordinates[k] for k in columns[: int((size > 1e-9 * size[0]).sum())]}

@@ -7,45 +7,35 @@ from kane.lazy_imports import offered as _offered
 
 if TYPE_CHECKING:
     from kane.analysis.assembly import Assembled, assemble
+    from kane.analysis.comparison import MethodComparison, SpeedComparison, SpeedSet, compare_methods, compare_speeds
     from kane.analysis.constraint_loads import ConstraintForces, constraint_forces
     from kane.analysis.impacts import Impact, impact
-    from kane.analysis.inverse_dynamics import Inverse, inverse
-    from kane.analysis.linear import Linear, Mode, SecondOrder
-    from kane.analysis.linearization import Linearizer, linearize, linearizer
-    from kane.analysis.method_comparison import MethodComparison, compare_methods
-    from kane.analysis.modes import NormalModes, normal_modes
-    from kane.analysis.point import OperatingPoint
-    from kane.analysis.solution_branches import Branch, continuation
-    from kane.analysis.speed_comparison import SpeedComparison, SpeedSet, compare_speeds
-    from kane.analysis.stability import Crossing
-    from kane.analysis.state import Guess, guess
-    from kane.analysis.symbolic import SymbolicLinear, linearize_symbolic
+    from kane.analysis.linear import Linear, Mode, NormalModes, SecondOrder, normal_modes
+    from kane.analysis.linearization import Linearizer, SymbolicLinear, linearize, linearize_symbolic, linearizer
+    from kane.analysis.mixed_dynamics import Inverse, inverse
+    from kane.analysis.solution_branches import Branch, Crossing, continuation
     from kane.analysis.trimming import equilibrium, trim
     from kane.dynamics.methods.formulation import Formulation
     from kane.dynamics.motions import Motions, motions
+    from kane.equations.state import Guess, guess
 
 __getattr__ = _offered(
     __name__,
     {
         ".dynamics.methods.formulation": "Formulation",
         ".dynamics.motions": "Motions motions",
-        "assembly": "Assembled assemble",
+        ".equations.state": "Guess guess",
+        "assembly": "Assembled assemble held_at",
+        "comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
         "constraint_loads": "ConstraintForces constraint_forces",
-        "held": "held_at",
+        "flow": "dependence",
         "impacts": "Impact impact",
-        "inverse_dynamics": "Inverse inverse",
-        "linear": "Linear Mode SecondOrder",
-        "linearization": "Linearizer linearize linearizer",
+        "linear": "Linear Mode NormalModes SecondOrder normal_modes",
+        "linearization": "Linearizer SymbolicLinear linearize linearize_symbolic linearizer",
         "load_signs": "doubtful_loads",
-        "method_comparison": "MethodComparison compare_methods",
-        "modes": "NormalModes normal_modes",
-        "point": "OperatingPoint",
-        "solution_branches": "Branch continuation",
-        "speed_comparison": "SpeedComparison SpeedSet compare_speeds",
-        "stability": "Crossing changes tracked",
-        "state": "Guess guess start_state",
-        "steady": "dependence",
-        "symbolic": "SymbolicLinear linearize_symbolic",
+        "mixed_dynamics": "Inverse inverse",
+        "solution_branches": "Branch Crossing changes continuation tracked",
+        "state_checks": "start_state",
         "trimming": "equilibrium trim",
     },
 )
@@ -58,7 +48,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "assemble", "Assembled", "guess", "Guess", "linearize", "linearizer", "linearize_symbolic", "Linear", "Linearizer",
     "SymbolicLinear", "SecondOrder", "Mode", "normal_modes", "NormalModes", "impact", "Impact", "constraint_forces",
-    "ConstraintForces", "trim", "equilibrium", "OperatingPoint", "continuation", "Branch", "Crossing", "inverse",
+    "ConstraintForces", "trim", "equilibrium", "continuation", "Branch", "Crossing", "inverse",
     "Inverse", "compare_speeds", "SpeedComparison", "SpeedSet", "compare_methods", "MethodComparison", "Formulation",
     "motions", "Motions",
 ]  # fmt: skip

@@ -1,43 +1,165 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for."""
+"""The constraints on the motion at a configuration, in speeds or in rates, also where what is written through W has a pole.
+
+Constraints A_q q̇ + b_q = 0 and speeds u = Y q̇ + z are divided by nothing. Where A may have false poles, or is not finite, the
+speeds that are possible are those of the rates that are: with A_q N = 0 and A_q q̇₀ + b_q = 0 those with
+
+    B u = B (Y q̇₀ + z),    B (Y N) = 0
+
+`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for.
+"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, overload
 
 import numpy as np
 
-from kane.analysis.held import held_at
-from kane.analysis.search import Found, Search
-from kane.analysis.state import Entries, check_equations, entries, misses
-from kane.dynamics.constraints.closure import closure
+from kane.analysis.search import Found, Search, search
+from kane.analysis.state_checks import Entries, entries, misses
+from kane.analysis.tangents import turning
+from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.readings.values import parameter_values
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import State, state_of
 from kane.errors import Attributes, SimulationError, ValueMissingError
+from kane.expr.evaluation import evaluate
+from kane.expr.matrix import dot
 from kane.expr.node import Expr
-from kane.expr.symbols import Coordinate, Speed, time
+from kane.expr.symbols import Coordinate, Speed, rate, time
+from kane.expr.visit import substituted
+from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.named import named_values
 from kane.numeric.newton import Closed
 from kane.numeric.projection import least_squares
-from kane.numeric.rank import singular
-from kane.numeric.scale import GIVEN, ROUNDED, ROUNDED_ROOT, STATE_RANK
+from kane.numeric.rank import balance, singular
+from kane.numeric.scale import DERIVE_RANK, GIVEN, ROUNDED, ROUNDED_ROOT, STATE_RANK
 from kane.progress import working
+
+_TOLD = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Held:
+    """Constraints `rows` x + `rest` = 0 on x, speeds or rates, with their `names`; the speeds are `to_speeds` x + `added`."""
+
+    names: tuple[str, ...]
+    rows: Array
+    rest: Array
+    to_speeds: Array
+    added: Array
+
+
+def held_at(eom: Equations, at: Mapping[Expr, Any], by_rates: bool) -> Held:
+    """The constraints at a configuration, on the speeds or, with `by_rates`, on the rates of the coordinates.
+
+    A SimulationError names constraints or speeds that are not finite there even in rates.
+    """
+    constraints, n = eom.derived.constraints, len(eom.speeds)
+    m = len(constraints.b)
+    a = np.asarray(evaluate(constraints.a, at), dtype=float).reshape(m, n)
+    b = np.array(evaluate(list(constraints.b), at), dtype=float) if m else np.zeros(0)
+    names = tuple(c.name for c in constraints.constraints)
+    if _plain(eom, a, b):
+        if not by_rates:
+            return Held(names, a, b, np.eye(n), np.zeros(n))
+        y = np.asarray(evaluate(eom.Y, at), dtype=float)[:n]
+        z = np.array(evaluate(list(eom.z), at), dtype=float)[:n]
+        return Held(names, a @ y, a @ z + b, y, z)
+    y, z, c, rest = _in_basic_rates(eom, at)
+    names = tuple(k.name for k in eom.system.constraints)
+    if by_rates:
+        spread = _basic(eom, at)
+        return Held(names, c @ spread, rest, y @ spread, z)
+    return _possible(names, y, z, c, rest)
+
+
+def _plain(eom: Equations, a: Array, b: Array) -> bool:
+    """Whether A u + b = 0 says what is held as it stands."""
+    return eom.solved.twin is None and bool(np.isfinite(a).all() and np.isfinite(b).all())
+
+
+def _in_basic_rates(eom: Equations, at: Mapping[Expr, Any]) -> tuple[Array, Array, Array, Array]:
+    """Y, z, A_q, b_q in the basic rates, those of coordinates and the quasi-rates of Euler parameters."""
+    speeds, system = eom.derived.kinematical, eom.system
+    rows = [dot(list(row.values()), list(row)) + z for row, z in zip(speeds.rows, speeds.z, strict=True)]
+    held = [substituted(constraint_rate(c), speeds.euler_rates) for c in system.constraints]
+    count = len(speeds.rates)
+    unit = dict(zip(speeds.rates, np.eye(count, count + 1), strict=True))
+    with np.errstate(all="ignore"):
+        wide = [np.broadcast_to(x, count + 1) for x in evaluate([*rows, *held], {**at, **unit})]
+    numbers = np.array(wide, dtype=float)
+    labels = [*(f"the speed {u}" for u in eom.speeds), *(repr(c.name) for c in system.constraints)]
+    lost = [x for x, row in zip(labels, numbers, strict=True) if not np.isfinite(row).all()]
+    if lost:
+        place = [f"{q} = {float(at[q]):.6g}" for q in eom.coordinates if at[q]]
+        where = ", ".join(place[:_TOLD]) or "zero of all coordinates"
+        raise SimulationError(
+            f"Expected constraints and speeds that are finite at this configuration, got infinity or NaN of {', '.join(lost)} at "
+            f"{where}. The coordinates are singular there: take a configuration beside it, or other coordinates (another sequence "
+            "of angles)."
+        )
+    rest = numbers[:, -1]
+    linear, n = numbers[:, :-1] - rest[:, None], len(eom.speeds)
+    return linear[:n], rest[:n], linear[n:], rest[n:]
+
+
+def _basic(eom: Equations, at: Mapping[Expr, Any]) -> Array:
+    """The basic rates by those of the coordinates: ω = 2 E(e)ᵀ ė of Euler parameters."""
+    rates = {r: k for k, r in enumerate(eom.derived.kinematical.rates)}
+    place = {q: k for k, q in enumerate(eom.coordinates)}
+    spread = np.zeros((len(rates), len(place)))
+    for q, k in place.items():
+        if rate(q) in rates:
+            spread[rates[rate(q)], k] = 1.0
+    for s in eom.system.euler_parameters:
+        e = np.array([float(at[q]) for q in s.coordinates])
+        spread[np.ix_([rates[w] for w in s.quasi], [place[q] for q in s.coordinates])] = 4 * turning(e).T
+    return spread
+
+
+def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array) -> Held:
+    """B u = B (Y q̇₀ + z)."""
+    scaled = balance(c)
+    wanted = -rest / scaled.rows[:, 0]
+    first = least_squares(scaled.matrix, wanted)
+    bad = misses(names, scaled.matrix @ first - wanted, limit=GIVEN * np.abs(wanted).max(initial=0))
+    if bad:
+        raise SimulationError(
+            f"Expected constraints that some rates satisfy together at this configuration, got {bad} at best. It is a singular "
+            "configuration: take one beside it."
+        )
+    open_ = singular(scaled.matrix).kernel(DERIVE_RANK) / scaled.columns
+    moved = balance(y @ open_.T)
+    b = singular(moved.matrix).cokernel(DERIVE_RANK) / moved.rows[:, 0]
+    together = f"{', '.join(names)}{' together' if len(names) > 1 else ''}"
+    return Held((together,) * len(b), b, -b @ (y @ (first / scaled.columns[0]) + z), np.eye(len(y)), np.zeros(len(y)))
+
 
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assembled(Attributes):
-    """A state on the constraints: `q` and `u` by symbol, ready for `simulate(q=…, u=…)`, and the largest `residual`.
+    """A `state` on the constraints, ready for `simulate(eom, span, start=….state)`, its `q` and `u`, and the largest `residual`.
 
     `branch` says which of the branches found it is, and where the next one lies; "" where nothing was sought.
     """
 
-    q: dict[Coordinate, float]
-    u: dict[Speed, float]
+    state: State
     residual: float
     branch: str = ""
+
+    @property
+    def q(self) -> dict[Coordinate, float]:
+        """The coordinates, by symbol."""
+        return dict(self.state.q)
+
+    @property
+    def u(self) -> dict[Speed, float]:
+        """The speeds, by symbol."""
+        return dict(self.state.u)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{s} = {v:.6g}" for s, v in (*self.q.items(), *self.u.items()))
@@ -47,6 +169,7 @@ class Assembled(Attributes):
 @overload
 def assemble(
     eom: Equations,
+    state: State | None = None,
     *,
     q: Mapping[Any, Any] | Sequence[float] | None = None,
     u: Mapping[Any, Any] | Sequence[float] | None = None,
@@ -61,6 +184,7 @@ def assemble(
 @overload
 def assemble(
     eom: Equations,
+    state: State | None = None,
     *,
     q: Mapping[Any, Any] | Sequence[float] | None = None,
     u: Mapping[Any, Any] | Sequence[float] | None = None,
@@ -74,6 +198,7 @@ def assemble(
 
 def assemble(
     eom: Equations,
+    state: State | None = None,
     *,
     q: Mapping[Any, Any] | Sequence[float] | None = None,
     u: Mapping[Any, Any] | Sequence[float] | None = None,
@@ -93,6 +218,7 @@ def assemble(
     Parameters
     ----------
     eom : Equations
+    state : `kn.State`, in place of the values that follow
     q : coordinates by symbol or name
     u : speeds by symbol or name; left out altogether, the system is at rest as far as the constraints let it
     rates : rates of coordinates by coordinate, in place of `u`
@@ -108,8 +234,10 @@ def assemble(
         which closure is turned
     """
     check_equations(eom)
-    constants: dict[Expr, Any] = {**parameter_values(eom.system, parameters), time: float(t)}
-    constants.update(named_values("inputs", eom.inputs, inputs))
+    given = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t)
+    q, u = given.q, given.u
+    constants: dict[Expr, Any] = {**parameter_values(eom.system, given.parameters), time: float(given.t)}
+    constants.update(named_values("inputs", eom.inputs, given.inputs))
     if u is not None and rates is not None:
         raise SimulationError("Expected either u= or rates= to assemble with, got both.")
     wanted = _wanted_speeds(eom, u, rates)
@@ -120,7 +248,8 @@ def assemble(
         at = dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))
         speeds, left = _motion(eom, wanted, constants | dict(at.items()), rates is not None)
         by_speed = dict(zip(eom.speeds, speeds.tolist(), strict=True))
-        made.append(Assembled(at, by_speed, max(configuration.size, left), branch))
+        whole = State(at, by_speed, given.states, given.parameters, given.inputs, given.t)
+        made.append(Assembled(whole, max(configuration.size, left), branch))
     return tuple(made) if all_branches else made[0]
 
 
@@ -128,69 +257,67 @@ def _configurations(
     eom: Equations, start: Entries, constants: Mapping[Expr, Any], every: bool
 ) -> list[tuple[Closed, str]]:
     """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
-    constraints = closure(eom.system)
+    constraints = manifold(eom.system)
     names = [q.name for q in eom.coordinates]
     if not constraints.f:
         if start.missing:
             missing = ", ".join(names[i] for i in start.missing)
             raise ValueMissingError(f"Expected a start value for all coordinates, got none for {missing}.")
         return [(Closed(start.values, np.zeros(0), 0), "")]
-    search = Search(eom.system, constraints, constants, start)
+    sought = search(constraints.at(constants), start)
     if not start.free:
-        return [(_given(search), "")]
-    found = search.found(every)
+        return [(_given(sought), "")]
+    found = sought.found(every)
     if not found.closed:
-        raise SimulationError(_not_closed(search, found))
+        raise SimulationError(_not_closed(sought, found))
     # what is left out must follow from the constraints, what is given and the guesses
     asked = start.free if every else start.missing
-    unknown, count = _undetermined(search.block(found.closed[0].x), start, names, asked)
+    unknown, count = _undetermined(sought.block(found.closed[0].x), start, names, asked)
     if unknown:
         cure = "" if every else ", or a guess for each: kn.guess(value)"
         raise ValueMissingError(
             f"Expected values that determine the configuration, got {count} too few: {', '.join(unknown)} can still move. Give "
             f"{count} of them{cure}."
         )
-    return list(zip(found.closed, search.words(found), strict=True))
+    return list(zip(found.closed, sought.words(found), strict=True))
 
 
-def _given(search: Search) -> Closed:
+def _given(given: Search) -> Closed:
     """Coordinates that are given whole, moved by rounding only."""
-    names, values = search.conditions.names, search.start.values
-    if search.singular_at(values):
+    names, values = given.level.manifold.names, given.start.values
+    if given.singular_at(values):
         raise SimulationError(
-            f"Expected coordinates at which the constraints are finite, got {search.singular_at(values)}. {_BESIDE}"
+            f"Expected coordinates at which the constraints are finite, got {given.singular_at(values)}. {_BESIDE}"
         )
-    whole = Search(
-        search.system, search.conditions, search.values, replace(search.start, guessed=tuple(range(len(values))))
-    )
-    residual = search.one(values)[0]
+    whole = given.level.of(values, range(len(values)))
+    residual = whole.one(values)[0]
     bad = misses(names, residual, whole.shares(residual))
     if bad:
         raise SimulationError(
             f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
             "with kn.guess(…), to have them solved for."
         )
-    closed = whole.closed(values)
-    turned = search.told(closed.x)
+    closed = whole.closest(values)
+    turned = given.turned(closed.x)
     if turned:
         raise SimulationError(
             f"Expected coordinates on the branch that the closures mean, got {turned}, where their equations hold too. "
-            f"{search.cure()}"
+            f"{given.cure()}"
         )
     return closed
 
 
-def _not_closed(search: Search, found: Found) -> str:
+def _not_closed(sought: Search, found: Found) -> str:
     """No configuration was found, or none on the branch that is meant."""
-    start, names = search.start, [q.name for q in search.system.coordinates]
+    start, names = sought.start, [q.name for q in sought.level.manifold.system.coordinates]
     if found.turned:
         return (
             f"Expected a configuration on the branch that the closures mean, got only others from {found.starts} starts, the nearest "
             f"{found.turned}. The parts do not reach the orientation that is meant with the values given: free more coordinates, or "
             "correct the frames and axes of the closure."
         )
-    first, best = np.abs(search.one(start.values)[0]).max(), found.nearest
-    undefined = search.singular_at(best.x)
+    first, best = np.abs(sought.level.one(start.values)[0]).max(), found.nearest
+    undefined = sought.singular_at(best.x)
     if undefined:
         return (
             f"Expected a configuration at which the constraints are finite, got {undefined} in the nearest. {_BESIDE}"
@@ -198,7 +325,7 @@ def _not_closed(search: Search, found: Found) -> str:
     worst = int(np.argmax(np.abs(best.residual)))
     return (
         f"Expected a configuration that satisfies the constraints, got none from {found.starts} starts: the residual came "
-        f"{f'from {first:.3g} ' if np.isfinite(first) else ''}to {best.size:.3g}, and {search.conditions.names[worst]!r} resists "
+        f"{f'from {first:.3g} ' if np.isfinite(first) else ''}to {best.size:.3g}, and {sought.level.manifold.names[worst]!r} resists "
         f"most{'' if np.isfinite(first) else ', which is not finite at the guesses'}. The parts may not reach each other "
         f"with the values given and these lengths: free more coordinates than {', '.join(names[i] for i in start.free)}, or correct "
         "the lengths."

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kane.analysis.state import check_equations
 from kane.equations.derive import derive
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import State, state_of
 from kane.errors import Attributes, SimulationError
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
@@ -42,9 +42,10 @@ class ConstraintForces(Attributes):
 
 def constraint_forces(
     eom: Equations,
+    state: State | None = None,
     *,
-    q: Any,
-    u: Any,
+    q: Any = None,
+    u: Any = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, float] | None = None,
     t: float = 0.0,
@@ -56,6 +57,7 @@ def constraint_forces(
     ----------
     eom : Equations
         with constraints of which it is known where their forces act, such as `kn.distance`, `kn.no_slip`, `kn.coincident`
+    state : `kn.State`, in place of the values that follow
     q, u : a state on the constraints; dependent speeds may be left out
     parameters, inputs, t, states : as in `eom.evaluate`
 
@@ -73,13 +75,13 @@ def constraint_forces(
             "Expected constraints that say where their forces act, got none: scalars that must vanish do not. Declare them with "
             "kn.distance, kn.no_slip, kn.coincident, …."
         )
-    state = {"q": q, "u": u, "parameters": parameters, "inputs": inputs, "t": t, "states": states}
+    at = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
     known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
     own = {c: known[c] if c in known else reaction(f"lambda_{k}", constraint=c) for k, c in enumerate(placed)}
     added = [r for c, r in own.items() if c not in known]
     others = derive(eom.system.replace(reactions=(*eom.reactions, *added), dependent_speeds=eom.dependent_speeds))
-    evident = others.evaluate(list(own.values()), **state)
-    multipliers = eom.evaluate([eom.multipliers[c] for c in placed], **state)
+    evident = others.evaluate(list(own.values()), at)
+    multipliers = eom.evaluate([eom.multipliers[c] for c in placed], at)
     return ConstraintForces(
         dict(zip(placed, map(float, multipliers), strict=True)), dict(zip(placed, map(float, evident), strict=True))
     )

@@ -9,13 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.cones import check_cones
-from kane.analysis.corners import Difference, Sides, difference, different_slopes, sides_at
 from kane.analysis.flow import Choice, Flow, flow_at, output_slopes
-from kane.analysis.outputs import Outputs
-from kane.analysis.sides import Piece
-from kane.analysis.state import State
-from kane.analysis.turning import all_switches
+from kane.analysis.local import Outputs, all_switches
+from kane.analysis.one_sided import Difference, Piece, Sides, check_cones, difference, different_slopes, sides_at
+from kane.analysis.state_checks import StateArrays
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.errors import CornerError, KaneWarning, SingularError, ValueMissingError, cut
@@ -113,7 +110,7 @@ def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:
     return found
 
 
-def warn_of_jumps(numeric: Numeric[Equations], state: State, tolerance: float) -> None:
+def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: float) -> None:
     """Warn where the accelerations at a state jump, so that it holds at a switch alone."""
     if not numeric.value(all_switches):
         return

@@ -10,13 +10,13 @@ nonholonomic partial velocities, so that constraints hold on. What slips, slips 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import check_equations
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.expr.symbols import Speed
 from kane.model.directions import check_unit
@@ -54,12 +54,13 @@ def impact(
     eom: Equations,
     point: Point,
     normal: Vector,
+    state: State | None = None,
     *,
     restitution: float,
     friction: float | tuple[float, float] = 0.0,
     other: Point | None = None,
-    q: Any,
-    u: Any,
+    q: Any = None,
+    u: Any = None,
     parameters: Mapping[Any, float] | None = None,
     t: float = 0.0,
 ) -> Impact:
@@ -70,6 +71,7 @@ def impact(
     eom : Equations
     point : the particle that strikes, made with `fixed_in`
     normal : the unit vector across the surface, from what is struck to `point`
+    state : `kn.State` before the blow, in place of q, u, parameters and t
     restitution : e, from 0 to 1: v_n′ = −e v_n
     friction : μ, or (μ, μ′) of rest and of slip; 0 for smooth surfaces
     other : the particle that is struck; none where that is at rest
@@ -86,9 +88,9 @@ def impact(
     check_equations(eom)
     check_unit(normal, "normal of the impact")
     e, coefficients = _coefficients(restitution, friction)
-    state = {"q": q, "u": u, "parameters": parameters, "t": t}
+    at = state_of(state, q=q, u=u, parameters=parameters, t=t)
     speeds = eom.independent_speeds
-    before, axis, partials, mass = _numbers(eom, point, other, normal, state)
+    before, axis, partials, mass = _numbers(eom, point, other, normal, at)
     inverse = partials.T @ np.linalg.solve(mass, partials)
     v_n, reach = float(axis @ before), float(axis @ inverse @ axis)
     if not v_n < 0:
@@ -103,10 +105,10 @@ def impact(
         )
     pushed, slips = _impulse(axis, before, inverse, e, coefficients)
     change = np.linalg.solve(mass, partials @ pushed)
-    own = np.array(eom.evaluate(list(speeds), **state), dtype=float)
+    own = np.array(eom.evaluate(list(speeds), at), dtype=float)
     after = dict(zip(speeds, (own + change).tolist(), strict=True))
-    whole = eom.evaluate(list(eom.speeds), **(state | {"u": after}))
-    k, k_after = (float(eom.evaluate(eom.kinetic_energy, **(state | {"u": x}))) for x in (u, after))
+    whole = eom.evaluate(list(eom.speeds), replace(at, u=after))
+    k, k_after = (float(eom.evaluate(eom.kinetic_energy, x)) for x in (at, replace(at, u=after)))
     values = dict(zip(eom.speeds, map(float, whole), strict=True))
     return Impact(values, pushed, float(axis @ pushed), slips, k - k_after)
 
@@ -123,9 +125,7 @@ def _coefficients(restitution: Any, friction: Any) -> tuple[float, tuple[float, 
     return e, (mu[0], mu[1])
 
 
-def _numbers(
-    eom: Equations, point: Any, other: Any, normal: Vector, state: dict[str, Any]
-) -> tuple[Array, Array, Array, Array]:
+def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: State) -> tuple[Array, Array, Array, Array]:
     """The relative velocity, the normal, partial velocities (speeds × 3) and M̃."""
     frame, speeds = eom.system.inertial, eom.independent_speeds
     known = eom.solved.nonholonomic.kinematics
@@ -138,8 +138,8 @@ def _numbers(
         v = motions[0].get(r, Vector())
         rows.append(v - motions[1].get(r, Vector()) if other is not None else v)
     velocity = point.velocity(frame) - (other.velocity(frame) if other is not None else Vector())
-    before, axis, *partials = eom.evaluate([velocity, normal, *rows], **state)
-    mass = eom.evaluate(eom.mass_matrix_nh if eom.dependent_speeds else eom.mass_matrix, **state)
+    before, axis, *partials = eom.evaluate([velocity, normal, *rows], state)
+    mass = eom.evaluate(eom.mass_matrix_nh if eom.dependent_speeds else eom.mass_matrix, state)
     table = np.array(partials, dtype=float).reshape(len(speeds), 3)
     return np.asarray(before), np.asarray(axis), table, np.asarray(mass)
 

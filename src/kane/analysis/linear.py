@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The linearized equations: ẋ = A x + B r, y = C x + D r, their eigenvalues and modes, and M q̈ + C q̇ + K q = F r."""
+"""The linearized equations: ẋ = A x + B r, y = C x + D r, their eigenvalues and modes, and M q̈ + C q̇ + K q = F r.
+
+Normal modes of small vibrations: M ẍ + K x = 0 with x = B η, BᵀM B = 1, BᵀK B = Λ (Kane & Levinson 1985, sec. 7.9).
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,14 @@ from typing import Any, Literal
 import numpy as np
 
 from kane import show
-from kane.analysis.point import OperatingPoint
-from kane.errors import Attributes, SimulationError, ValueMissingError
+from kane.equations.state import State
+from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError, cut
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.rank import singular
-from kane.numeric.scale import UNRELATED
+from kane.numeric.scale import EPS, UNRELATED
+
+_LINK = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +83,7 @@ class Linear(Attributes):
     B: Array
     C: Array
     D: Array
-    point: OperatingPoint
+    point: State
     rates: Array
     values: Array
     mass: Array
@@ -149,7 +154,7 @@ class Linear(Attributes):
         )
 
     def _check_untied(self, rows: Array, whole: Array, labels: Sequence[str], gone: Sequence[int]) -> None:
-        tied = np.argwhere(np.abs(rows[:, gone]) > UNRELATED * np.abs(whole).max(initial=0))
+        tied = np.argwhere(np.abs(rows[:, gone]) > _LINK * np.abs(whole).max(initial=0))
         if labels and len(tied):
             i, j = tied[0]
             raise SimulationError(
@@ -187,7 +192,7 @@ class Linear(Attributes):
         back = np.linalg.solve(self.mass, h.T)
         mobility = h @ back
         length = np.sqrt(np.diag(mobility))
-        if not np.all(length > 0) or not singular(mobility / np.outer(length, length)).regular(UNRELATED):
+        if not np.all(length > 0) or not singular(mobility / np.outer(length, length)).regular(_LINK):
             raise SimulationError(
                 f"Expected as many speeds as coordinates, got {len(q)} coordinates ({', '.join(self.states[i] for i in q)}) moved by "
                 f"{len(self.speeds)} independent speeds ({', '.join(self.speeds)}), which do not move them one by one. Name the "
@@ -211,9 +216,9 @@ class Linear(Attributes):
         size = np.abs(self.A).max(initial=0)
         most = (np.abs(h) @ np.abs(self.A[count:])).max(initial=0)
         pairs = [
-            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(self.A[np.ix_(q, rest)]) > UNRELATED * size)),
-            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(h @ self.A[count:, rest]) > UNRELATED * most)),
-            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(np.abs(hidden) > UNRELATED * most)),
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(self.A[np.ix_(q, rest)]) > _LINK * size)),
+            *((i, self.states[rest[j]]) for i, j in np.argwhere(np.abs(h @ self.A[count:, rest]) > _LINK * most)),
+            *((i, "speeds beyond the rates of these") for i, _ in np.argwhere(np.abs(hidden) > _LINK * most)),
         ]
         if pairs:
             i, other = pairs[0]
@@ -247,3 +252,111 @@ class Linear(Attributes):
     def __repr__(self) -> str:
         values = ", ".join(f"{v:.4g}" for v in self.eigenvalues)
         return f"Linear({', '.join(self.states)}; eigenvalues {values})"
+
+
+_ROUNDING = 16 * EPS
+"""Share of the largest λ, a coordinate, that rounding leaves of a λ that vanishes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NormalModes(Attributes):
+    """x = B η with η̈_k + λ_k η_k = 0.
+
+    Attributes
+    ----------
+    names : of the coordinates x, deviations from the equilibrium
+    squares : λ (n), by rising size: ω² in 1/s², negative where a mode grows, 0 where nothing holds it
+    shapes : B (n × n), the modal matrix, one column a mode, BᵀM B = 1
+    M, K : those of M ẍ + K x = 0
+    """
+
+    names: tuple[str, ...]
+    squares: Array
+    shapes: Array
+    M: Array
+    K: Array
+
+    @property
+    def frequencies(self) -> Array:
+        """ω (rad/s); NaN where a mode does not swing."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.sqrt(self.squares))
+
+    @property
+    def stable(self) -> bool:
+        """Whether every mode swings."""
+        return bool((self.squares > 0).all())
+
+    def normal_coordinates(self, x: Any) -> Array:
+        """η = BᵀM x, of deviations or of their rates; x is n, or n × any."""
+        return np.asarray(self.shapes.T @ self.M @ self._checked(x))
+
+    def motion(self, t: Any, x: Any, rates: Any) -> Array:
+        """x at the times t (n_t × n) from x and its rates at t = 0: η cos ω t + η̇ sin ω t/ω, hyperbolic where λ < 0."""
+        start, drift = self.normal_coordinates(x), self.normal_coordinates(rates)
+        times = np.asarray(t, dtype=float)[..., None]
+        omega = np.sqrt(np.abs(self.squares))
+        angle = omega * times
+        with np.errstate(divide="ignore", invalid="ignore"):
+            swing = np.where(self.squares > 0, np.sin(angle), np.sinh(np.where(self.squares < 0, angle, 0.0)))
+            reach = np.where(omega > 0, swing / omega, times)
+        even = np.where(self.squares > 0, np.cos(angle), np.cosh(np.where(self.squares < 0, angle, 0.0)))
+        return np.asarray((start * even + drift * reach) @ self.shapes.T)
+
+    def _checked(self, x: Any) -> Array:
+        own = np.asarray(x, dtype=float)
+        if own.ndim < 1 or own.shape[0] != len(self.names):
+            raise ArgumentError(
+                f"Expected {len(self.names)} values, of {', '.join(self.names)}, got shape {own.shape}."
+            )
+        return own
+
+    def __repr__(self) -> str:
+        shown = ", ".join(
+            f"{w:.4g}" if s >= 0 else f"λ = {s:.3g}" for w, s in zip(self.frequencies, self.squares, strict=True)
+        )
+        return f"NormalModes({', '.join(self.names)}; {shown} rad/s)"
+
+
+def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
+    """The normal modes of a linear system without damping and gyroscopic terms.
+
+    Parameters
+    ----------
+    linear : from `kn.linearize` at an equilibrium, or its `second_order()` form
+
+    Returns
+    -------
+    NormalModes
+        frequencies, the modal matrix, normal coordinates, motions in closed form
+
+    Raises
+    ------
+    SimulationError
+        if velocities matter, or K is not symmetric: then modes are complex, `linear.modes`
+    """
+    if not isinstance(linear, Linear | SecondOrder):
+        raise ArgumentError(
+            f"Expected what kn.linearize gives, got {cut(repr(linear))}. Linearize first: kn.linearize(eom, q=…)."
+        )
+    second = linear.second_order() if isinstance(linear, Linear) else linear
+    m, c, k = second.M, second.C, second.K
+    scale = np.sqrt(np.diag(m))
+    unit = np.outer(scale, scale)
+    stiff = np.abs(k / unit).max(initial=0.0)
+    if np.abs(c / unit).max(initial=0.0) > UNRELATED * np.sqrt(stiff):
+        raise SimulationError(
+            "Expected equations without damping and gyroscopic terms for normal modes, got C with "
+            f"{np.abs(c).max():.3g}. linear.modes has the complex modes; second_order() has C."
+        )
+    if np.abs((k - k.T) / unit).max(initial=0.0) > UNRELATED * stiff:
+        raise SimulationError(
+            "Expected a symmetric K for normal modes, got one of forces without a potential energy. linear.modes has "
+            "the complex modes."
+        )
+    from scipy.linalg import eigh  # takes its time to import
+
+    squares, shapes = eigh((k + k.T) / 2, m)
+    squares[np.abs(squares) <= _ROUNDING * len(m) * np.abs(squares).max(initial=0.0)] = 0.0
+    largest = shapes[np.abs(shapes).argmax(axis=0), range(len(m))]
+    return NormalModes(second.names, squares, shapes * np.sign(largest), m, k)

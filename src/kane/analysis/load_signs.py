@@ -16,21 +16,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.dynamics.assembly import Term
 from kane.dynamics.readings.values import time_derivative
-from kane.dynamics.terms import Term
 from kane.equations.equations import Equations
 from kane.errors import ExpressionError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.symbols import Coordinate, Parameter, Reaction, Speed, State
+from kane.expr.symbols import Coordinate, Parameter, Reaction, Speed, StateVariable
 from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.rank import singular
+from kane.numeric.sampling import SEED
 from kane.numeric.scale import STATE_RANK, UNRELATED
 
 DIRECTIONS = 8
-_SEED = 20251
 
 Numbers = Mapping[Expr, Any]
 
@@ -54,7 +54,7 @@ def doubtful_loads(eom: Equations, numbers: Numbers) -> Iterator[Doubt]:
     for load, terms in eom.derived.active_terms.items():
         scalars = [x for term in terms for x in term.vector.scalars()]
         symbols = free_symbols(scalars)
-        if load.slip is not None or any(isinstance(s, Reaction | State) for s in symbols) or not len(u):
+        if load.slip is not None or any(isinstance(s, Reaction | StateVariable) for s in symbols) or not len(u):
             continue
         moves = any(isinstance(s, Speed) for s in symbols)
         if moves:
@@ -71,7 +71,7 @@ def doubtful_loads(eom: Equations, numbers: Numbers) -> Iterator[Doubt]:
 def _directions(eom: Equations, numbers: Numbers) -> Array:
     """Random speeds (directions × speeds) with A u = 0."""
     n = len(eom.speeds)
-    drawn = np.random.default_rng(_SEED).normal(size=(DIRECTIONS, n))
+    drawn = np.random.default_rng(SEED).normal(size=(DIRECTIONS, n))
     if not len(eom.b):
         return drawn
     a = np.asarray(evaluate(eom.A, numbers), dtype=float)

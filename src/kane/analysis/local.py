@@ -1,26 +1,38 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs."""
+"""The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs.
 
-from collections.abc import Callable, Sequence
+What is asked of a linearization besides the flow: named outputs h(q, u, u̇, λ, R, r), and their derivatives.
+
+The quantities at which equations and outputs switch, how large their terms are, and their derivatives.
+
+Where the numbers of a linearization come from: compiled code, or the graph as it is on one side of its switches.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from kane.analysis.state import State
+from kane.analysis.state_checks import StateArrays
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.derivatives.inverse import residual_slopes
-from kane.dynamics.readings.undirected import undirected
+from kane.dynamics.readings.regularity import undirected
 from kane.dynamics.readings.unsolved import Unsolved, partials, unsolved
+from kane.dynamics.readings.values import asked
 from kane.dynamics.routes.recursive import WAYS
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
-from kane.errors import SingularError, cut
-from kane.expr.evaluation import is_constant_in_time
+from kane.errors import ArgumentError, SingularError, ValueMissingError, cut
+from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ZERO, Expr
 from kane.expr.size import Sizes, size
-from kane.expr.symbols import Symbol
+from kane.expr.switching import Switch, switches
+from kane.expr.symbols import Symbol, time
+from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility
@@ -66,7 +78,7 @@ def values(eom: Equations) -> Bundle[Values]:
     return Bundle("values", ports(eom.derived), Values, groups)
 
 
-def values_at(numeric: Numeric[Equations], state: State) -> Values:
+def values_at(numeric: Numeric[Equations], state: StateArrays) -> Values:
     """K and k, and what the state must satisfy."""
     numeric.compile(values, slopes)
     return numeric.routine(values)(state.t, state.x, state.p, state.r)
@@ -115,7 +127,7 @@ def unknowns(eom: Equations) -> Port:
     return Port("z", unsolved(eom.derived).unknowns, noun="unknowns")
 
 
-def slopes_at(numeric: Numeric[Equations], state: State, z: Array, *by: Symbol) -> Slopes:
+def slopes_at(numeric: Numeric[Equations], state: StateArrays, z: Array, *by: Symbol) -> Slopes:
     """Derivatives in the symbols `by`, without any in q, u, a and the inputs."""
     return numeric.routine(slopes, *by)(state.t, state.x, state.p, state.r, z)
 
@@ -175,7 +187,7 @@ def _units(values: Values, n: int) -> Array:
     return np.outer(rows, columns)
 
 
-def solver(eom: Equations, values: Values, state: State | None = None) -> Callable[[Array], Array]:
+def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
     """z of K z = right, multipliers of the constraints that follow from the others zero; K must be regular at this state.
 
     Of a `state` that is given it is said which load has no value there.
@@ -208,3 +220,113 @@ def solver(eom: Equations, values: Values, state: State | None = None) -> Callab
         return z
 
     return solve
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outputs:
+    """Named expressions of q, u, u̇, λ, R, inputs and t."""
+
+    names: tuple[str, ...]
+    roots: tuple[Expr, ...]
+
+
+def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None) -> Outputs:
+    """The outputs with every rate written in speeds; a sequence is named by its expressions."""
+    if outputs is None:
+        return Outputs((), ())
+    pairs = outputs.items() if isinstance(outputs, Mapping) else [(e, e) for e in _listed(outputs)]
+    names, roots = [], []
+    for key, e in pairs:
+        name = str(key)
+        try:
+            wanted = asked(eom.derived, e)
+        except TypeError as error:
+            raise ArgumentError(
+                f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}."
+            ) from error
+        if wanted.shape not in ((), (3,)) or wanted.parts is not None:
+            raise ArgumentError(f"Expected an expression, vector or name as the output {name!r}, got {cut(repr(e))}.")
+        names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
+        roots += [substituted(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
+    allowed = {time, *eom.state, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
+    unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
+    if unknown:
+        raise ValueMissingError(
+            f"Expected outputs in symbols of the system, got {', '.join(unknown)}. A reaction must be listed in System(reactions=…)."
+        )
+    return Outputs(tuple(names), tuple(roots))
+
+
+def _listed(outputs: Any) -> Sequence[Any]:
+    if isinstance(outputs, str | Expr) or not isinstance(outputs, Sequence):
+        raise ArgumentError(f"Expected outputs as a list or a dict {{name: expression}}, got {cut(repr(outputs))}.")
+    return outputs
+
+
+class Answers(NamedTuple):
+    """h, and ∂h/∂(q, u, a, r, z), a row for each output."""
+
+    values: Array
+    slopes: Array
+
+
+def answers(eom: Equations, *roots: Expr) -> Bundle[Answers]:
+    """Outputs h and their derivatives; z is an argument."""
+    z = unknowns(eom)
+    slopes = partials(roots, (*eom.state, *eom.inputs, *z.symbols))
+    return Bundle("outputs", (*ports(eom.derived), z), Answers, {"values": roots, "slopes": slopes})
+
+
+class Turning(NamedTuple):
+    """c, the sizes of its terms, and ∂c/∂(q, u, a, r, z), a row for each switch."""
+
+    quantities: Array
+    sizes: Array
+    slopes: Array
+
+
+def all_switches(eom: Equations, *outputs: Expr) -> tuple[Switch, ...]:
+    """Those of the unsolved equations and of outputs."""
+    u = unsolved(eom.derived)
+    return switches((*u.places, *u.residual, *outputs))
+
+
+def turning(eom: Equations, *outputs: Expr) -> Bundle[Turning]:
+    """The quantities of `all_switches`, in their order; z is an argument."""
+    z, memo = unknowns(eom), Sizes()
+    quantities = [s.quantity for s in all_switches(eom, *outputs)]
+    slopes = partials(quantities, (*eom.state, *eom.inputs, *z.symbols))
+    groups = {"quantities": quantities, "sizes": [size(c, memo) for c in quantities], "slopes": slopes}
+    return Bundle("turning", (*ports(eom.derived), z), Turning, groups)
+
+
+class Numbers(Protocol):
+    """The unsolved equations at a state, their derivatives at given z, and outputs with theirs."""
+
+    def values(self, state: StateArrays) -> Values:
+        """K, k, and what a state must satisfy."""
+
+    def slopes(self, state: StateArrays, z: Array) -> Slopes:
+        """Derivatives in q, u and inputs."""
+
+    def answers(self, state: StateArrays, z: Array, outputs: Outputs) -> Answers:
+        """Outputs, and their derivatives in q, u, inputs and z."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coded:
+    """Of compiled code."""
+
+    numeric: Numeric[Equations]
+
+    def values(self, state: StateArrays) -> Values:
+        """See `Numbers`."""
+        return values_at(self.numeric, state)
+
+    def slopes(self, state: StateArrays, z: Array) -> Slopes:
+        """See `Numbers`."""
+        return slopes_at(self.numeric, state, z)
+
+    def answers(self, state: StateArrays, z: Array, outputs: Outputs) -> Answers:
+        """See `Numbers`."""
+        return self.numeric.routine(answers, *outputs.roots)(state.t, state.x, state.p, state.r, z)

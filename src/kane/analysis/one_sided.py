@@ -1,22 +1,59 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The bundles of equations with every switch that stands at zero replaced by what it is on one side."""
+"""The bundles of equations with every switch that stands at zero replaced by what it is on one side.
+
+The equations at a corner, one smooth piece for each side of the switches that stand there.
+
+A piece counts where a motion leads into it: some d with s_i ∇c_i·d > 0 for all switches c_i and their sides s_i = ±1.
+
+Which switches stand at zero at a state, and whether it makes a difference on which side of them it is left.
+
+Only what differs counts: x |x| and guarded quotients have one derivative on both sides, however they are written.
+
+Lengths |v| = √(v·v) that are zero at a state: they have no derivative there, |v| v has.
+
+Derivatives take that of a length at zero as zero, the mean of all sides. Whether that is right is seen beside the state, along each of
+the states and inputs and along all of them together.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from kane.analysis.local import Slopes, Values, slopes, values
-from kane.analysis.outputs import Answers, Outputs, answers
-from kane.analysis.state import State
-from kane.analysis.turning import Turning, turning
+from kane.analysis.flow import Flow, flow_at, output_slopes
+from kane.analysis.local import (
+    Answers,
+    Outputs,
+    Slopes,
+    Turning,
+    Values,
+    all_switches,
+    answers,
+    slopes,
+    turning,
+    unknowns,
+    values,
+)
+from kane.analysis.state_checks import StateArrays
+from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.expr.node import Expr
-from kane.expr.switching import on_sides
+from kane.equations.routines import ports
+from kane.errors import CornerError, SingularError, cut
+from kane.expr.evaluation import is_constant_in_time
+from kane.expr.node import Expr, postorder
+from kane.expr.ops import GONE, SQRT
+from kane.expr.size import Sizes, size
+from kane.expr.switching import Switch, on_sides
 from kane.expr.symbols import Parameter, Symbol
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.rank import balance
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SIX_DIGITS, UNRELATED
 from kane.program.bundle import Bundle, Shaped
 
 R = TypeVar("R")
@@ -57,18 +94,337 @@ class OneSided:
     table: Table
     signs: Signs
 
-    def values(self, state: State) -> Values:
+    def values(self, state: StateArrays) -> Values:
         """See `Numbers`."""
         return self.table(values, self.signs, (state.t, state.x, state.p, state.r))
 
-    def slopes(self, state: State, z: Array) -> Slopes:
+    def slopes(self, state: StateArrays, z: Array) -> Slopes:
         """See `Numbers`."""
         return self.table(slopes, self.signs, (state.t, state.x, state.p, state.r, z))
 
-    def answers(self, state: State, z: Array, outputs: Outputs) -> Answers:
+    def answers(self, state: StateArrays, z: Array, outputs: Outputs) -> Answers:
         """See `Numbers`."""
         return self.table(answers, self.signs, (state.t, state.x, state.p, state.r, z), *outputs.roots)
 
-    def turning(self, state: State, z: Array, outputs: Outputs) -> Turning:
+    def turning(self, state: StateArrays, z: Array, outputs: Outputs) -> Turning:
         """The quantities of all switches."""
         return self.table(turning, self.signs, (state.t, state.x, state.p, state.r, z), *outputs.roots)
+
+
+_MOST = 6
+"""Switches of which all sides are looked at together; of more, all on one side, and each of them on the other."""
+_NEAR = (2.0**-16, 2.0**-24, 2.0**-32)
+"""Distances at which a piece is looked at whose derivative has no value at the corner itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One side `signs` of the switches at a corner: the flow, its outputs and their derivatives.
+
+    `gradients` (switches × δ(ξ_I, u_I, r)) are those of the switches that can be left, zero of the others; `away` leads into it.
+    `blur` is how far the slopes may be off, where they are limits.
+    """
+
+    flow: Flow
+    signs: Signs
+    outputs: Array
+    output_slopes: Array
+    gradients: Array
+    away: Array
+    blur: Array | float = 0.0
+
+    @cached_property
+    def level(self) -> Array:
+        """ẋ and the outputs."""
+        return np.append(self.flow.rest, self.outputs)
+
+    @cached_property
+    def slopes(self) -> Array:
+        """[A B; C D]."""
+        return np.vstack([np.hstack([self.flow.a, self.flow.b]), self.output_slopes])
+
+    @property
+    def finite(self) -> bool:
+        """Whether all of it is."""
+        return bool(np.isfinite(self.slopes).all() and np.isfinite(self.level).all())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Corner:
+    """A flow at whose state some switches stand at zero: which of `turning` they are, and how far off they count as standing there."""
+
+    flow: Flow
+    outputs: Outputs
+    at: tuple[int, ...]
+    slack: Array
+
+
+def pieces(corner: Corner, quantities: Sequence[Expr]) -> tuple[Piece, ...]:
+    """The pieces that meet at the corner; `quantities` are those of its switches."""
+    table = Table(corner.flow.numeric, quantities)
+    found = (_piece(corner, OneSided(table, signs)) for signs in _patterns(len(corner.at)))
+    return tuple(p for p in found if p is not None)
+
+
+def _patterns(count: int) -> list[Signs]:
+    if count <= _MOST:
+        return list(product((1.0, -1.0), repeat=count))
+    rows: list[Signs] = []
+    for side in (1.0, -1.0):
+        rows.append((side,) * count)
+        rows += [tuple(-side if j == k else side for j in range(count)) for k in range(count)]
+    return rows
+
+
+def _piece(corner: Corner, numbers: OneSided) -> Piece | None:
+    """The piece, None where no motion leads into it; what it tends to where it has no derivative at the corner itself."""
+    state = corner.flow.state
+    first = _built(corner, state, numbers)
+    if first is None or first.finite:
+        return first
+    near = beside(corner.flow, first.away, lambda x, r: _built(corner, replace(state, x=x, r=r), numbers))
+    return first if near is None else replace(near, signs=first.signs, gradients=first.gradients, away=first.away)
+
+
+def beside(flow: Flow, d: Array, at: Callable[[Array, Array], Piece | None]) -> Piece | None:
+    """What the pieces `at` places beside a state tend to along d; None where they tend to nothing finite."""
+    n = len(flow.state.x)
+    changes = [flow.moves @ (h * d) for h in _NEAR]
+    near = [at(flow.state.x + c[:n], flow.state.r + c[n:]) for c in changes]
+    found = [p for p in near if p is not None and p.finite]
+    if len(found) < len(_NEAR):
+        return None
+    level, slopes = (_limit([getattr(p, what) for p in found]) for what in ("level", "slopes"))
+    m = len(flow.rest)
+    limit = replace(found[-1].flow, state=flow.state, rest=level[:m], a=slopes[:m, :m], b=slopes[:m, m:])
+    blur = np.abs(found[-1].slopes - found[-2].slopes)
+    return replace(found[-1], flow=limit, outputs=level[m:], output_slopes=slopes[m:], blur=blur)
+
+
+def _limit(series: Sequence[Array]) -> Array:
+    """What c + a hᵖ at three distances h in equal shares tends to (Aitken's Δ² process); the last where it tends to nothing."""
+    first, second, last = series
+    one, two = second - first, last - second
+    with np.errstate(all="ignore"):
+        limit = last - two**2 / (two - one)
+    limit = np.where((np.abs(two) < np.abs(one)) & np.isfinite(limit), limit, last)
+    return np.where(np.abs(limit) <= SIX_DIGITS * np.abs(first), 0.0, limit)
+
+
+def _built(corner: Corner, state: StateArrays, numbers: OneSided) -> Piece | None:
+    flow = corner.flow
+    with np.errstate(invalid="ignore"):
+        try:
+            here = flow_at(flow.numeric, state, flow.choice, numbers)
+        except SingularError:
+            return None
+        level, slopes = output_slopes(here, corner.outputs)
+        own, pick = numbers.turning(state, here.z, corner.outputs), list(corner.at)
+        gradients = _leaving(own.slopes[pick], np.vstack([here.moves, here.answers]))
+    signs, c = np.array(numbers.signs), own.quantities[pick]
+    off = np.abs(c) > np.maximum(GONE * own.sizes[pick], corner.slack)
+    if (off & (signs * c < 0)).any():  # held on the other side by the sides of other switches
+        return None
+    gradients = np.where(off[:, None], 0.0, gradients)
+    away = _direction(signs[:, None] * gradients)
+    return None if away is None else Piece(here, numbers.signs, level, slopes, gradients, away)
+
+
+def _leaving(rows: Array, moves: Array) -> Array:
+    """∇c along the changes that are allowed, what rounding leaves of zero being zero; what c does not hold need not be finite."""
+    terms = np.where(rows[:, :, None] == 0, 0.0, rows[:, :, None] * moves[None])
+    found = terms.sum(axis=1)
+    return np.asarray(np.where(np.abs(found) <= ROUNDED * np.abs(terms).sum(axis=1), 0.0, found))
+
+
+def _direction(rows: Array) -> Array | None:
+    """A direction d with row·d > 0 for every row that is not zero; None where there is none."""
+    rows = rows[np.abs(rows).max(axis=1, initial=0) > 0]
+    width = rows.shape[1]
+    if not len(rows):
+        return np.zeros(width)
+    scaled = balance(rows, order=(0, 1))
+    d = np.asarray(np.linalg.lstsq(scaled.matrix, np.ones(len(rows)))[0], dtype=np.float64)
+    if not (scaled.matrix @ d > 0.5).all():
+        from scipy.optimize import linprog
+
+        above = np.hstack([-scaled.matrix, np.ones((len(rows), 1))])
+        best = linprog([*[0.0] * width, -1.0], above, np.zeros(len(rows)), bounds=[(-1, 1)] * width + [(None, 1)])
+        found = np.asarray(best.x if best.success else np.zeros(width + 1), dtype=np.float64)
+        if not found[-1] > UNRELATED:
+            return None
+        d = found[:-1]
+    d = d / scaled.columns[0]
+    return np.asarray(d / np.abs(d).max())
+
+
+_AS_ZERO = 1e-4
+"""Share of a tolerance by which a steady state that was solved for is off."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sides:
+    """The pieces that meet at a corner, and its switches."""
+
+    corner: Corner
+    switches: tuple[Switch, ...]
+    pieces: tuple[Piece, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What can be changed: states and inputs."""
+        flow = self.corner.flow
+        return (*flow.states, *(r.name for r in flow.numeric.equations.inputs))
+
+
+def sides_at(flow: Flow, outputs: Outputs, tolerance: float) -> Sides | None:
+    """The sides of the switches that stand at zero at the flow's state, None where none do.
+
+    Zero is what rounding leaves of the terms, and at a state that is steady up to a `tolerance`, what solving for it leaves.
+    """
+    numeric = flow.numeric
+    table = numeric.value(all_switches, *outputs.roots)
+    if not table:
+        return None
+    state, z = flow.state, flow.z
+    run = numeric.value(_watch, *outputs.roots)
+    own = run([state.t, *state.x, *state.p, *state.r, *z])
+    c, zero = np.abs(own.quantities), GONE * own.sizes
+    if tolerance > 0 and np.isfinite(flow.a).all():
+        change = own.slopes @ np.vstack([flow.moves, flow.answers])[:, : len(flow.a)]
+        zero = np.maximum(zero, _AS_ZERO * tolerance * np.abs(change @ np.linalg.pinv(flow.a)) @ flow.terms)
+    at = tuple(np.flatnonzero(c <= zero).tolist())
+    if not at:
+        return None
+    corner = Corner(flow, outputs, at, zero[list(at)])
+    standing = tuple(table[k] for k in at)
+    return Sides(corner, standing, pieces(corner, [s.quantity for s in standing]))
+
+
+def _watch(eom: Equations, *outputs: Expr) -> Any:
+    bundle = turning(eom, *outputs)
+    return bundle.reference([s for port in bundle.ports for s in port.symbols])
+
+
+# What differs ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Difference:
+    """Which of the switches make a difference; and which of ẋ and the outputs jump there."""
+
+    switches: tuple[int, ...]
+    jumps: Mask
+
+    def __bool__(self) -> bool:
+        return bool(self.switches)
+
+
+def difference(sides: Sides) -> Difference:
+    """What differs between the pieces."""
+    every = sides.pieces
+    if not every:
+        return Difference((), np.zeros(0, dtype=bool))
+    slopes, level = different_slopes(every), _different_levels(sides)
+    count = len(every)
+    pairs = [(i, j) for i in range(count) for j in range(i) if slopes[i, j] or level[i, j].any()]
+    turned = [
+        [k for k, (a, b) in enumerate(zip(every[i].signs, every[j].signs, strict=True)) if a != b] for i, j in pairs
+    ]
+    least = min(map(len, turned), default=0)
+    found = {k for some in turned if len(some) == least for k in some}
+    return Difference(tuple(sorted(found)), np.asarray(level.any(axis=(0, 1))))
+
+
+def different_slopes(every: Sequence[Piece]) -> Mask:
+    """Which pairs of pieces have other slopes (pieces × pieces)."""
+    alike = np.array([p.flow.states == every[0].flow.states for p in every])
+    own = [p.slopes if ok else every[0].slopes for p, ok in zip(every, alike, strict=True)]
+    table = np.array(own)
+    finite = np.isfinite(table)
+    scale = balance(np.where(finite, np.abs(table), 0.0).max(axis=0))
+    scaled = table / (scale.rows * scale.columns)
+    blur = np.array([np.broadcast_to(p.blur, table.shape[1:]) for p in every]) / (scale.rows * scale.columns)
+    with np.errstate(invalid="ignore"):
+        apart = ~(np.abs(scaled[:, None] - scaled[None]) <= ROUNDED_SUM + blur[:, None] + blur[None])
+    both = ~finite[:, None] & ~finite[None]
+    return np.asarray(
+        (apart & ~both).any(axis=(2, 3)) | (alike[:, None] != alike[None]) | ~alike[:, None] & ~alike[None]
+    )
+
+
+def _different_levels(sides: Sides) -> Mask:
+    """Which of ẋ and the outputs have other values in pairs of pieces (pieces × pieces × values).
+
+    A quantity that is zero but for rounding changes them by no more than the change of slopes makes of that rounding.
+    """
+    every = sides.pieces
+    level = np.array([p.level for p in every])
+    shape = every[0].slopes.shape
+    slopes = np.array([p.slopes if p.slopes.shape == shape else every[0].slopes for p in every])
+    apart = np.abs(level[:, None] - level[None])
+    noise = EQUAL * (np.abs(level[:, None]) + np.abs(level[None]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.array([np.abs(p.gradients) for p in every]).max(axis=0)
+        step = np.where(reach > 0, sides.corner.slack[:, None] / reach, 0.0).max(axis=0, initial=0)
+        noise = noise + 10 * np.nan_to_num(np.abs(slopes[:, None] - slopes[None]) @ step)
+        return np.asarray(apart > noise)
+
+
+class Lengths(NamedTuple):
+    """s of each √s, and the sizes of their terms."""
+
+    squares: Array
+    sizes: Array
+
+
+def lengths(eom: Equations, *outputs: Expr) -> tuple[Expr, ...]:
+    """The roots √s of the unsolved equations and of outputs."""
+    u = unsolved(eom.derived)
+    order = postorder((*u.places, *u.residual, *outputs))
+    return tuple(n for n in order if n.op is SQRT and not is_constant_in_time(n.args))
+
+
+def _measured(eom: Equations, *outputs: Expr) -> Any:
+    z, memo = unknowns(eom), Sizes()
+    squares = [n.args[0] for n in lengths(eom, *outputs)]
+    groups = {"squares": squares, "sizes": [size(s, memo) for s in squares]}
+    bundle = Bundle("lengths", (*ports(eom.derived), z), Lengths, groups)
+    return bundle.reference([s for port in bundle.ports for s in port.symbols])
+
+
+def check_cones(flow: Flow, outputs: Outputs) -> None:
+    """A CornerError names a length that is zero at the flow's state, where slopes beside it depend on the direction."""
+    numeric, state = flow.numeric, flow.state
+    table = numeric.value(lengths, *outputs.roots)
+    if not table:
+        return
+    own: Lengths = numeric.value(_measured, *outputs.roots)([state.t, *state.x, *state.p, *state.r, *flow.z])
+    standing = [n for n, s, size in zip(table, own.squares, own.sizes, strict=True) if s <= (2 * GONE) ** 2 * size]
+    if not standing:
+        return
+    here = Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0))
+    width = flow.moves.shape[1]
+    mixed = np.sqrt(1.0 + np.arange(width))
+    for d in (*np.eye(width), *-np.eye(width), mixed, -mixed, mixed * (-1.0) ** np.arange(width)):
+        there = _tends(flow, outputs, d)
+        if there is None or different_slopes((here, there)).any():
+            what = ", ".join(f"{cut(str(n), 80)} = 0" for n in standing[:3])
+            raise CornerError(
+                f"Expected a state at which the equations have one derivative, got one at which {what}: slopes beside it depend on "
+                "the direction in which it is left. Take a state beside it, or give the length a small eps, sqrt(v.dot(v) + eps^2)."
+            )
+
+
+def _tends(flow: Flow, outputs: Outputs, d: Array) -> Piece | None:
+    """What slopes and values beside the state tend to along d; None where they tend to nothing finite."""
+
+    def at(x: Array, r: Array) -> Piece | None:
+        try:
+            there = flow_at(flow.numeric, replace(flow.state, x=x, r=r), flow.choice, flow.numbers)
+        except SingularError:
+            return None
+        return Piece(there, (), *output_slopes(there, outputs), np.zeros((0, 0)), d)
+
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return beside(flow, d, at)

@@ -5,27 +5,20 @@ Distances are measured from the guesses, or from zero where there are none; what
 Angles that are the same a turn further are taken nearest to their guess, Euler parameters with the sign that is nearest.
 """
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import Entries
-from kane.dynamics.constraints.branches import branches, told, turned_function
-from kane.dynamics.constraints.closure import Closure, many_function, rounding_function, unit_places
-from kane.expr.node import Expr
-from kane.model.system import System
+from kane.analysis.state_checks import Entries
+from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.numeric.arrays import Array
-from kane.numeric.many import Indices, Sizes, close_many, sizes
-from kane.numeric.newton import Closed, close
+from kane.numeric.newton import Closed
 from kane.numeric.rank import singular
-from kane.numeric.scale import CLOSED, LAST_DIGIT, ONE_POSITION, ROUNDED_ROOT, STATE_RANK
+from kane.numeric.sampling import SEED
+from kane.numeric.scale import CLOSED, ONE_POSITION, ROUNDED_ROOT, STATE_RANK
 
 TRIES = (60, 400, 1600)
 """Starts that are made together: more where those before led to no branch that is meant."""
-_SEED = 20048
 _SLIDES, _NEAREST = 40, 6
 _TOLD = 6
 
@@ -40,32 +33,25 @@ class Found:
     starts: int
 
 
+def search(level: LevelSet, start: Entries) -> "Search":
+    """What a start leaves free is looked for."""
+    return Search(level.of(start.values, start.free), start)
+
+
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The configuration constraints of a system at `values` of all but its coordinates, and where to start."""
+    """The configuration constraints of a system at values of all but its coordinates, and where to start."""
 
-    system: System
-    conditions: Closure
-    values: Mapping[Expr, Any]
+    level: LevelSet
     start: Entries
 
-    @cached_property
-    def many(self) -> Callable[[Array], tuple[Array, Array]]:
-        """f (k × m) and ∂f/∂q (k × m × n) at q (k × n)."""
-        return many_function(self.system, self.conditions, self.values)
+    @property
+    def _free(self) -> list[int]:
+        return list(self.level.free)
 
-    @cached_property
-    def _turned(self) -> Any:
-        return turned_function(self.system, self.values)
-
-    def one(self, x: Array) -> tuple[Array, Array]:
-        """f (m) and ∂f/∂q (m × n) at q (n)."""
-        f, g = self.many(x[None])
-        return f[0], g[0]
-
-    def told(self, x: Array) -> str:
+    def turned(self, x: Array) -> str:
         """Which closures are turned at q, in words."""
-        return told(branches(self.system), self._turned(x))
+        return turned_closures(self.level.manifold.branches, self.level.turned(x))
 
     def words(self, found: Found) -> list[str]:
         """Which of the branches found each configuration is on, and where the next one lies."""
@@ -84,7 +70,7 @@ class Search:
     def cure(self) -> str:
         """Where the branch that is meant is, from coordinates that are given whole and are on another one."""
         every = tuple(range(len(self.start.values)))
-        found = Search(self.system, self.conditions, self.values, Entries(self.start.values, every, ())).found()
+        found = search(self.level, Entries(self.start.values, every, ())).found()
         if not found.closed:
             return "None was found on that branch: correct the frames and axes of the closure."
         return (
@@ -94,13 +80,15 @@ class Search:
 
     def _apart(self, x: Array, other: Array) -> str:
         """Where coordinates are that differ from others, the first few."""
-        apart = np.abs(x - other) > ONE_POSITION * self._wide
-        pairs = [(q, v) for q, v, differs in zip(self.system.coordinates, x, apart, strict=True) if differs]
+        apart = np.abs(x - other) > ONE_POSITION * self.level.wide
+        pairs = [
+            (q, v) for q, v, differs in zip(self.level.manifold.system.coordinates, x, apart, strict=True) if differs
+        ]
         return ", ".join(f"{q} = {v:.4g}" for q, v in pairs[:_TOLD]) + (", …" if len(pairs) > _TOLD else "")
 
     def found(self, thorough: bool = False) -> Found:
         """What the tries lead to, the `thorough` ones at once."""
-        rng = np.random.default_rng(_SEED)
+        rng = np.random.default_rng(SEED)
         nearest, turned, starts = None, "", 0
         for count in TRIES[1 if thorough else 0 :]:
             starts += count
@@ -112,42 +100,9 @@ class Search:
         assert nearest is not None
         return Found((), nearest, turned, starts)
 
-    @cached_property
-    def _size(self) -> Sizes:
-        """Sizes of the free coordinates and of f."""
-        rng, n = np.random.default_rng(_SEED), len(self.start.free)
-        x = np.vstack([np.zeros(n), rng.uniform(-np.pi, np.pi, (11, n))])
-        unit = unit_places(self.system, self.start.free)
-        rounding = rounding_function(self.system, self.conditions, self.values)
-        return sizes(self._free, x, unit, lambda x, members: rounding(self._whole(x), members))
-
-    def shares(self, residual: Array) -> Array:
-        """What is left of f (m), over the usual size of its terms."""
-        return np.asarray(np.abs(residual) / self._size.f)
-
-    def closed(self, x: Array) -> Closed:
-        """Steps from q (n) on, of what is free, in sizes of its own."""
-        return close(self.one, x, self.start.free, LAST_DIGIT, sizes=(self._size.f, self._wide))
-
-    @cached_property
-    def _wide(self) -> Array:
-        """Sizes of all coordinates, 1 of those that are held."""
-        wide = np.ones(len(self.start.values))
-        wide[list(self.start.free)] = self._size.x
-        return wide
-
-    def _free(self, x: Array, members: Indices) -> tuple[Array, Array]:
-        f, g = self.many(self._whole(x))
-        return f, g[:, :, list(self.start.free)]
-
-    def _whole(self, x: Array) -> Array:
-        whole = np.tile(self.start.values, (len(x), 1))
-        whole[:, list(self.start.free)] = x
-        return whole
-
     def _starts(self, rng: np.random.Generator, count: int) -> Array:
         """The start itself, some around it, and others anywhere within a turn, or within reach (k × free)."""
-        first, size = self.start.values[list(self.start.free)], self._size
+        first, size = self.start.values[self._free], self.level.usual
         x = rng.uniform(-np.pi, np.pi, (count, len(first))) * np.where(size.turns, 1.0, size.x / 2)
         x[: count // 3] = (
             rng.normal(size=(count // 3, len(first))) * size.x * np.linspace(0.0, 1.0, count // 3)[:, None]
@@ -156,27 +111,25 @@ class Search:
 
     def _tried(self, x: Array) -> tuple[tuple[Closed, ...], Closed, str]:
         """Different configurations on the branches that are meant; what came nearest to closing; what was turned."""
-        found = close_many(self._free, x, self._size, lambda x, _: ~self._turned(self._whole(x)).any(axis=1))
-        best = int(np.argmin(np.where(np.isfinite(found.left), found.left, np.inf)))
-        nearest = self.closed(self._whole(found.x[best : best + 1])[0])
-        whole = self._homed(self._whole(found.x[found.left <= CLOSED]))
-        if not len(whole):
+        reached = self.level.reached(x, self.level.usual)
+        nearest = self.level.closest(reached.q[reached.best])
+        closed = reached.found.left <= CLOSED
+        if not closed.any():
             return (), nearest, ""
-        whole = whole[np.argsort(self.distances(whole), kind="stable")]
-        away = self._turned(whole).any(axis=1)
+        q, away = self._homed(reached.q[closed]), np.asarray(reached.turned[closed].any(axis=1))
+        order = np.argsort(self.distances(q), kind="stable")
+        q, away = q[order], away[order]
         if away.all():
-            return (), nearest, self.told(whole[0])
-        whole = whole[~away]
-        whole = (
-            self._distinct(whole) if not len(self._kernel(whole[0])) else np.array([*map(self._slid, whole[:_NEAREST])])
-        )
-        closed = [self.closed(x) for x in self._distinct(whole)]
-        return tuple(sorted(closed, key=lambda c: float(self.distances(c.x[None])[0]))), nearest, ""
+            return (), nearest, self.turned(q[0])
+        q = q[~away]
+        q = self._distinct(q) if not len(self._kernel(q[0])) else np.array([*map(self._slid, q[:_NEAREST])])
+        ends = [self.level.closest(x) for x in self._distinct(q)]
+        return tuple(sorted(ends, key=lambda c: float(self.distances(c.x[None])[0]))), nearest, ""
 
     def distances(self, x: Array) -> Array:
         """How far each q (k × n) is from the guesses (k); what was left out counts where these are alike."""
         away = np.zeros(x.shape)
-        away[:, list(self.start.free)] = (x - self.start.values)[:, list(self.start.free)] / self._size.x
+        away[:, self._free] = (x - self.start.values)[:, self._free] / self.level.usual.x
         guessed = np.linalg.norm(away[:, list(self.start.guessed)], axis=1)
         return np.asarray(
             guessed
@@ -186,7 +139,7 @@ class Search:
     def _distinct(self, x: Array) -> Array:
         """Each of several q (k × n) once."""
         kept: list[Array] = []
-        free, size = list(self.start.free), self._size.x
+        free, size = self._free, self.level.usual.x
         for one in x:
             if all(np.abs((one - other)[free] / size).max() > ONE_POSITION for other in kept):
                 kept.append(one)
@@ -194,32 +147,33 @@ class Search:
 
     def _homed(self, x: Array) -> Array:
         """Each q (k × n) with angles within half a turn of the start, Euler parameters on its side, where it is closed there too."""
-        free = np.array(self.start.free)[self._size.turns]
+        free = np.array(self._free)[self.level.usual.turns]
         home, first = x.copy(), self.start.values
         home[:, free] += 2 * np.pi * np.round((first - x)[:, free] / (2 * np.pi))
-        place = {q: i for i, q in enumerate(self.system.coordinates)}
-        for e in self.system.euler_parameters:
+        place = {q: i for i, q in enumerate(self.level.manifold.system.coordinates)}
+        for e in self.level.manifold.system.euler_parameters:
             at = [place[q] for q in e.coordinates]
             if set(at) <= set(self.start.free):
                 side = home[:, at] @ first[at]
                 side = np.where(side == 0, home[:, at[0]], side)
                 home[:, at] *= np.where(side < 0, -1.0, 1.0)[:, None]
-        left = np.abs(self.many(home)[0] / self._size.f).max(axis=1, initial=0)
-        kept = (left <= 10 * CLOSED) & (self._turned(home) == self._turned(x)).all(axis=1)
+        left = self.level.shares(self.level.numbers(home)[0]).max(axis=1, initial=0)
+        kept = (left <= 10 * CLOSED) & (self.level.turned(home) == self.level.turned(x)).all(axis=1)
         return np.where(kept[:, None], home, x)
 
     def singular_at(self, x: Array) -> str:
         """Which constraints are not finite at q (n), in words, those of most say first; "" where all are."""
-        f, g = self.one(x)
+        f, g = self.level.one(x)
         lost = ~(np.isfinite(f) & np.isfinite(g).all(axis=1))
-        names = [n for n, bad in zip(self.conditions.names, lost, strict=True) if bad]
-        at = [(q, v) for q, v in zip(self.system.coordinates, x, strict=True) if v]
+        names = [n for n, bad in zip(self.level.manifold.names, lost, strict=True) if bad]
+        at = [(q, v) for q, v in zip(self.level.manifold.system.coordinates, x, strict=True) if v]
         where = ", ".join(f"{q} = {v:.6g}" for q, v in at[:_TOLD]) or "zero of all coordinates"
         return f"infinity or NaN of {', '.join(map(repr, names))} at {where}" if names else ""
 
     def block(self, x: Array) -> Array:
         """∂f/∂q at q (n) over what is free, in sizes of its own."""
-        return np.asarray(self.one(x)[1][:, list(self.start.free)] * self._size.x / self._size.f[:, None])
+        size = self.level.usual
+        return np.asarray(self.level.one(x)[1][:, self._free] * size.x / size.f[:, None])
 
     def _kernel(self, x: Array) -> Array:
         """Directions, over what is free, in which the constraints leave q (n) open, one a row."""
@@ -227,7 +181,7 @@ class Search:
 
     def _slid(self, x: Array) -> Array:
         """From q (n) along the constraints to the place nearest to the guesses."""
-        free, size = list(self.start.free), self._size.x
+        free, size = self._free, self.level.usual.x
         pull = np.isin(free, self.start.guessed)
         for _ in range(_SLIDES):
             kernel = self._kernel(x)
@@ -237,7 +191,7 @@ class Search:
             for share in (1.0, 0.5, 0.25, 0.1):
                 trial = x.copy()
                 trial[free] += share * change * size
-                trial = self.closed(trial).x
+                trial = self.level.closest(trial).x
                 nearer = self.distances(trial[None])[0] < self.distances(x[None])[0]
                 if nearer and np.isfinite(self.block(trial)).all():
                     break

@@ -1,31 +1,148 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues."""
+"""Where, along a branch of steady motions, an eigenvalue crosses the imaginary axis: Re λ = 0, by bisection on the branch.
+
+`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues.
+"""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kane.analysis.beams import warn_of_beams
 from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
-from kane.analysis.point import OperatingPoint, closed, point_of
-from kane.analysis.stability import Crossing, changes, tracked
-from kane.analysis.state import check_equations
-from kane.analysis.trimming import KINDS, Problem, null_space, problem, solve_problem, undetermined
-from kane.equations.equations import Equations
+from kane.analysis.operating_point import closed, state_from, warn_of_beams
+from kane.analysis.trimming import Problem, null_space, problem, solve_problem, undetermined
+from kane.equations.equations import Equations, check_equations
 from kane.equations.numeric import Numeric
+from kane.equations.state import GROUPS, State, state_of
 from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut, none_of
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import Curve, Path
-from kane.numeric.arrays import Array
-from kane.numeric.scale import CLOSED, ROUNDED
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.scale import CLOSED, ROUNDED, ROUNDED_ROOT
 from kane.program.native.machine import Settings
 from kane.progress import far, working
+
+Middle = Callable[[Array, Array], Array | None]
+Spectrum = Callable[[Array], Complex]
+
+_BISECTIONS = 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Crossing(Attributes):
+    """An eigenvalue on the imaginary axis: i ω of a pair where swinging sets in, 0 where the motion begins to fall over.
+
+    Where a switch of the equations takes it across at once, `eigenvalue` is that on the side nearer to the axis, and has a real part.
+    `value` is that of the symbol that changes, `point` the steady motion there, `between` the indices of the branch's points before
+    and after it; `grows` says whether the mode grows after it, or no longer.
+    """
+
+    value: float
+    eigenvalue: complex
+    point: State
+    between: tuple[int, int]
+    grows: bool
+
+    def __repr__(self) -> str:
+        return f"Crossing({self.value:.9g}, λ = {self.eigenvalue:.6g}, {'grows' if self.grows else 'decays'} after it)"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Change:
+    """The place Y in interval k of a path at which the eigenvalue `root` comes to grow, or to decay."""
+
+    interval: int
+    y: Array
+    root: complex
+    grows: bool
+
+
+def tracked(rows: Sequence[Complex]) -> Complex:
+    """Rows of numbers, each put in the order that is nearest to the row before."""
+    ordered = [np.asarray(rows[0])]
+    for row in rows[1:]:
+        guess = 2 * ordered[-1] - ordered[-2] if len(ordered) > 1 else ordered[-1]
+        ordered.append(_matched(row, np.abs(guess[:, None] - row)))
+    return np.array(ordered)
+
+
+def changes(path: Sequence[Array], roots: Sequence[Complex], middle: Middle, spectrum: Spectrum) -> list[Change]:
+    """Where modes come to grow or to decay along a path.
+
+    Parameters
+    ----------
+    path : points Y, near enough to each other that `middle` finds the branch between two of them
+    roots : the eigenvalues at each
+    middle : the point of the branch halfway between two, None where there is none
+    spectrum : the eigenvalues at a point
+    """
+    size = max((float(np.abs(r).max(initial=0)) for r in roots), default=0.0)
+    least = ROUNDED_ROOT * size
+    crossings = []
+    for k, (first, last) in enumerate(pairwise(roots)):
+        before, after = tracked([first, last])
+        met: list[Change] = []
+        for j, (start, end) in enumerate(zip(before.tolist(), after.tolist(), strict=True)):
+            grows = end.real > least
+            if (start.real > least) == grows or (start.imag < 0 and end.imag < 0):
+                continue
+            y, root = _bisected((path[k], before), (path[k + 1], after), j, least, middle, spectrum)
+            new = Change(k, y, root, grows)
+            # of a conjugate pair one is enough; where a pair is real at one end only, both of it come here
+            if (start.imag == 0 and end.imag == 0) or not any(_same(new, c, least) for c in met):
+                met.append(new)
+        crossings += met
+    return crossings
+
+
+def _same(one: Change, other: Change, least: float) -> bool:
+    """Whether two changes are those of a pair."""
+    apart = np.linalg.norm(one.y - other.y)
+    return bool(one.grows == other.grows and apart < ROUNDED_ROOT and abs(one.root - other.root) <= 10 * least)
+
+
+def _bisected(
+    a: tuple[Array, Complex], b: tuple[Array, Complex], k: int, least: float, middle: Middle, spectrum: Spectrum
+) -> tuple[Array, complex]:
+    """Y and i |ω| where Re λ of mode k passes zero; where one end lies on the axis but for rounding, where it leaves it.
+
+    Where Re λ jumps over zero, λ beside it.
+    """
+    level = 0.0 if min(abs(a[1][k].real), abs(b[1][k].real)) > least else least
+    for _ in range(_BISECTIONS):
+        y = middle(a[0], b[0]) if np.linalg.norm(b[0] - a[0]) > ROUNDED else None
+        if y is None:
+            break
+        # in the order of those before and after: the modes together, so that none takes another's place
+        roots = spectrum(y)
+        roots = _matched(roots, np.abs(a[1][:, None] - roots) + np.abs(b[1][:, None] - roots))
+        if (roots[k].real > level) == (b[1][k].real > level):
+            b = y, roots
+        else:
+            a = y, roots
+    y, roots = min(a, b, key=lambda end: abs(end[1][k].real))
+    frequency = abs(roots[k].imag)
+    if np.linalg.norm(b[0] - a[0]) <= 10 * ROUNDED and abs(b[1][k].real - a[1][k].real) > 100 * least:
+        return y, complex(roots[k])  # a switch takes it across
+    return y, complex(0.0, frequency if frequency > 10 * least else 0.0)
+
+
+def _matched(row: Complex, distance: Array) -> Complex:
+    """The row in the order in which all distances together are least; of several such, that in which more modes stay where they are.
+
+    A mode on the axis that stays and one that passes it would otherwise be told apart by rounding.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    least = ROUNDED_ROOT * np.abs(row).max(initial=0)
+    return np.asarray(row[linear_sum_assignment(distance + least * (distance > least))[1]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +156,7 @@ class Branch(Attributes):
 
     symbol: Symbol
     values: Array
-    points: tuple[OperatingPoint, ...]
+    points: tuple[State, ...]
     linear: tuple[Linear, ...]
     eigenvalues: npt.NDArray[np.complex128]
     turning: tuple[int, ...]
@@ -72,6 +189,7 @@ def continuation(
     eom: Equations,
     symbol: Any,
     values: Sequence[float],
+    state: State | None = None,
     *,
     q: Mapping[Any, Any] | Sequence[Any] | None = None,
     u: Mapping[Any, Any] | Sequence[Any] | None = None,
@@ -94,6 +212,7 @@ def continuation(
     eom : Equations
     symbol : the parameter, input, speed or coordinate that changes, by symbol or name
     values : increasing or decreasing; the branch has a point at each of them, and at each turning point
+    state : `kn.State` of values and guesses, in place of q, u, states, parameters, inputs and the time
     q, u, states, parameters, inputs, moving, independent : as for `trim`, the value of `symbol` apart
     outputs, settings : as for `linearize`
 
@@ -106,8 +225,8 @@ def continuation(
     """
     check_equations(eom)
     wanted = _values(values)
-    groups = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
-    task, place = _problem(eom.numeric(settings), symbol, wanted[0], groups, moving, independent)
+    given = state_of(state, q=q, u=u, states=states, parameters=parameters, inputs=inputs)
+    task, place = _problem(eom.numeric(settings), symbol, wanted[0], given, moving, independent)
     with working("Following the branch"):
         start = solve_problem(task, CLOSED)
         unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
@@ -136,20 +255,21 @@ def _problem(
     numeric: Numeric[Equations],
     symbol: Any,
     value: float,
-    groups: dict[str, Any],
+    given: State,
     moving: Sequence[Any],
     independent: Sequence[Any],
 ) -> tuple[Problem, int]:
     eom = numeric.equations
     name = symbol.name if isinstance(symbol, Symbol) else symbol
-    kinds: dict[str, tuple[Symbol, ...]] = {k: getattr(eom, KINDS[k]) for k in ("q", "u", "parameters", "inputs")}
+    kinds: dict[str, tuple[Symbol, ...]] = {k: getattr(eom, GROUPS[k]) for k in ("q", "u", "parameters", "inputs")}
     for kind, symbols in kinds.items():
         if name in [s.name for s in symbols]:
-            values = groups[kind]
+            values = getattr(given, kind)
             if values is not None and not isinstance(values, Mapping):
                 raise SimulationError(f"Expected {kind}= by symbol or name where {name} changes, got a sequence.")
             others = {k: v for k, v in (values or {}).items() if (k.name if isinstance(k, Symbol) else k) != name}
-            task = problem(numeric, groups | {kind: {**others, name: value}}, 0.0, moving, independent)
+            start = replace(given, **{kind: {**others, name: value}})
+            task = problem(numeric, start, moving, independent)
             return task, [s.name for s in task.conditions.symbols].index(name)
     names = [s.name for symbols in kinds.values() for s in symbols]
     raise ValueMissingError(f"Expected a value of the system to change, one of {none_of(names, symbol)}")
@@ -198,16 +318,14 @@ def _unknowns(task: Problem, place: int, start: Array, span: float) -> _Unknowns
     return _Unknowns(task, places, np.append(task.measured.columns[list(places[:-1])], abs(span)), start)
 
 
-def _linear(
-    lin: Linearizer, point: OperatingPoint, independent: Sequence[Any], side: Callable[[], Side]
-) -> tuple[Linear, str]:
+def _linear(lin: Linearizer, point: State, independent: Sequence[Any], side: Callable[[], Side]) -> tuple[Linear, str]:
     """The linearization at a point of a branch; on a corner that of the side on which the branch goes on, and what is said of it."""
     try:
-        return lin(**point.arguments, independent=independent, steady=False), ""
+        return lin(point, independent=independent, steady=False), ""
     except CornerError as error:
         way = {name: d for name, d in side().items() if name in error.names}
         try:
-            return lin(**point.arguments, independent=independent, steady=False, side=way), str(error)
+            return lin(point, independent=independent, steady=False, side=way), str(error)
         except (CornerError, ValueMissingError):
             raise error from None
 
@@ -226,10 +344,10 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
         moved = zip(unknowns.places, change * unknowns.scale, strict=True)
         return {conditions.symbols[i].name: float(d) for i, d in moved if i < states}
 
-    def at(y: Array) -> tuple[OperatingPoint, Linear, str]:
+    def at(y: Array) -> tuple[State, Linear, str]:
         far(lambda: f"linearizing at {unknowns.where(y)}")
         y = np.where(np.abs(y) <= ROUNDED, 0.0, y)
-        point = point_of(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
+        point = state_from(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
         at_point, corner = _linear(lin, point, independent, lambda: beside(y))
         gone = [n for n in (*at_point.coordinates, *at_point.further) if n not in kept]
         return point, replace(at_point, cyclic=tuple(gone)).without("cyclic"), corner

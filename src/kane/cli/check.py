@@ -12,7 +12,7 @@ import typer
 
 import kane as kn
 from kane.analysis.load_signs import DIRECTIONS, doubtful_loads
-from kane.analysis.state import start_state
+from kane.analysis.state_checks import start_state
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.faults import Misuse, UserError, message_of, own_code, place_of, shown

@@ -21,12 +21,10 @@ from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.bounds import vanish
 from kane.numeric.rank import null_direction
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, SEEDS, sample
 from kane.numeric.scale import SOLVE_RANK, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
-
-_SEED, _SEEDS = 20042, (20042, 20043, 20044)
 
 
 def check_mass(system: System, speeds: Sequence[Expr], mass: Matrix) -> None:
@@ -74,11 +72,11 @@ def _null_vector(matrix: Matrix, system: System) -> Array | None:
         return np.array(sample(matrix.entries, seed, sets, spread)).reshape(matrix.shape)
 
     found = None
-    for seed in _SEEDS:
+    for seed in SEEDS:
         found = null_direction(numbers(seed), SOLVE_RANK) if matrix.rows else None
         if found is None:
             return None
-    at_zero = numbers(_SEED, 0.0)
+    at_zero = numbers(SEED, 0.0)
     regular = np.all(np.isfinite(at_zero)) and null_direction(at_zero, SOLVE_RANK) is None
     return None if regular else found
 

@@ -7,12 +7,12 @@ from itertools import product
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from kane.dynamics import terms
-from kane.dynamics.blocks import Blocks, blocks, mass_rows
+from kane.dynamics import assembly
+from kane.dynamics.assembly import Blocks, blocks, mass_rows
 from kane.dynamics.bodies import Inertias, Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.choice import Compared, compared
-from kane.dynamics.constraints.closure import Closure, closure
+from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
 from kane.expr.count import Prices
@@ -20,7 +20,7 @@ from kane.expr.immutable import Immutable
 from kane.expr.linear_parts import Affine
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, State, Symbol, Symbols
+from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
@@ -112,26 +112,26 @@ class Derived(Immutable):
     # Steps 5 and 6: generalized forces -----------------------------------------------------------------------------------
 
     declared_loads = read[tuple[Load, ...]](
-        lambda d: terms.loads_in_speeds(d.system.loads, d.kinematical), "The loads but for gravity, in speeds."
+        lambda d: assembly.loads_in_speeds(d.system.loads, d.kinematical), "The loads but for gravity, in speeds."
     )
 
     @read
     def loads(self) -> tuple[Load, ...]:
         """The loads in speeds, gravity written out as one force a body."""
         weights = [gravity_load(g, self.system.bodies) for g in self.system.gravities]
-        return (*terms.loads_in_speeds(weights, self.kinematical), *self.declared_loads)
+        return (*assembly.loads_in_speeds(weights, self.kinematical), *self.declared_loads)
 
     @read
-    def active_terms(self) -> Mapping[Load, tuple[terms.Term, ...]]:
+    def active_terms(self) -> Mapping[Load, tuple[assembly.Term, ...]]:
         """The forces and torques of each load."""
-        return LazyMapping(self.loads, lambda load: terms.active_terms(load, self.kinematics))
+        return LazyMapping(self.loads, lambda load: assembly.active_terms(load, self.kinematics))
 
     @read
-    def inertia_terms(self) -> Mapping[Body, tuple[terms.Term, ...]]:
+    def inertia_terms(self) -> Mapping[Body, tuple[assembly.Term, ...]]:
         """The inertia force and torque of each body, in u̇."""
         return LazyMapping(
             self.system.bodies,
-            lambda body: tuple(term for b in self.bodies if b.body is body for term in terms.inertia_terms(b)),
+            lambda body: tuple(term for b in self.bodies if b.body is body for term in assembly.inertia_terms(b)),
         )
 
     Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
@@ -143,17 +143,18 @@ class Derived(Immutable):
     )
 
     def _by_speed(
-        self, table: Mapping[K, tuple[terms.Term, ...]], stands_for: Mapping[Any, K]
+        self, table: Mapping[K, tuple[assembly.Term, ...]], stands_for: Mapping[Any, K]
     ) -> Mapping[tuple[Expr, K], Expr]:
         return LazyMapping(
-            product(self.all_speeds, table), lambda key: terms.generalized(table[key[1]], key[0]), stands_for
+            product(self.all_speeds, table), lambda key: assembly.generalized(table[key[1]], key[0]), stands_for
         )
 
     @read
     def Fr(self) -> Exprs:
         """Generalized active forces F_r; the auxiliary ones hold the reactions they bring into evidence."""
         evident = (
-            terms.sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs) for s in self.all_speeds
+            assembly.sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs)
+            for s in self.all_speeds
         )
         return tuple(map(add, self._sums(self.Fr_contributions, self.loads), evident))
 
@@ -163,11 +164,13 @@ class Derived(Immutable):
         return self._sums(self.Fr_star_contributions, self.system.bodies)
 
     def _sums(self, shares: Mapping[tuple[Expr, K], Expr], sources: Sequence[K]) -> Exprs:
-        return tuple(terms.sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
+        return tuple(assembly.sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
 
     # Further states ------------------------------------------------------------------------------------------------------
 
-    states = read[tuple[State, ...]](lambda d: Symbols(d.system.states), "a, the further states beside q and u.")
+    states = read[tuple[StateVariable, ...]](
+        lambda d: Symbols(d.system.states), "a, the further states beside q and u."
+    )
     state_rates = read[Exprs](
         lambda d: d._in_speeds(d.system.states.values()), "ȧ of the further states, rates of coordinates in speeds."
     )
@@ -182,24 +185,24 @@ class Derived(Immutable):
 
     # Step 7: dynamical equations -----------------------------------------------------------------------------------------
 
-    left = read[tuple[terms.Term, ...]](
+    left = read[tuple[assembly.Term, ...]](
         lambda d: d.left_by(d.kinematics, d.bodies), "Forces and torques, those of inertia too, at u̇ = 0."
     )
 
     def left_by(
         self, kinematics: Kinematics, bodies: Sequence[Moving], u_dot: Mapping[Expr, Expr] = MappingProxyType({})
-    ) -> tuple[terms.Term, ...]:
+    ) -> tuple[assembly.Term, ...]:
         """`left` by other motions, or at other accelerations."""
-        return tuple(terms.bias_terms(self._active(kinematics), bodies, free_fall(self.system), u_dot))
+        return tuple(assembly.bias_terms(self._active(kinematics), bodies, free_fall(self.system), u_dot))
 
-    def _active(self, kinematics: Kinematics) -> list[terms.Term]:
-        return [term for load in self.declared_loads for term in terms.active_terms(load, kinematics)]
+    def _active(self, kinematics: Kinematics) -> list[assembly.Term]:
+        return [term for load in self.declared_loads for term in assembly.active_terms(load, kinematics)]
 
     @read
     def blocks(self) -> Blocks:
         """M, f and G by speeds and auxiliary speeds."""
         mass = mass_rows(self.bodies, self.speeds, self.auxiliary_speeds)
-        right = [terms.generalized_by_motion(self.left, s) for s in self.all_speeds]
+        right = [assembly.generalized_by_motion(self.left, s) for s in self.all_speeds]
         apart = self._with_weights_apart()
         if apart is not None:
             cost = Prices([x for row in mass for x in row])
@@ -211,12 +214,12 @@ class Derived(Immutable):
         fall = free_fall(self.system)
         if fall.is_zero:
             return None
-        weights = [terms.Term(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
-        heavy = [terms.generalized_by_motion(weights, s) for s in self.all_speeds]
+        weights = [assembly.Term(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
+        heavy = [assembly.generalized_by_motion(weights, s) for s in self.all_speeds]
         if all(x is not ZERO for x in heavy):
             return None
-        rest = terms.bias_terms(self._active(self.kinematics), self.bodies, Vector())
-        return [add(terms.generalized_by_motion(rest, s), x) for s, x in zip(self.all_speeds, heavy, strict=True)]
+        rest = assembly.bias_terms(self._active(self.kinematics), self.bodies, Vector())
+        return [add(assembly.generalized_by_motion(rest, s), x) for s, x in zip(self.all_speeds, heavy, strict=True)]
 
     mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
     auxiliary_mass_matrix = read[Matrix](lambda d: d.blocks.mass_a, "M_a (auxiliary × n).")
@@ -233,7 +236,7 @@ class Derived(Immutable):
 
     A = read[Matrix](lambda d: d.constraints.a, "A of A u + b = 0, a row for each of `system.constraints`.")
     b = read[Exprs](lambda d: d.constraints.b, "b of the constraints A u + b = 0.")
-    conditions = read[Closure](lambda d: closure(d.system), "The configuration constraints, with their derivatives.")
+    conditions = read[Manifold](lambda d: manifold(d.system), "The configuration constraints, with their derivatives.")
     compared = read[Compared](
         lambda d: compared(d.system, d.constraints, d.near, d.conditions),
         "Configurations at which constraints are compared.",

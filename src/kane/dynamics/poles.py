@@ -12,12 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import Closure, residual_function, usual_sizes
+from kane.dynamics.constraints.manifold import Manifold
 from kane.dynamics.constraints.partition import Partition, choose, quality
 from kane.dynamics.constraints.steady import follow_everywhere
 from kane.dynamics.derivation import Derived
 from kane.expr.build import div
-from kane.expr.differentiation import jacobian
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
@@ -26,12 +25,10 @@ from kane.expr.visit import substituted
 from kane.model.completed import constraint_rate
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
-from kane.numeric.newton import close
 from kane.numeric.rank import balance, balanced, level, singular
-from kane.numeric.sampling import sample, values_of
-from kane.numeric.scale import BETTER, CLOSED, DERIVE_RANK, NEAR_SINGULAR, POOR
+from kane.numeric.sampling import SEED, sample, values_of
+from kane.numeric.scale import BETTER, CLOSED, CLOSED_FULLY, DERIVE_RANK, NEAR_SINGULAR, POOR
 
-_SEED = 20411
 _DRAWN, _SPREAD, _STARTS = 256, 2.0, 3
 """Configurations drawn, how far apart, about, and from how many of them a zero of a pivot is sought."""
 _STEPS = 12
@@ -138,7 +135,7 @@ class AdmittedSpeeds:
     def __init__(self, derived: Derived, values: Mapping[Expr, Any]) -> None:
         self.derived, self.rows = derived, RateRows(derived)
         n, q = self.rows.count, derived.system.coordinates
-        drawn = np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (_SAMPLES, len(q)))
+        drawn = np.random.default_rng(SEED).uniform(-np.pi, np.pi, (_SAMPLES, len(q)))
         both = self.rows.at({**values, **dict(zip(q, drawn.T[:, :, None], strict=True))}, _SAMPLES)
         usual = [np.abs(x[n:] @ np.linalg.pinv(x[:n])) for x in both if np.isfinite(x).all()]
         self.sizes = balance(np.median(usual, axis=0), order=(1, 0)).columns if usual else np.ones((1, n))
@@ -189,19 +186,15 @@ class _Places:
         """
         q = self.system.coordinates
         if pivot is not None:
-            f = (*f, div(pivot, as_expr(sample([pivot], _SEED)[0])))
-        values = values_of((*free_symbols([*f, *self.rows.exprs]), *q), _SEED, self.rows.unit)
+            f = (*f, div(pivot, as_expr(sample([pivot], SEED)[0])))
+        values = values_of((*free_symbols([*f, *self.rows.exprs]), *q), SEED, self.rows.unit)
         moving = {*q, *self.rows.unit}
         others = {s: v for s, v in values.items() if s not in moving}
-        conditions = Closure((), f, jacobian(f, q))
         closed: list[Array] = list(self._starts(values, pivot))
         if f and closed:
-            function, usual = (
-                residual_function(self.system, conditions, others),
-                usual_sizes(self.system, conditions, others),
-            )
-            ends = [close(function, x, range(len(q)), steps=_STEPS, sizes=(usual.f, usual.x)) for x in closed]
-            closed = [last.x for last in ends if np.abs(last.residual / usual.f).max(initial=0) <= CLOSED]
+            level = Manifold(self.system, (), f).at(others)
+            ends = [level.closest(x, CLOSED_FULLY, _STEPS) for x in closed]
+            closed = [last.x for last in ends if level.shares(last.residual).max(initial=0) <= CLOSED]
         if not closed:
             return
         places = np.array(closed).reshape(-1, len(q), 1)
@@ -215,7 +208,7 @@ class _Places:
         """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""
         q = self.system.coordinates
         begin = np.array([values[x] for x in q])
-        drawn = begin + _SPREAD * np.random.default_rng(_SEED).normal(size=(_DRAWN, len(q)))
+        drawn = begin + _SPREAD * np.random.default_rng(SEED).normal(size=(_DRAWN, len(q)))
         place = {x: k for k, x in enumerate(q)}
         for group in self.system.euler_parameters:
             own = [place[e] for e in group.coordinates]

@@ -7,13 +7,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from kane.dynamics.blocks import mass_rows
+from kane.dynamics.assembly import generalized_by_motion, mass_rows
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.left_out import Watch, watch
 from kane.dynamics.constraints.touches import contacts, touches
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.lazy import Lately, LazyMapping, read
-from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time
@@ -194,7 +193,7 @@ class Solved(Immutable):
     def left_out(self) -> Watch | None:
         """What tells at a state whether `redundant` follow there too; None where none are."""
         d = self.derived
-        return watch(self.embedding, d.compared, d.conditions, d.system) if self.embedding else None
+        return watch(self.embedding, d.compared, d.conditions) if self.embedding else None
 
     @read
     def by_constraints(self) -> frozenset[Expr]:

@@ -13,7 +13,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.events import watched_events
 from kane.dynamics.poles import without_poles
-from kane.dynamics.potentials import check_potentials
+from kane.dynamics.readings.potential import check_potentials
 from kane.dynamics.routes.table import ASKED, solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations

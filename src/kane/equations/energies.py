@@ -8,10 +8,10 @@ from typing import Any
 
 from kane.dynamics.derivation import Exprs
 from kane.dynamics.lazy import read
-from kane.dynamics.readings import energy, kinetic, momenta
+from kane.dynamics.readings import energy
+from kane.dynamics.readings.energy import Impulse, KineticParts
 from kane.dynamics.readings.integrals import Integral, integrals
-from kane.dynamics.readings.kinetic import KineticParts
-from kane.dynamics.readings.potential_found import FoundPotential, find_potential
+from kane.dynamics.readings.potential import FoundPotential, find_potential
 from kane.dynamics.solved import Solved
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate
@@ -27,7 +27,7 @@ class Energies:
 
     kinetic_energy = read[Expr](lambda e: energy.whole_kinetic_energy(e.solved), "K = ½ Σ m v·v + ω·I·ω.")
     kinetic_energy_parts = read[KineticParts](
-        lambda e: kinetic.kinetic_energy_parts(e.bodies, e.speeds),
+        lambda e: energy.kinetic_energy_parts(e.bodies, e.speeds),
         "K₂, K₁ and K₀, of degree 2, 1 and 0 in the speeds; K₂ = ½ Σ M_rs u_r u_s. Their sum is K.",
     )
     potential_energy = read[Expr](
@@ -40,35 +40,33 @@ class Energies:
         "P with dE/dt = P: the power of the loads without a potential and of prescribed motions.",
     )
     load_powers = read[Mapping[Load, Expr]](
-        lambda e: kinetic.load_powers(
-            e._shown, dict(zip((*e.system.gravities, *e.system.loads), e.loads, strict=True))
-        ),
+        lambda e: energy.load_powers(e._shown, dict(zip((*e.system.gravities, *e.system.loads), e.loads, strict=True))),
         "Σ F·v + Σ T·ω of each load, by the load or its name.",
     )
     gibbs_function = read[Expr](
-        lambda e: kinetic.gibbs_function(e.bodies),
+        lambda e: energy.gibbs_function(e.bodies),
         "G = ½ Σ m a·a + α·I·α + 2 α·(ω × I·ω), with ∂G/∂u̇_r = −F*_r: Gibbs's function, in u̇.",
     )
     Fr_star_by_energy = read[Exprs](
-        lambda e: kinetic.inertia_forces_by_energy(e._shown),
+        lambda e: energy.inertia_forces_by_energy(e._shown),
         "F*_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr: a second way to the generalized inertia forces of all speeds.",
     )
     generalized_momenta = read[Exprs](
-        lambda e: momenta.generalized_momenta(e.bodies, e.speeds), "p_r = Σ m v_r·v + ω_r·I·ω, one a speed."
+        lambda e: energy.generalized_momenta(e.bodies, e.speeds), "p_r = Σ m v_r·v + ω_r·I·ω, one a speed."
     )
     generalized_momenta_nh = read[Exprs](
-        lambda e: momenta.generalized_momenta(e.solved.nonholonomic.bodies, e.independent_speeds),
+        lambda e: energy.generalized_momenta(e.solved.nonholonomic.bodies, e.independent_speeds),
         "Σ m ṽ_r·v + ω̃_r·I·ω, one for each independent speed.",
     )
     conjugate_momenta = read[Exprs](
-        lambda e: momenta.conjugate_momenta(e._shown), "p_s = ∂K/∂q̇_s, one a coordinate, in speeds."
+        lambda e: energy.conjugate_momenta(e._shown), "p_s = ∂K/∂q̇_s, one a coordinate, in speeds."
     )
     cyclic_coordinates = read[tuple[Coordinate, ...]](
-        lambda e: momenta.cyclic_coordinates(e._shown),
+        lambda e: energy.cyclic_coordinates(e._shown),
         "Coordinates on which neither K nor forces nor constraints depend, and along which none acts: their momenta are constant.",
     )
     central_angular_momentum = read[Vector](
-        lambda e: momenta.central_angular_momentum(e.bodies), "Σ I·ω + r × m v about the mass centre."
+        lambda e: energy.central_angular_momentum(e.bodies), "Σ I·ω + r × m v about the mass centre."
     )
     integrals = read[tuple[Integral, ...]](
         lambda e: integrals(e.solved),
@@ -94,9 +92,9 @@ class Energies:
         """
         return find_potential(self.solved.derived, loads)
 
-    def generalized_impulses(self, impulses: Sequence[momenta.Impulse]) -> Exprs:
+    def generalized_impulses(self, impulses: Sequence[Impulse]) -> Exprs:
         """I_r = Σ v_r·∫F dt + ω_r·∫T dt, one a speed, of impulses (point, vector) and impulses of torques (frame, vector)."""
-        return momenta.generalized_impulses(self.solved.derived, impulses, self.solved.derived.speeds)
+        return energy.generalized_impulses(self.solved.derived, impulses, self.solved.derived.speeds)
 
     def mass_center(self, origin: Point) -> Vector:
         """Position of the system's mass centre from `origin`."""

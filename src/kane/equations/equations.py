@@ -18,10 +18,17 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import formulation
-from kane.dynamics.readings import energy, programs, rest
-from kane.dynamics.readings.contributions import Contributions, MassContribution, contributions, mass_contributions
+from kane.dynamics.readings import energy, programs, unsolved
+from kane.dynamics.readings.contributions import (
+    Contributions,
+    MassContribution,
+    Noncontributing,
+    contributions,
+    inertia_forces,
+    mass_contributions,
+    noncontributing,
+)
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
-from kane.dynamics.readings.noncontributing import Noncontributing, inertia_forces, noncontributing
 from kane.dynamics.readings.steps import Step, seven_steps
 from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.solved import Solved
@@ -29,7 +36,8 @@ from kane.equations.compiled import Compiled, compiled
 from kane.equations.energies import Energies
 from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.numeric import Numeric
-from kane.errors import ArgumentError, cut
+from kane.equations.state import State, state_of
+from kane.errors import ArgumentError, SimulationError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
@@ -207,7 +215,7 @@ class Equations(Energies, Immutable):
     # Rest and steady motion --------------------------------------------------------------------------------------------
 
     equilibrium_conditions = read[Exprs](
-        lambda e: rest.equilibrium_conditions(e.solved),
+        lambda e: unsolved.equilibrium_conditions(e.solved),
         "F̃_r at rest, one for each independent speed: what vanishes in equilibrium (Kane & Levinson 1985, sec. 6.5).",
     )
 
@@ -223,7 +231,7 @@ class Equations(Energies, Immutable):
         ValueMissingError
             if a value is given for something else
         """
-        return rest.steady_conditions(self.solved, values)
+        return unsolved.steady_conditions(self.solved, values)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 
@@ -242,6 +250,7 @@ class Equations(Energies, Immutable):
     def evaluate(
         self,
         exprs: Any,
+        state: State | None = None,
         *,
         q: Values | None = None,
         u: Values | None = None,
@@ -250,7 +259,7 @@ class Equations(Energies, Immutable):
         t: Any = 0.0,
         states: Values | None = None,
     ) -> Any:
-        """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a state.
+        """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a `kn.State`, or values by keyword.
 
         Measure numbers are along the inertial frame, those of a vector the last axis, those of a dyadic or matrix the last two.
         Rates become W u + X, accelerations u̇ and reactions their solved values, dependent speeds that are not given A_n u_I + b_n.
@@ -265,7 +274,8 @@ class Equations(Energies, Immutable):
             there. Or if constraints left out as redundant hold something at this state, on another branch than those compared. Of
             arrays a warning names the first such place, and the values there are NaN
         """
-        return evaluate_along(self.solved, exprs, q, u, parameters, inputs, t, states)
+        at = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
+        return evaluate_along(self.solved, exprs, *at.in_order)
 
     inverse_dynamics = read[Exprs](
         lambda e: programs.inverse_dynamics(e.solved),
@@ -307,11 +317,11 @@ class Equations(Energies, Immutable):
         """u = Y q̇ + z at numbers: the generalized speeds of a motion known by the rates of its coordinates."""
         return speeds_from_rates(self.derived, q, rates, parameters, t)
 
-    def reaction_condition(self, **state: Any) -> npt.NDArray[np.float64]:
+    def reaction_condition(self, state: State | None = None, **values: Any) -> npt.NDArray[np.float64]:
         """Reciprocal condition number (2-norm) of the matrix that the reactions are solved from; 1 without reactions."""
         if not self.reactions:
             return np.ones(())
-        return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, **state)))
+        return np.asarray(1.0 / np.linalg.cond(self.evaluate(self.solved.reaction_matrix, state, **values)))
 
     def compile(
         eom: Equations,  # kn.compile(eom, …) is this method
@@ -371,3 +381,11 @@ class Equations(Energies, Immutable):
 
 
 compile = Equations.compile
+
+
+def check_equations(eom: object) -> None:
+    """A SimulationError for what is no equations, such as the system itself."""
+    if not isinstance(eom, Equations):
+        raise SimulationError(
+            f"Expected equations of motion, got {cut(repr(eom))}. Derive them first: eom = kn.derive(system)."
+        )

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from threading import Lock
 from typing import Any, Generic, TypeVar
 
-from kane.equations.handle import Handle
+from kane.equations.compiled import Handle
 from kane.program.build import build_program
 from kane.program.bundle import Bundle
 from kane.program.native.compiled_routine import BundleRoutine, CompiledRoutine

@@ -15,7 +15,17 @@ if TYPE_CHECKING:
     from kane.expr.node import Expr
     from kane.expr.solve import solve_linear
     from kane.expr.substitution import substitute
-    from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, State, Symbol
+    from kane.expr.symbols import (
+        AuxiliarySpeed,
+        Coordinate,
+        Input,
+        Parameter,
+        Rate,
+        Reaction,
+        Speed,
+        StateVariable,
+        Symbol,
+    )
     from kane.expr.tables import Table
     from kane.expr.taylor_series import taylor
 
@@ -52,7 +62,8 @@ __getattr__ = _offered(
         "substitution": "substitute",
         "surd": "Surd root",
         "switching": "on_sides switches",
-        "symbols": "AuxiliarySpeed Coordinate Input Parameter QuasiRate Rate Reaction Speed State Symbol names per_second rate",
+        "symbols": "AuxiliarySpeed Coordinate Input Parameter QuasiRate Rate Reaction Speed StateVariable Symbol names "
+        "per_second rate",
         "tables": "Table",
         "taylor_series": "taylor",
         "visit": "fold imaged rebuilt substituted",
@@ -65,7 +76,7 @@ def __dir__() -> list[str]:
 
 
 __all__ = [
-    "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "State",
+    "Expr", "Symbol", "Parameter", "Coordinate", "Rate", "Speed", "AuxiliarySpeed", "Reaction", "Input", "StateVariable",
     "Table", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "affine", "taylor", "substitute",
     "solve_linear", "evaluate", "free_symbols", "count_operations", "Operations",
 ]  # fmt: skip

@@ -9,7 +9,19 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, as_exprs, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, SYMBOL, WHERE
 from kane.expr.size import never_zero
-from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Rate, Reaction, Speed, State, Symbol, Time, rate
+from kane.expr.symbols import (
+    Coordinate,
+    Input,
+    Parameter,
+    QuasiRate,
+    Rate,
+    Reaction,
+    Speed,
+    StateVariable,
+    Symbol,
+    Time,
+    rate,
+)
 from kane.expr.visit import fold
 
 MIN, MAX = OPS["min"], OPS["max"]
@@ -183,7 +195,7 @@ def jacobian(roots: Sequence[Expr], symbols: Sequence[Expr | str]) -> Matrix:
 
 
 def _leaf_rate(leaf: Expr) -> Expr:
-    if isinstance(leaf, Coordinate | Speed | State | Input | Rate | QuasiRate):
+    if isinstance(leaf, Coordinate | Speed | StateVariable | Input | Rate | QuasiRate):
         return rate(leaf)
     if isinstance(leaf, Time):
         return ONE

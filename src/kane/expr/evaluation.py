@@ -15,7 +15,7 @@ from kane.expr.floats import FLOAT, in_batches
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, as_exprs, constant_value, postorder
 from kane.expr.ops import OPS, PI, SYMBOL, Op
-from kane.expr.symbols import Parameter, State, Symbol, Symbols, declared
+from kane.expr.symbols import Parameter, StateVariable, Symbol, Symbols, declared
 
 Values = Mapping[Any, Any]
 
@@ -189,7 +189,7 @@ def at(walk: Walk, values: Values) -> list[Any]:
     """The roots of a walk at numbers or arrays, with defaults of parameters and states."""
     known = dict(values)
     for s in walk.missing(known):
-        if isinstance(s, Parameter | State) and s.default is not None:
+        if isinstance(s, Parameter | StateVariable) and s.default is not None:
             known[s] = s.default
     walk.check(known)
     return walk(known)

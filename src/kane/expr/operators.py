@@ -12,7 +12,7 @@ from kane.errors import ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, power, sub
 from kane.expr.node import BUILDERS, Expr, as_expr, constant
 from kane.expr.ops import OPS
-from kane.expr.symbols import Coordinate, Input, Speed, State, rate
+from kane.expr.symbols import Coordinate, Input, Speed, StateVariable, rate
 
 
 def _accepting_numbers(name: str) -> Callable[..., Expr]:
@@ -78,7 +78,7 @@ def Rational(numerator: int, denominator: int = 1) -> Expr:
 def _dt(self: Expr) -> Expr:
     from kane.expr.differentiation import time_derivative
 
-    return rate(self) if isinstance(self, Coordinate | Speed | State | Input) else time_derivative(self)
+    return rate(self) if isinstance(self, Coordinate | Speed | StateVariable | Input) else time_derivative(self)
 
 
 setattr(Expr, "dt", property(_dt, doc="Total time derivative; of a coordinate, speed or state, its rate leaf."))  # noqa: B010

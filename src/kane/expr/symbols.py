@@ -8,7 +8,7 @@ System refuses two symbols of one name that meet in it.
 import hashlib
 from collections.abc import Hashable, Iterable
 from importlib import import_module
-from typing import Any, Self, SupportsIndex, TypeVar, cast
+from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, cast
 
 from kane.errors import ExpressionError, UnitError, cut
 from kane.expr.node import Expr, Number, _table, as_expr, constant_value, enter, leaf
@@ -31,6 +31,8 @@ class Symbol(Expr):
 
     __slots__ = ("default", "description", "name", "place", "unit")
 
+    kind: ClassVar[str] = ""
+    """Stands for the class in the keys that order symbols, where it is not the class's name."""
     name: str
     default: Number | None
     unit: str
@@ -68,7 +70,7 @@ class Symbol(Expr):
         first = _table.get(entry)
         if first is not None:
             return cast(Self, first)
-        text = repr((cls.__name__, name, default, unit, description, _place_key(place)))
+        text = repr((cls.kind or cls.__name__, name, default, unit, description, _place_key(place)))
         node = leaf(cls, SYMBOL, int.from_bytes(hashlib.blake2b(text.encode(), digest_size=7).digest()))
         for field, value in zip(("name", "default", "unit", "description", "place"), declaration, strict=True):
             object.__setattr__(node, field, value)
@@ -115,10 +117,12 @@ class Input(Symbol):
     __slots__ = ()
 
 
-class State(Symbol):
+class StateVariable(Symbol):
     """A further state a beside q and u: an activation, a current, an integral. `System(states={a: …})` says its rate."""
 
     __slots__ = ()
+
+    kind = "State"
 
 
 class Time(Symbol):
@@ -171,11 +175,15 @@ def word(name: str) -> str:
     return "".join(c if c.isalnum() or c == "_" else "_" for c in name)
 
 
+_CONSTRUCTORS = {AuxiliarySpeed: "auxiliary_speed", StateVariable: "state"}
+"""Functions that declare symbols, where they are not called as the class."""
+
+
 def declared(symbol: Symbol) -> str:
     """The call that declares a symbol, as the user wrote it."""
     words = [repr(x) for x in symbol.declaration()[:2] if x is not None]
     words += [f"{what}={x!r}" for what, x in (("unit", symbol.unit), ("description", symbol.description)) if x]
-    kind = "auxiliary_speed" if isinstance(symbol, AuxiliarySpeed) else type(symbol).__name__.lower()
+    kind = _CONSTRUCTORS.get(type(symbol)) or type(symbol).__name__.lower()
     return f"kn.{kind}({', '.join(words)})"
 
 
@@ -189,7 +197,7 @@ def per_second(text: str) -> str:
 
 def rate(symbol: Symbol) -> Rate:
     """The leaf for the time derivative of a coordinate, speed, state or input."""
-    if isinstance(symbol, (Coordinate, Speed, AuxiliarySpeed, State, Input, Rate, QuasiRate)):
+    if isinstance(symbol, (Coordinate, Speed, AuxiliarySpeed, StateVariable, Input, Rate, QuasiRate)):
         return Rate.declare(f"{symbol.name}'", None, per_second(symbol.unit), "", symbol)
     raise ExpressionError(
         f"Expected a coordinate, speed, state or input, got {symbol!r} ({type(symbol).__name__}): it has no rate."
@@ -283,9 +291,9 @@ def input(name: str, unit: str = "", description: str = "") -> Input:
     return Input.declare(name, None, unit, description)
 
 
-def state(name: str, default: float = 0.0, unit: str = "", description: str = "") -> State:
+def state(name: str, default: float = 0.0, unit: str = "", description: str = "") -> StateVariable:
     """One further state, such as a muscle's activation; motions begin at `default` where they are told no other value.
 
     Its rate is said by the system, `System(states={a: expression})`, so that it may hold the state itself.
     """
-    return State.declare(name, default, unit, description)
+    return StateVariable.declare(name, default, unit, description)

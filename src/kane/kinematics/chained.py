@@ -23,11 +23,10 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.speeds import is_rate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import draw, unit
+from kane.numeric.sampling import SEEDS, draw, unit
 from kane.numeric.scale import ROUNDED_CHAIN
 
 Row = Mapping[Expr, Expr]
-_SEEDS = range(20611, 20616)
 _AXES = 3
 
 
@@ -140,7 +139,7 @@ def _turned(
 def _numbers(rows: Sequence[Sequence[Expr]], sets: Sequence[EulerParameters]) -> Array:
     """Values (rows × columns × samples), Euler parameters being those of rotations."""
     walk = Walk([x for row in rows for x in row])
-    values = {s: np.array([draw(seed, s, -1.0, 1.0) for seed in _SEEDS]) for s in walk.symbols}
+    values = {s: np.array([draw(seed, s, -1.0, 1.0) for seed in SEEDS]) for s in walk.symbols}
     values = unit(values, (group.coordinates for group in sets))
-    found = np.array([np.broadcast_to(x, len(_SEEDS)) for x in walk(values)], dtype=float)
-    return found.reshape(len(rows), -1, len(_SEEDS))
+    found = np.array([np.broadcast_to(x, len(SEEDS)) for x in walk(values)], dtype=float)
+    return found.reshape(len(rows), -1, len(SEEDS))

@@ -19,10 +19,8 @@ from kane.kinematics.speeds import Speeds, is_rate
 from kane.model.system import System
 from kane.model.variables import basic_rates, rates_by_quasi
 from kane.numeric.rank import null_direction
-from kane.numeric.sampling import draw, unit, values_of
+from kane.numeric.sampling import SEED, draw, unit, values_of
 from kane.numeric.scale import SPEEDS_RANK, TAKES_PART
-
-_SEED = 20041
 
 
 def generalized_speeds(system: System) -> Speeds:
@@ -151,7 +149,7 @@ def _check_rank(
             f"{len(rates)}: some of them share too few rates. Define one of them differently."
         )
     symbols = free_symbols(x for row in dense for x in row)
-    numbers = values_of(symbols, _SEED, {s: draw(_SEED, s) for s in symbols if s.default == 0})
+    numbers = values_of(symbols, SEED, {s: draw(SEED, s) for s in symbols if s.default == 0})
     numbers = unit(numbers, (s.coordinates for s in system.euler_parameters))
     y = np.asarray(evaluate(Matrix(dense), numbers), dtype=float)
     vanishing = null_direction(y.T, SPEEDS_RANK)

@@ -19,13 +19,12 @@ from kane.expr.matrix import dot
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.numeric import rotations
 from kane.numeric.arrays import Array, product
-from kane.numeric.sampling import value_of
+from kane.numeric.sampling import SEED, value_of
 from kane.space.rotation import NOTHING, Basis, Cosines, Orientation, Triple
 
 Angle = float | Expr
 _APART = 1e-3
 """The least sine of the angle between axes, at the parameters' defaults, beyond which γ may be taken of parameters."""
-_SEED = 20047
 
 
 def are_numbers(cosines: Array) -> bool:
@@ -99,7 +98,7 @@ def turned(axis: int, c: Expr, s: Expr) -> Array:
 def is_apart(direction: Triple) -> bool:
     """Whether a direction lies well aside of z at the parameters' defaults."""
     symbols = free_symbols(direction)
-    x, y, z = (float(v) for v in evaluate(list(direction), {s: value_of(s, _SEED) for s in symbols}))
+    x, y, z = (float(v) for v in evaluate(list(direction), {s: value_of(s, SEED) for s in symbols}))
     return math.hypot(x, y) > _APART * math.hypot(x, y, z)
 
 

@@ -21,11 +21,8 @@ from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate
 from kane.model.variables import EulerParameters
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import draw, unit
+from kane.numeric.sampling import SEEDS, draw, unit
 from kane.numeric.scale import ROUNDED_CHAIN
-
-_SEEDS = range(20601, 20606)
-
 
 _AXES = 3
 """Measure numbers of a vector."""
@@ -51,7 +48,7 @@ def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> Turne
     cosines = Matrix([[rows[i].get(w, ZERO) for w in group.quasi] for i in places])
     if not set(free_symbols(cosines.entries)) <= set(group.coordinates):
         return None
-    pairs = [_sample(group, cosines, seed) for seed in _SEEDS]
+    pairs = [_sample(group, cosines, seed) for seed in SEEDS]
     if any(np.abs(c @ c.T - np.eye(3)).max() > ROUNDED_CHAIN for c, _ in pairs):
         return None
     return Turned(places, cosines, _along(places, pairs))
@@ -104,7 +101,7 @@ def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
     symbols = free_symbols(cosines.entries)
     if not symbols or not all(isinstance(s, Coordinate) for s in symbols):
         return False
-    for seed in _SEEDS:
+    for seed in SEEDS:
         values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
         c = np.asarray(evaluate(cosines, unit(values, (s.coordinates for s in sets))), dtype=float)
         if np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN:

@@ -17,7 +17,7 @@ from kane.expr.ops import CONST, PI, SYMBOL
 from kane.expr.visit import fold
 from kane.kinematics.speeds import Speeds
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import draw
+from kane.numeric.sampling import SEED, draw
 from kane.numeric.scale import SIX_DIGITS
 from kane.space.rotation import Basis
 from kane.space.vector import Parts, Vector, axes
@@ -31,7 +31,7 @@ class Sample:
     """
 
     speeds: Speeds
-    seed: int = 20046
+    seed: int = SEED
     values: dict[Expr, Any] = field(default_factory=dict)
     turns: dict[Basis, Array] = field(default_factory=dict)
     rooted: dict[Parts, Array] = field(default_factory=dict)

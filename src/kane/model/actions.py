@@ -9,9 +9,9 @@ from typing import Any
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, State, Symbol
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, StateVariable, Symbol
 
-SETTABLE = (Coordinate, Speed, State, Parameter, Input)
+SETTABLE = (Coordinate, Speed, StateVariable, Parameter, Input)
 _FORM = "Write then={symbol: expression}, as {u1: -e*u1}"
 
 

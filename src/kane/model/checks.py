@@ -14,7 +14,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Symbol,
     declared,
     input_of,
@@ -121,7 +121,7 @@ def check_geometry(symbols: Iterable[Symbol]) -> None:
 def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     """Loads do not depend on accelerations."""
     for s in symbols:
-        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | State) and input_of(s) is None:
+        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | StateVariable) and input_of(s) is None:
             raise ModelError(
                 f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
                 "equations are solved. Model a load that depends on an acceleration as mass or inertia."

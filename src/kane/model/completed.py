@@ -19,10 +19,8 @@ from kane.model.constraints import Constraint
 from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balanced, singular
-from kane.numeric.sampling import values_of
+from kane.numeric.sampling import SEEDS, values_of
 from kane.numeric.scale import SPEEDS_RANK
-
-_SEEDS = (20119, 20120, 20121)
 
 
 def completed(
@@ -44,7 +42,7 @@ def completed(
     forms = [row for row, _ in affine_forms([*told, *offered], rates)]
     entries = [row.get(b, ZERO) for row in forms for b in rates]
     chosen: set[tuple[int, ...]] = set()
-    for seed in _SEEDS:
+    for seed in SEEDS:
         with np.errstate(all="ignore"):
             numbers = np.array(evaluate(entries, values_of(free_symbols(entries), seed)), dtype=float)
         places = _independent(numbers.reshape(len(forms), len(rates)), len(told), missing)

@@ -10,7 +10,17 @@ import numpy as np
 from kane.errors import ModelError, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Reaction, Speed, State, Symbols
+from kane.expr.symbols import (
+    AuxiliarySpeed,
+    Coordinate,
+    Input,
+    Parameter,
+    Rate,
+    Reaction,
+    Speed,
+    StateVariable,
+    Symbols,
+)
 from kane.model.actions import as_action
 from kane.model.bodies import Body
 from kane.model.constraints import Constraint
@@ -92,7 +102,7 @@ class Declarations(Immutable):
     inertial: Frame
     bodies: tuple[Body, ...]
     speeds: Mapping[Speed, Expr]
-    states: Mapping[State, Expr]
+    states: Mapping[StateVariable, Expr]
     loads: tuple[Load, ...]
     gravities: tuple[Gravity, ...]
     reactions: tuple[Reaction, ...]

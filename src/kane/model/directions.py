@@ -6,12 +6,10 @@ import math
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.symbols import Parameter
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, frames_of
 from kane.space.vector import Vector
-
-_SEED = 20045
 
 
 def length(v: Vector) -> float:
@@ -20,7 +18,7 @@ def length(v: Vector) -> float:
     symbols = free_symbols([square])
     if any(isinstance(s, Parameter) and s.default is None for s in symbols):
         return 1.0
-    return math.sqrt(sample([square], _SEED)[0])
+    return math.sqrt(sample([square], SEED)[0])
 
 
 def is_unit(v: Vector) -> bool:

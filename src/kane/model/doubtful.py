@@ -11,14 +11,12 @@ from kane.expr.symbols import Coordinate
 from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.loads import Gravity
-from kane.numeric.sampling import sample, value_of
+from kane.numeric.sampling import SEEDS, sample, value_of
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector, angular_velocity
-
-_SEEDS = (20092, 20093, 20094, 20095)
 
 
 def warn_of_doubts(
@@ -59,11 +57,9 @@ def _depends_on_coordinates(exprs: Sequence[Expr]) -> bool:
     first, *others = (
         [
             float(x)
-            for x in evaluate(
-                exprs, {s: value_of(s, seed if isinstance(s, Coordinate) else _SEEDS[0]) for s in symbols}
-            )
+            for x in evaluate(exprs, {s: value_of(s, seed if isinstance(s, Coordinate) else SEEDS[0]) for s in symbols})
         ]
-        for seed in _SEEDS
+        for seed in SEEDS
     )
     size = max(map(abs, first))
     return any(abs(a - b) > DECLARED * size for row in others for a, b in zip(first, row, strict=True))
@@ -79,7 +75,7 @@ def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
         yield _of_another(p, near[-1], label)
         return
     for x in near:
-        heights = [sample([x.mass_center.position(p).dot(c.normal)], seed)[0] for seed in _SEEDS]
+        heights = [sample([x.mass_center.position(p).dot(c.normal)], seed)[0] for seed in SEEDS]
         if all(h < 0 for h in heights):
             yield (
                 f"Expected the contact of {x.name!r} in {label!r} on the side from which the normal {c.normal} points to it, got "
@@ -128,7 +124,7 @@ def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:
         return True
     turned = body.frame.angular_velocity(inertial).cross(p.position(center))
     numbers = [p.velocity(inertial).dot(e), center.velocity(inertial).dot(e), turned.dot(e)]
-    rows = [sample(numbers, seed) for seed in _SEEDS]
+    rows = [sample(numbers, seed) for seed in SEEDS]
     return all(
         abs(own - moved - round_) <= DECLARED * (abs(own) + abs(moved) + abs(round_)) for own, moved, round_ in rows
     )

@@ -7,13 +7,13 @@ from typing import Any
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, as_expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Rate, Reaction, State, Symbol, input_of
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Rate, Reaction, StateVariable, Symbol, input_of
 from kane.model.declarations import Declarations
 from kane.model.survey import geometry
 from kane.space.vector import Dyadic, Vector
 
 
-def state_rates(states: Any) -> dict[State, Expr]:
+def state_rates(states: Any) -> dict[StateVariable, Expr]:
     """The rate of each further state; a ModelError says what is no state, or no rate of one.
 
     Accelerations and reactions are refused in rates: they would have to be solved for first.
@@ -22,9 +22,9 @@ def state_rates(states: Any) -> dict[State, Expr]:
         raise ModelError(
             f"Expected states= to be a dict {{a: rate, …}}, got {cut(repr(states))}. Give each state its rate: {{a: (e - a)/tau}}."
         )
-    rates: dict[State, Expr] = {}
+    rates: dict[StateVariable, Expr] = {}
     for a, given in states.items():
-        if not isinstance(a, State):
+        if not isinstance(a, StateVariable):
             raise ModelError(
                 f"Expected states from kn.state as keys of states=, got {cut(repr(a))} ({type(a).__name__}). Declare one: "
                 'a = kn.state("a").'
@@ -39,8 +39,8 @@ def state_rates(states: Any) -> dict[State, Expr]:
     return rates
 
 
-def _check_known(a: State, s: Symbol) -> None:
-    if isinstance(s, Rate) and isinstance(s.place, State):
+def _check_known(a: StateVariable, s: Symbol) -> None:
+    if isinstance(s, Rate) and isinstance(s.place, StateVariable):
         what, cure = f"the rate {s}", f"Write out what states= says of {s.place}"
     elif isinstance(s, Reaction | AuxiliarySpeed):
         what, cure = f"{s} ({type(s).__name__})", "Write what the reaction follows from, or a load in its place"
@@ -61,7 +61,7 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
     """Every state has a rate; nothing by which motions are described depends on one."""
     for s in symbols:
         origin: Any = s.place if isinstance(s, Rate) else s
-        if not isinstance(origin, State):
+        if not isinstance(origin, StateVariable):
             continue
         if origin not in system.states:
             raise ModelError(
@@ -73,7 +73,7 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
                 f"Expected loads and events in states themselves, got the rate {s}. Write out what states= says of {origin}."
             )
     for kind, exprs in _STILL.items():
-        found = [s for s in free_symbols(exprs(system)) if isinstance(s, State)]
+        found = [s for s in free_symbols(exprs(system)) if isinstance(s, StateVariable)]
         if found:
             raise ModelError(
                 f"Expected {kind} without states, got {found[0]} in them. States act by loads: a servo turns a joint by a torque that "

@@ -14,7 +14,7 @@ from kane.errors import ModelError, none_of
 from kane.expr.build import add, mul, sub
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, State, Symbols
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, StateVariable, Symbols
 from kane.model import checks
 from kane.model.actions import check_actions, expressions
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, extended, parts_of, rigid
@@ -84,7 +84,7 @@ class System(Declarations):
         dependent_coordinates: Sequence[Coordinate | str] = (),
         dependent_speeds: Sequence[Speed | str] = (),
         joints: Sequence[Joint] = (),
-        states: Mapping[State, Any] = MappingProxyType({}),
+        states: Mapping[StateVariable, Any] = MappingProxyType({}),
     ) -> None:
         checks.check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kane.dynamics.constraints.branches import branches
+from kane.dynamics.constraints.manifold import branches
 from kane.dynamics.constraints.partition import quality
 from kane.equations.equations import Equations
 from kane.equations.routines import ports

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.analysis.one_sided import Table
-from kane.analysis.state import open_shares
+from kane.analysis.state_checks import open_shares
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric

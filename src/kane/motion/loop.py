@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.assembly import assemble
-from kane.analysis.state import start_state
-from kane.dynamics.readings.undirected import undirected
+from kane.analysis.state_checks import start_state
+from kane.dynamics.readings.regularity import undirected
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError
 from kane.expr.node import Expr

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.dynamics.constraints.branches import branch_scalars, branches, told, turned
+from kane.dynamics.constraints.manifold import branch_scalars, branches, turned, turned_closures
 from kane.dynamics.readings.programs import mass_matrix
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
@@ -91,7 +91,7 @@ class Manifold:
 
     def turned(self, numbers: Numbers) -> str:
         """Which closures are turned away from the branch that they mean, in words; "" where none is."""
-        return told(self.meant, turned(self.meant, numbers.branch)) if self.meant else ""
+        return turned_closures(self.meant, turned(self.meant, numbers.branch)) if self.meant else ""
 
     def project(
         self, t: float, x: Array, p: Array, r: Array, reach: Array | float = 0.0, mixes: Mixes = (None, None)

@@ -12,11 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.dynamics.derivatives.slopes import forward, slopes
-from kane.dynamics.readings.singular import with_regular_rates
+from kane.dynamics.readings.regularity import with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
 from kane.equations.equations import Equations
-from kane.equations.on_demand import along
-from kane.equations.routines import ports, rate_names
+from kane.equations.routines import along, ports, rate_names
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.symbols import Symbol, time

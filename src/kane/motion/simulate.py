@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state import check_equations
 from kane.dynamics.readings.values import parameter_values
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.evaluation import evaluate
 from kane.model.beams.beam import Beam
@@ -41,7 +41,7 @@ def simulate(
     q: Mapping[Any, float] | Sequence[float] | Array | None = None,
     u: Mapping[Any, float] | Sequence[float] | Array | None = None,
     rates: Mapping[Any, float] | Sequence[float] | Array | None = None,
-    start: Solution | None = None,
+    start: Solution | State | None = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     t: float | None = None,
@@ -70,13 +70,13 @@ def simulate(
     span : (float, float), or the end alone where the motion goes on from `start`
     q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
     rates : the rates of the coordinates at the start, by coordinate, in place of `u`
-    start : a motion to go on from, in place of start values: from its end and with its work, parameters, inputs, tolerances and,
-        unless it comes from a file, its other options, so far as none are given here. Its equations may have other loads and
-        constraints, if bodies and speeds are the same. `sol + more` is the whole
+    start : a `kn.State`, in place of q, u, states, parameters, inputs and t; or a motion to go on from: from its end and with its
+        work, parameters, inputs, tolerances and, unless it comes from a file, its other options, so far as none are given here. Its
+        equations may have other loads and constraints, if bodies and speeds are the same. `sol + more` is the whole
     parameters : values by symbol or name; those left out take their defaults
     inputs : for each input a number, an expression of time, parameters, coordinates and speeds, a signal, a table of time, a function
         f(t) or f(t, x) with x = (q, u, a), or a sampled controller (`kn.sampled`); for several at once, {(f1, f2): …}
-    t : the time of the start values, if they come with one (`**point.arguments`): the span must begin there
+    t : the time of the start values, if they come with one: the span must begin there
     method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "tsitpap8", "vern9", "tsit5", for stiff
         equations "radau9", and at steps of the length max_step "rk4" and the symplectic "midpoint"), one of SciPy's "RK23", "RK45",
         "DOP853", "Radau", "BDF", "LSODA", or "cvode" of SUNDIALS, for stiff equations (`pip install 'kane[stiff]'`). "auto" takes
@@ -102,21 +102,16 @@ def simulate(
     """
     check_equations(eom)
     checking_functions(eom.derived, check)
+    if isinstance(start, State):
+        at = state_of(start, q=q, u=u, states=states, parameters=parameters, inputs=inputs, t=t)
+        q, u, parameters, inputs, t, states = at.in_order
+        start, t = None, t or None
     begin, span = begin_of(
         start, {"q": q, "u": u, "rates": rates, "states": states, "parameters": parameters, "inputs": inputs}, span
     )
     _check_time(t if start is None else float(start.t[-1]), *(span := check_span(span)))
-    options = told(
-        {
-            "method": method,
-            "rtol": rtol,
-            "atol": atol,
-            "max_step": max_step,
-            "breakpoints": breakpoints,
-            "settings": settings,
-        },
-        start,
-    )
+    steps = {"max_step": max_step, "breakpoints": breakpoints, "settings": settings}
+    options = told({"method": method, "rtol": rtol, "atol": atol, **steps}, start)
     bounds = {"max_steps": max_steps, "max_seconds": max_seconds, "first_step": first_step}
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)

@@ -29,10 +29,8 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number
 from kane.numeric.rank import balance, null_direction, singular
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
-
-_SEED = 20049
 
 
 class Vanishing(NamedTuple):
@@ -56,7 +54,7 @@ def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
     moving = [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
     if not moving:
         return []
-    usual = [abs(x) for x in sample(moving, _SEED)]
+    usual = [abs(x) for x in sample(moving, SEED)]
     rows = [
         Vanishing(p, float(v), abs(float(v)) / (scale or 1.0))
         for p, v, scale in zip(moving, evaluate(moving, values), usual, strict=True)
@@ -106,7 +104,7 @@ def _free_direction(rows: list[list[Expr]], values: Mapping[Expr, Any]) -> Array
     A row that vanishes at this configuration alone must count as zero, whatever is left of it by rounding.
     """
     y = np.asarray(evaluate(Matrix(rows), values), dtype=float)
-    usual = np.abs(np.array(sample([x for row in rows for x in row], _SEED)).reshape(y.shape))
+    usual = np.abs(np.array(sample([x for row in rows for x in row], SEED)).reshape(y.shape))
     if not (np.all(np.isfinite(y)) and np.all(np.isfinite(usual))):
         return None
     size = balance(usual, order=(1, 0), rounding=0.0)

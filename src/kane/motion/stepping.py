@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import closure, residual_function, usual_sizes
+from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.events import KinematicsEnd
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
@@ -25,8 +25,7 @@ from kane.motion.projection import Numbers
 from kane.motion.start import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
 from kane.numeric.arrays import Array
-from kane.numeric.newton import close
-from kane.numeric.scale import CLOSED_NEARLY, LATER, POOR, SAME_TIME
+from kane.numeric.scale import CLOSED_FULLY, CLOSED_NEARLY, LATER, POOR, SAME_TIME
 from kane.numeric.sign_changes import SHARES
 
 STEPPED = "DOP853"
@@ -263,12 +262,11 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
     if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
         return ""
     least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach, stepper.mixes[1])
-    constraints, moving = closure(eom.system), set(eom.coordinates)
+    constraints, moving = manifold(eom.system), set(eom.coordinates)
     rest = {s: v for s, v in stepper.now.values(later, kept).items() if s not in moving}
-    usual = usual_sizes(eom.system, constraints, rest)
-    function, x = residual_function(eom.system, constraints, rest), kept[: len(moving)]
-    nearest = close(function, x, range(len(moving)), sizes=(usual.f, usual.x))
-    left = np.abs(nearest.residual / usual.f)
+    level = constraints.at(rest)
+    nearest = level.closest(kept[: len(moving)], CLOSED_FULLY)
+    left = level.shares(nearest.residual)
     if not (least < POOR and CLOSED_NEARLY < left.max(initial=0) < np.inf):
         return ""
     worst = int(np.argmax(left))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kane.dynamics.readings.asked import asked
+from kane.dynamics.readings.values import asked
 from kane.errors import ArgumentError, UnitError, cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol

@@ -12,8 +12,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
-from kane.analysis.state import check_equations
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
 from kane.motion.solution.solution import Solution
 from kane.present.checks import Check, motion_checks

@@ -16,7 +16,7 @@ from kane.expr.immutable import landmarks
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED, ROUNDED_CHAIN
 from kane.space import attitude_formulas as formulas
 from kane.space.rotation import (
@@ -34,7 +34,6 @@ from kane.space.rotation import (
 )
 from kane.space.vector import Vector, angular_velocity, axes
 
-_SEED = 20048
 _AXES = "xyz"
 
 
@@ -290,7 +289,7 @@ def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
     if not isinstance(claimed, Vector):
         raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {cut(repr(claimed))}.")
     own = frame.angular_velocity(base)
-    numbers = sample([*own.components(base), *claimed.components(base)], _SEED)
+    numbers = sample([*own.components(base), *claimed.components(base)], SEED)
     if not np.allclose(numbers[:3], numbers[3:], rtol=DECLARED, atol=DECLARED * max(map(abs, numbers)), equal_nan=True):
         raise SpaceError(
             f"Expected the angular velocity of {frame.name} in {base.name} that its orientation gives, {cut(own)}, got "
@@ -348,7 +347,7 @@ def _check_orthogonal(columns: Cosines) -> None:
     symbols = free_symbols(x for column in columns for x in column)
     if any(isinstance(s, Parameter) and s.default is None for s in symbols):
         return
-    c = np.array([sample(column, _SEED) for column in columns])
+    c = np.array([sample(column, SEED) for column in columns])
     if not np.all(np.isfinite(c)):
         return
     products = c @ c.T

@@ -21,7 +21,7 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
     Symbol,
     Time,
 )
@@ -127,7 +127,7 @@ _KINDS: dict[type[Symbol], int] = {
     AuxiliarySpeed: 4,
     Reaction: 6,
     Input: 7,
-    State: 7,
+    StateVariable: 7,
     Time: 8,
 }
 LAST: Tokens = ((Rank.END, (), 0),)

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.dynamics import branches, configurations, turned_function
+from kane.dynamics import branches, configurations, manifold
 from tests.model.joints.kinds import AXIS, KINDS, rigid
 from tests.model.joints.test_closures import CLOSED, N, O
 
@@ -45,7 +45,7 @@ def closed(kind):
 def test_orientations_at_which_the_equations_vanish_are_told_apart(kind):
     body, system = closed(kind)
     values = {s: s.default for s in system.parameters}
-    angles = turned_function(system, values)
+    angles = manifold(system).at(values).turned
     seen = set()
     for turn in TURNS:
         q = [*np.roll(Rotation.from_matrix(turn).as_quat(), 1), 0, 0, 0]
@@ -64,7 +64,7 @@ def test_by_how_much_it_is_turned():
     starts = [[*np.roll(Rotation.from_matrix(turn).as_quat(), 1), 0, 0, 0] for turn in EIGHT]
     half, third = np.pi, 2 * np.pi / 3
     expected = [0, *3 * [half], *4 * [third]]
-    np.testing.assert_allclose(turned_function(system, {})(np.array(starts))[:, 0], expected, atol=1e-12)
+    np.testing.assert_allclose(manifold(system).at({}).turned(np.array(starts))[:, 0], expected, atol=1e-12)
 
 
 def test_some_rows_of_a_closure_alone_say_nothing_of_its_orientation():
@@ -73,7 +73,7 @@ def test_some_rows_of_a_closure_alone_say_nothing_of_its_orientation():
     some = system.replace(holonomic=[c for c in system.constraints if not c.name.endswith("tilt2")])
     for angle, away in ((0.0, 0), (2.5, 0), (np.pi, np.pi)):
         turn = np.roll(Rotation.from_rotvec(angle * OBLIQUE[:, 0]).as_quat(), 1)
-        a, b = (turned_function(x, {})(np.array([*turn, 0, 0, 0])) for x in (system, some))
+        a, b = (manifold(x).at({}).turned(np.array([*turn, 0, 0, 0])) for x in (system, some))
         assert (*a, *b) == pytest.approx((away, away))
 
 
@@ -85,4 +85,4 @@ def test_the_configuration_that_choices_are_made_at_is_on_the_branch_that_is_mea
         assert not found.missed
         values = {s: v for s, v in found.values.items() if s not in set(system.coordinates)}
         q = np.array([found.values[x] for x in system.coordinates]).T
-        assert not turned_function(system, values)(q).any()
+        assert not manifold(system).at(values).turned(q).any()

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import Closure
 from kane.dynamics.constraints.configurations import Configurations, configurations
+from kane.dynamics.constraints.manifold import Manifold
 from kane.dynamics.constraints.partition import Partition, choose, choose_each, qualities_of
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
@@ -44,14 +44,16 @@ class Compared:
     a: Array
     ranks: Array
 
-    def reach(self, conditions: Closure, system: System) -> Array:
+    def reach(self, conditions: Manifold) -> Array:
         """The usual size of the terms of each configuration constraint, 1 where it has none.
 
         That is of the terms themselves, sines and cosines taken as 1, and of derivatives times lengths, Euler parameters as 1.
         """
         at, memo = self.at, dict[Expr, tuple[Expr, ...]]()
-        unit = {e for s in system.euler_parameters for e in s.coordinates}
-        q = np.array([np.broadcast_to(1.0 if c in unit else at.values[c], at.count) for c in system.coordinates]).T
+        unit = {e for s in conditions.system.euler_parameters for e in s.coordinates}
+        q = np.array(
+            [np.broadcast_to(1.0 if c in unit else at.values[c], at.count) for c in conditions.system.coordinates]
+        ).T
         own = np.abs(at.matrices(Matrix.column([size(f, memo) for f in conditions.f])))[:, :, 0]
         moved = (np.abs(at.matrices(conditions.gradient)) @ np.abs(q)[:, :, None])[:, :, 0]
         found = np.maximum(own, moved).max(axis=0, initial=0)
@@ -69,7 +71,7 @@ class Compared:
 
 
 def compared(
-    system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None, conditions: Closure | None = None
+    system: System, rows: ConstraintRows, near: Mapping[Symbol, float] | None, conditions: Manifold | None = None
 ) -> Compared:
     """Configurations of the motion, which `conditions` hold, all of one rank of the constraints.
 

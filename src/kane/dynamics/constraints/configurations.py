@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.branches import branch_scalars, branches, turned_function
-from kane.dynamics.constraints.closure import Closure, closure, in_rows, rounding_function, unit_places
+from kane.dynamics.constraints.manifold import Manifold, Reached, branch_scalars, manifold
 from kane.errors import ModelError
 from kane.expr.evaluation import compile_reference, free_symbols
 from kane.expr.matrix import Matrix
@@ -20,12 +19,11 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, input_of, time
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.many import ClosedMany, Indices, Residuals, close_many, close_most, sizes
+from kane.numeric.many import Indices
 from kane.numeric.named import finite_number, named_values
-from kane.numeric.sampling import HIGH, LOW, values_of
-from kane.numeric.scale import CLOSED, CLOSED_NEARLY
+from kane.numeric.sampling import HIGH, LOW, SEED, values_of
+from kane.numeric.scale import CLOSED_NEARLY
 
-_SEED = 20322
 _TRIES = (12, 60, 300, 1500)
 """How many starts are made together: more where none of those before was closed."""
 _FEW, _MORE = 6, 1500
@@ -36,8 +34,6 @@ _SAME = 1e-3
 """Distance up to which a configuration is one that was found before, in rad or the coordinate's size."""
 _AROUND, _NEAR = 0.1, 1.0
 """How far starts are spread around a place that is given, and how far steps may lead from it, in rad or the coordinate's size."""
-
-_EVERY = slice(None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,25 +84,26 @@ def configurations(
     system: System,
     roots: Sequence[Expr],
     near: Mapping[Symbol, float] | None = None,
-    seed: int = _SEED,
-    conditions: Closure | None = None,
+    seed: int = SEED,
+    conditions: Manifold | None = None,
 ) -> Configurations:
     """Values of every symbol below `roots` at configurations that satisfy the constraints, if those can be reached.
 
     Parameters take their defaults; what has none is drawn at random, for each start anew. With `near`, values of coordinates and of
     what else constraints depend on, all are closed from there; a ModelError where that cannot be done.
     """
-    conditions = conditions or closure(system)
-    held, read = free_symbols(conditions.f), free_symbols(roots)
-    values = values_of((*read, *free_symbols(branch_scalars(branches(system))), *held, *system.coordinates), seed)
-    turning = [q for q in system.coordinates if q in set(read) - set(held)]
-    search = _Search(system, conditions, held, turning, values, np.random.default_rng(seed))
+    conditions = conditions or manifold(system)
+    read = free_symbols(roots)
+    angles = free_symbols(branch_scalars(conditions.branches))
+    values = values_of((*read, *angles, *conditions.symbols, *system.coordinates), seed)
+    turning = [q for q in system.coordinates if q in set(read) - set(conditions.symbols)]
+    search = _Search(system, conditions, turning, values, np.random.default_rng(seed))
     if near:
         return search.around(near)
     if not conditions.f:
         return search.tried(_TRIES[0], {})
     moments: list[dict[Symbol, float]] = [{}]
-    if time in set(held):
+    if time in set(conditions.symbols):
         moments = [{time: values[time] * share} for share in _TIMES]
     first: Configurations | None = None
     for count in _TRIES:
@@ -132,14 +129,13 @@ def place(system: System, near: Mapping[Any, Any] | Sequence[float] | None) -> d
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """The configuration constraints of a system, the symbols in them, and the values of the first start.
+    """The configuration constraints of a system, and the values of the first start.
 
     `turning` are coordinates that change what is asked for but none of these constraints.
     """
 
     system: System
-    conditions: Closure
-    held: tuple[Symbol, ...]
+    conditions: Manifold
     turning: Sequence[Symbol]
     values: dict[Symbol, float]
     rng: np.random.Generator
@@ -156,23 +152,17 @@ class _Search:
         starts = np.vstack([x, self._zero()])
         if not self.conditions.f:
             return self._with_turned(self._found(values, starts, special=zero))
-        function = self._function(values)
-        rounding = rounding_function(self.system, self.conditions, values)
-        size = sizes(function, x, unit_places(self.system, range(x.shape[1])), rounding)
+        level = self.conditions.at(values)
+        size = level.sizes(x)
         starts[1:count] *= np.where(size.turns, 1.0, size.x / 2)
-        found = close_most(
-            function, starts, size, lambda x, starts: self._turned(values, x, starts).max(axis=1, initial=0) == 0
-        )
-        turned = self._turned(values, found.x)
-        closed = np.flatnonzero(self._closed(found) & ~turned.any(axis=1))
+        reached = level.reached(starts, size, quickly=True)
         names = tuple(s.name for s in drawn)
-        if len(closed):
-            every = self._found(values, found.x, special=zero, drawn=names, starts=count)
-            return self._with_turned(every.only(closed))
-        missed = self._missed(found, turned)
-        return self._found(values, starts, special=zero, missed=missed, drawn=names, starts=count).only(
-            np.arange(count)
-        )
+        if reached.meant.any():
+            every = self._found(values, reached.q, special=zero, drawn=names, starts=count)
+            return self._with_turned(every.only(np.flatnonzero(reached.meant)))
+        missed = self._missed(reached)
+        every = self._found(values, starts, special=zero, missed=missed, drawn=names, starts=count)
+        return every.only(np.arange(count))
 
     def _with_turned(self, found: Configurations) -> Configurations:
         """These, and that from zero, where it closed, with one coordinate after the other turned that no such constraint holds."""
@@ -197,7 +187,7 @@ class _Search:
                 found = found.and_those_of(others.only(np.flatnonzero(~others.special)))
         if not found.special.all():
             return found
-        known = {*self.held, *self.system.coordinates}
+        known = {*self.conditions.symbols, *self.system.coordinates}
         beside = self.around({s: v for s, v in found.at(0).items() if s in known})
         return self._with_turned(replace(beside, special=np.arange(beside.count) == 0))
 
@@ -210,21 +200,18 @@ class _Search:
         if not self.conditions.f:
             x[1:] += _AROUND * self.rng.normal(size=x[1:].shape)
             return self._found(values, x)
-        function = self._function(values)
-        drawn = np.vstack([x[:1], self.rng.uniform(-np.pi, np.pi, x[1:].shape)])
-        rounding = rounding_function(self.system, self.conditions, values)
-        size = sizes(function, drawn, unit_places(self.system, range(x.shape[1])), rounding)
+        level = self.conditions.at(values)
+        size = level.sizes(np.vstack([x[:1], self.rng.uniform(-np.pi, np.pi, x[1:].shape)]))
         x[1:] += np.where(given, _AROUND, 2.0) * size.x * self.rng.normal(size=x[1:].shape)
-        found = close_many(function, x, size)
-        away = (np.abs(found.x - x[0]) / size.x)[:, given].max(axis=1, initial=0)
-        turned = self._turned(values, found.x)
-        away = np.where(self._closed(found) & ~turned.any(axis=1) & (away <= _NEAR), away, np.inf)
+        reached = level.reached(x, size)
+        away = (np.abs(reached.q - x[0]) / size.x)[:, given].max(axis=1, initial=0)
+        away = np.where(reached.meant & (away <= _NEAR), away, np.inf)
         first = 0 if given.all() else int(np.argmin(away))
         if not np.isfinite(away[first]):
-            raise ModelError(self._not_near(found, turned, near))
-        apart = (np.abs(found.x - found.x[first]) / size.x).max(axis=1)
+            raise ModelError(self._not_near(reached, near))
+        apart = (np.abs(reached.q - reached.q[first]) / size.x).max(axis=1)
         others = np.flatnonzero(np.isfinite(away) & (apart <= _NEAR) & (apart > _SAME))
-        return self._found(values, found.x).only(np.array([first, *others]))
+        return self._found(values, reached.q).only(np.array([first, *others]))
 
     def _found(
         self, values: Mapping[Symbol, Any], x: Array, special: Mask | None = None, **more: Any
@@ -232,54 +219,33 @@ class _Search:
         own: dict[Symbol, Any] = {**values, **dict(zip(self.system.coordinates, x.T, strict=True))}
         return Configurations(own, len(x), special=np.zeros(len(x), dtype=bool) if special is None else special, **more)
 
-    def _function(self, values: Mapping[Symbol, Any]) -> Residuals:
-        """f and ∂f/∂q in numbers, of starts by number: what is no coordinate has the values of that start."""
-        coordinates, f = self.system.coordinates, self.conditions.f
-        rest = [s for s in self.held if s not in set(coordinates)]
-        run = compile_reference([*f, *self.conditions.gradient.entries], [*coordinates, *rest])
-        shape = len(f), len(coordinates)
-
-        def function(x: Array, starts: Indices) -> tuple[Array, Array]:
-            others = [v if np.ndim(v) == 0 else v[starts] for v in (values[s] for s in rest)]
-            numbers = in_rows(run, x, others)
-            return numbers[:, : len(f)], numbers[:, len(f) :].reshape(-1, *shape)
-
-        return function
-
-    def _turned(self, values: Mapping[Symbol, Any], x: Array, starts: Indices | slice = _EVERY) -> Array:
-        """By what angle each closure is turned away from the branch that it means, where it is closed (k × closures)."""
-        own = set(self.system.coordinates)
-        rest: dict[Expr, Any] = {s: v if np.ndim(v) == 0 else v[starts] for s, v in values.items() if s not in own}
-        return turned_function(self.system, rest)(x)
-
-    @staticmethod
-    def _closed(found: ClosedMany) -> Mask:
-        firm = found.left <= CLOSED
-        return firm if firm.any() else found.left <= CLOSED_NEARLY
-
     def _drawn(self) -> list[Symbol]:
-        return [s for s in self.held if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None]
+        return [
+            s
+            for s in self.conditions.symbols
+            if (isinstance(s, Parameter) and s.default is None) or input_of(s) is not None
+        ]
 
-    def _missed(self, found: ClosedMany, turned: Array) -> tuple[tuple[str, float], ...]:
+    def _missed(self, reached: Reached) -> tuple[tuple[str, float], ...]:
         """Constraints that are left open where least is, the worst first; or closures that are turned away from what they mean."""
-        best = int(np.argmin(np.where(np.isfinite(found.left), found.left, np.inf)))
+        best, found = reached.best, reached.found
         rows = zip(self.conditions.names, found.residual[best], found.shares[best], strict=True)
         left = [(abs(share), name, float(r)) for name, r, share in rows if not abs(share) <= CLOSED_NEARLY]
         if left:
             return tuple((name, r) for _, name, r in sorted(left, reverse=True))
-        ways = zip(branches(self.system), turned[best], strict=True)
-        return tuple((f"{b.name}: its {b.what} turned", float(x)) for b, x in ways if x)
+        pairs = zip(self.conditions.branches, reached.turned[best], strict=True)
+        return tuple((f"{b.name}: its {b.what} turned", float(x)) for b, x in pairs if x)
 
-    def _not_near(self, found: ClosedMany, turned: Array, near: Mapping[Symbol, float]) -> str:
+    def _not_near(self, reached: Reached, near: Mapping[Symbol, float]) -> str:
         told = ", ".join(f"{s} = {v:.6g}" for s, v in near.items())
         drawn = ", ".join(s.name for s in self._drawn() if s not in near)
-        elsewhere = np.flatnonzero(self._closed(found) & ~turned.any(axis=1))
+        elsewhere = reached.q[reached.meant]
         if len(elsewhere):
-            way = zip(self.system.coordinates, found.x[elsewhere[0]], strict=True)
+            way = zip(self.system.coordinates, elsewhere[0], strict=True)
             there = ", ".join(f"{q} = {v:.6g}" for q, v in way)
             why = f"one that was found lies at {there}. Give that, if it is on the branch that is meant"
         else:
-            ((worst, left), *_) = self._missed(found, turned)
+            ((worst, left), *_) = self._missed(reached)
             why = f"{worst!r} resists most, by {left:.3g}. Give a place nearer to a configuration"
         return (
             f"Expected a place near= at which the constraints nearly hold, got {told}, from which none is reached: {why}"

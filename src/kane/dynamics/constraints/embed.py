@@ -5,6 +5,12 @@ With the dependent speeds of a partition, A_D u_D + A_I u_I + A_a u_a + b = 0 gi
 
     u_D = A_n u_I + A_na u_a + b_n          A_n = −A_D⁻¹ A_I,   A_na = −A_D⁻¹ A_a,   b_n = −A_D⁻¹ b
     u̇_D = A_n u̇_I + c_D                     c_D = −A_D⁻¹ (Ȧ u + ḃ)
+
+Each generalized force becomes F̃_r = F_r + Σ_D A_n[D, r] F_D (Kane & Levinson 1985, sec. 4.4). With u̇ = B u̇_I + c, B = [1; A_n],
+
+    (BᵀMB) u̇_I = Bᵀ(f − M c) + BᵀG R
+
+The auxiliary equations take the total partial velocities likewise: (M_a + A_naᵀ M_D) u̇ = f_a + A_naᵀ f_D + (G_a + A_naᵀ G_D) R.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kane.dynamics.assembly import Blocks
 from kane.dynamics.constraints.choice import Compared, chosen
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.redundancy import check_determinate
@@ -126,6 +133,45 @@ class Embedding:
         places = [speeds[d] for d in self.partition.dependent]
         parts = zip(places, rows, self.b_n, self.c, strict=True)
         return {u: Following(row, rest, bias) for u, row, rest, bias in parts}
+
+    def every(self, u_dot: Sequence[Expr]) -> tuple[Expr, ...]:
+        """u̇ = B u̇_I + c."""
+        values = dict(zip(self.independent, u_dot, strict=True))
+        dependent = self.a_n @ Matrix.column(u_dot) + Matrix.column(self.c)
+        values.update(zip(self.partition.dependent, dependent.entries, strict=True))
+        return tuple(values[i] for i in range(len(values)))
+
+    def transposed_times(self, m: Matrix) -> Matrix:
+        """Bᵀ m."""
+        return m.take(self.independent) + self.a_n.T @ m.take(self.partition.dependent)
+
+    def reduced(self, blocks: Blocks) -> Blocks:
+        """The equations of motion in the independent speeds, and the auxiliary ones with total partial velocities."""
+        dependent, a_na_t, c = self.partition.dependent, self.a_na.T, Matrix.column(self.c)
+
+        def times_b(m: Matrix) -> Matrix:
+            return m.take(columns=self.independent) + m.take(columns=dependent) @ self.a_n
+
+        def total(m_a: Matrix, m: Matrix) -> Matrix:
+            return m_a + a_na_t @ m.take(dependent)
+
+        spread = times_b(blocks.mass)
+        forcing = Matrix.column(blocks.forcing)
+        left = forcing - blocks.mass.take(columns=dependent) @ c
+        left_a = Matrix.column(blocks.forcing_a) - blocks.mass_a.take(columns=dependent) @ c
+        if any(x is not ZERO for x in self.a_na.entries):
+            right = self.transposed_times(left)
+        else:
+            right = self.transposed_times(forcing) - spread.take(dependent).T @ c
+        return Blocks(
+            self.transposed_times(spread).mirrored(),
+            right.entries,
+            self.transposed_times(blocks.coupling),
+            total(times_b(blocks.mass_a), spread),
+            total(left_a, left).entries,
+            total(blocks.coupling_a, blocks.coupling),
+            blocks.evident,
+        )
 
     def watching(self, beside: Guards) -> "Embedding":
         """The same with the sizes of what results divide by."""

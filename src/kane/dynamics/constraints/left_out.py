@@ -13,14 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.dynamics.constraints.choice import Compared
-from kane.dynamics.constraints.closure import Closure
 from kane.dynamics.constraints.embed import Embedding
+from kane.dynamics.constraints.manifold import Manifold
 from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.size import largest
 from kane.model.constraints import Constraint
-from kane.model.system import System
 from kane.numeric.scale import CLOSED_NEARLY
 
 _HOLDS = 1e-2
@@ -56,7 +55,7 @@ class Watch:
         return lambda value: where(all_follow, value, lost), names
 
 
-def watch(embedding: Embedding, compared: Compared, conditions: Closure, system: System) -> Watch | None:
+def watch(embedding: Embedding, compared: Compared, conditions: Manifold) -> Watch | None:
     """The rows that the partition of `embedding` leaves out, if any, measured by the configurations that were compared."""
     rows, redundant = embedding.rows, embedding.partition.redundant
     if not redundant:
@@ -71,7 +70,7 @@ def watch(embedding: Embedding, compared: Compared, conditions: Closure, system:
         terms = largest(_total(x, by_dependent.rows[k], column) for x, column in pairs)
         limit = mul(constant(_HOLDS), largest([terms, constant(float(usual[k]))]))
         found.append(LeftOut(rows.constraints[r], beyond, limit))
-    reach = compared.reach(conditions, system)
+    reach = compared.reach(conditions)
     off = largest(div(f, constant(float(CLOSED_NEARLY * r))) for f, r in zip(conditions.f, reach, strict=True) if r > 0)
     return Watch(tuple(found), off)
 

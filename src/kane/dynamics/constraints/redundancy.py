@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import closure
 from kane.dynamics.constraints.configurations import Configurations
+from kane.dynamics.constraints.manifold import manifold
 from kane.errors import KaneWarning, ModelError, ReactionError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, constant_value
@@ -24,16 +24,15 @@ from kane.model.reactions import constraint_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance, dependencies, indeterminate, within
-from kane.numeric.sampling import values_of
+from kane.numeric.sampling import SEED, values_of
 from kane.numeric.scale import ROUNDED_ROOT, TAKES_PART
 
-_SEED = 20067
 _STEADY = (Coordinate, Time)
 
 
 def _check_affine(system: System) -> None:
     """Constraints with one and the same gradient everywhere contradict each other everywhere, or nowhere."""
-    conditions = closure(system)
+    conditions = manifold(system)
     plain = [
         k
         for k, (f, row) in enumerate(zip(conditions.f, conditions.gradient.rows, strict=True))
@@ -41,7 +40,7 @@ def _check_affine(system: System) -> None:
     ]
     if len(plain) < 2:
         return
-    values = values_of(free_symbols(conditions.f[k] for k in plain), _SEED)
+    values = values_of(free_symbols(conditions.f[k] for k in plain), SEED)
     g = np.asarray(evaluate(conditions.gradient.take(plain), values), dtype=float)
     f = np.array(evaluate([conditions.f[k] for k in plain], values), dtype=float)
     size = np.abs(g).max(axis=1)  # numbers as they were written: however small, none is rounding's
@@ -187,7 +186,7 @@ def _contrary(rows: ConstraintRows, a: Array, values: Mapping[Any, float]) -> li
     """Which constraints take part in a contradiction, xᵀ b ≠ 0."""
     if all(x is ZERO for x in rows.b):
         return [False] * len(rows.b)
-    return _against(a, np.array(evaluate(list(rows.b), values_of(free_symbols(rows.b), _SEED, values)), dtype=float))
+    return _against(a, np.array(evaluate(list(rows.b), values_of(free_symbols(rows.b), SEED, values)), dtype=float))
 
 
 def _against(a: Array, right: Array) -> list[bool]:

@@ -23,10 +23,9 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Coordinate, Parameter
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import HIGH, LOW, values_of
+from kane.numeric.sampling import HIGH, LOW, SEED, values_of
 from kane.numeric.scale import EQUAL
 
-_SEED = 20611
 _FOLLOWS = 1e-5
 """Share of the product of the lengths of its columns that a volume must have: what is below has lost the digits that tell."""
 _WELL = 0.25
@@ -71,7 +70,7 @@ def _at_any_time(compared: Compared, matrix: Matrix) -> Array:
     free = [s for s in free_symbols(matrix.entries) if not isinstance(s, Coordinate | Parameter)]
     if not free:
         return compared.a
-    rng = np.random.default_rng(_SEED)
+    rng = np.random.default_rng(SEED)
     at = compared.at
     return replace(at, values={**at.values, **{s: rng.uniform(LOW, HIGH, at.count) for s in free}}).matrices(matrix)
 
@@ -170,7 +169,7 @@ def price(a: Array, mass: Array, dependent: Set) -> float:
 
 def _with_defaults(at: Configurations, matrix: Matrix) -> Array:
     """A matrix in numbers at the configurations, which may hold symbols that the constraints do not."""
-    return replace(at, values={**values_of(free_symbols(matrix.entries), _SEED), **at.values}).matrices(matrix)
+    return replace(at, values={**values_of(free_symbols(matrix.entries), SEED), **at.values}).matrices(matrix)
 
 
 def _filled(x: Array, sizes: Array) -> float:

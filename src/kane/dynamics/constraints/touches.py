@@ -13,12 +13,11 @@ from kane.expr.symbols import AuxiliarySpeed, Speed
 from kane.kinematics.motion import Contact, Kinematics
 from kane.kinematics.sample import Sample
 from kane.model.constraints import Constraint
+from kane.numeric.sampling import SEEDS
 from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.point import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
-
-_SEEDS = range(20501, 20506)
 
 
 class Touch(NamedTuple):
@@ -106,7 +105,7 @@ def _is_known(t: Touch, point: Point, kinematics: Kinematics) -> bool:
             apart[s] = apart.get(s, Vector()) - v
     pairs = [(v.dot(across), v.dot(v)) for s, v in apart.items() if not isinstance(s, AuxiliarySpeed)]
     open_ = [(x, square) for x, square in pairs if x is not ZERO]
-    return all(_vanishes(open_, Sample(kinematics.speeds, seed)) for seed in _SEEDS) if open_ else True
+    return all(_vanishes(open_, Sample(kinematics.speeds, seed)) for seed in SEEDS) if open_ else True
 
 
 def _vanishes(pairs: Sequence[tuple[Expr, Expr]], sample: Sample) -> bool:

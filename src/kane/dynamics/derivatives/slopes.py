@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from kane.collector import collecting_seldom
 from kane.dynamics.derivatives.closed import closed_slopes
 from kane.dynamics.derivatives.tree import acceleration_slopes
-from kane.dynamics.readings.left_out import nan_where_more
+from kane.dynamics.readings.regularity import nan_where_more
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError

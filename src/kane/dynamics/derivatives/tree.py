@@ -11,6 +11,7 @@ from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple, TypeVar
 
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived
 from kane.dynamics.derivatives.changes import Changes, changes
 from kane.dynamics.derivatives.stages import Stage, total
@@ -19,7 +20,6 @@ from kane.dynamics.routes.articulated import parts
 from kane.dynamics.routes.composite import accelerations
 from kane.dynamics.routes.order import sparse_order
 from kane.dynamics.routes.places import Place, working
-from kane.dynamics.terms import sum_of
 from kane.dynamics.trees.inverse_dynamics import joint_mass
 from kane.dynamics.trees.line import Line, Motion, Vectors, line_of, motions, passed_on, pressing
 from kane.expr.build import add, neg

@@ -8,9 +8,8 @@ with T*(q, u); what is in brackets gives Hamel's coefficients γ (Hamel 1904; Ne
 
 from functools import cache
 
-from kane.dynamics.methods.formulation import Exprs, Formulation
-from kane.dynamics.methods.in_rates import Held, InRates
-from kane.dynamics.methods.solving import on_constraints, solved_for, told
+from kane.dynamics.methods.formulation import Exprs, Formulation, on_constraints, solved_for, told
+from kane.dynamics.methods.in_rates import InRates, LinearConstraints
 from kane.dynamics.readings.energy import kinetic_energy_in_speeds
 from kane.errors import ModelError
 from kane.expr.build import add, mul, sub
@@ -35,7 +34,7 @@ def boltzmann_hamel(s: InRates) -> Formulation:
     if p is not None and p.rows:
         own = sorted(p.rows)
         rows = d.constraints
-        held = Held(
+        held = LinearConstraints(
             rows.a.take(own),
             tuple(rows.drift[r] for r in own),
             tuple(p.dependent),

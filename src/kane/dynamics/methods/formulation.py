@@ -1,15 +1,28 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a method gives: equations in its own unknowns and variables, solved, and u̇ from them."""
+"""What a method gives: equations in its own unknowns and variables, solved, and u̇ from them.
+
+Every method ends in M x = f + Aᵀ λ, A x + c = 0, solved for x, and for λ where it is asked for:
+
+    x = B x_I + d,   (BᵀMB) x_I = Bᵀ(f − M d),   A_Dᵀ λ = (M x − f)_D
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from kane import show
+from kane.dynamics.assembly import blocks
 from kane.dynamics.lazy import read
+from kane.dynamics.methods.in_rates import LinearConstraints
+from kane.dynamics.routes.recursive import is_regular
+from kane.errors import ModelError, SingularError
+from kane.expr.build import add, neg, sub
 from kane.expr.count import Operations, count_operations
 from kane.expr.immutable import Immutable
-from kane.expr.node import Expr
+from kane.expr.linear_parts import affine_forms
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ZERO, Expr
+from kane.expr.solve import finish, forward, ldl
 
 Exprs = tuple[Expr, ...]
 
@@ -61,3 +74,71 @@ def _restored(
     return Formulation(
         method, source, state, unknowns, gone, lambda: equations, lambda: right_hand_side, lambda: accelerations
     )
+
+
+_SINGULAR = (
+    "Expected every coordinate to move a mass, got a mass matrix of the q̇ that is singular everywhere: a coordinate moves none, or "
+    "some depend on each other, as Euler parameters. Kane's method, eom.by('kane'), or Lagrange's, eom.by('lagrange'), may take them."
+)
+
+
+class Solution(NamedTuple):
+    """x and λ."""
+
+    x: Exprs
+    multipliers: Exprs
+
+
+def solved(
+    mass: Matrix, right: Sequence[Expr], held: LinearConstraints | None, with_multipliers: bool = False
+) -> Solution:
+    """x with M x = right + Aᵀ λ, A x + c = 0."""
+    if held is None:
+        return Solution(tuple(definite(mass.rows, right)), ())
+    e = held.embedding
+    inner = e.reduced(blocks([list(row) for row in mass.rows], right, (), (), {}))
+    x = e.every(definite(inner.mass.rows, inner.forcing) if e.independent else ())
+    if not with_multipliers:
+        return Solution(x, ())
+    residual = [sub(dot(mass.rows[d], x), right[d]) for d in held.dependent]
+    return Solution(x, tuple(e.transposed.solve(residual)))
+
+
+def definite(rows: Sequence[Sequence[Expr]], right: Sequence[Expr]) -> list[Expr]:
+    """x with M x = right, M symmetric and positive definite; a ModelError where a pivot is zero everywhere."""
+    try:
+        factors = ldl(rows)
+    except SingularError:
+        raise ModelError(_SINGULAR) from None
+    if not is_regular(factors.pivots):
+        raise ModelError(_SINGULAR)
+    return finish(factors, forward(factors.lower, right))
+
+
+def on_constraints(left: Sequence[Expr], held: LinearConstraints | None, x: Sequence[Expr]) -> Exprs:
+    """What must vanish: `left`; of constraints Bᵀ `left`, without multipliers, and A x + c."""
+    if held is None:
+        return tuple(left)
+    return (*held.embedding.transposed_times(Matrix.column(left)).entries, *constrained(held, x))
+
+
+def constrained(held: LinearConstraints, x: Sequence[Expr]) -> Exprs:
+    """A x + c."""
+    return tuple(add(dot(row, x), c) for row, c in zip(held.a.rows, held.drift, strict=True))
+
+
+def told(held: LinearConstraints | None, how: str = "a basis of the admitted motions") -> tuple[str, ...]:
+    """What is said of multipliers that are eliminated."""
+    if held is None:
+        return ()
+    count = len(held.names)
+    return (f"{count} multiplier{'s' * (count > 1)}, by {how}",)
+
+
+def solved_for(
+    unknowns: Sequence[Expr], left: Sequence[Expr], held: LinearConstraints | None, with_multipliers: bool = False
+) -> Solution:
+    """The unknowns with `left` = Aᵀ λ, which is affine in them, and A x + c = 0."""
+    forms = affine_forms(left, unknowns)
+    mass = Matrix([[form.get(x, ZERO) for x in unknowns] for form, _ in forms])
+    return solved(mass, [neg(rest) for _, rest in forms], held, with_multipliers)

@@ -7,13 +7,12 @@
 from A q̈ + c = 0, with q̈ the derivative of ∂H/∂p.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kane.dynamics.lazy import read
-from kane.dynamics.methods.formulation import Exprs, Formulation
+from kane.dynamics.methods.formulation import Exprs, Formulation, definite, solved, told
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.methods.lagrange import multipliers_of
-from kane.dynamics.methods.solving import definite, solved, told
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import gradient, time_derivative
 from kane.expr.linear_parts import affine_forms
@@ -104,7 +103,8 @@ class _Canonical:
         right = [add(f, x) for f, x in zip(self.active, m @ changes, strict=True)]
         held = self.s.held
         if held is not None:
-            held = held._replace(
+            held = replace(
+                held,
                 a=held.a.map(lambda e: substituted(e, self.by_momenta)),
                 drift=tuple(substituted(e, self.by_momenta) for e in held.drift),
             )

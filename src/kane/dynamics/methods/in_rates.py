@@ -7,10 +7,11 @@ cosines, so that methods in q̇ check those in u.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
+from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import read
@@ -25,10 +26,11 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Coordinate, rate
 from kane.expr.visit import substituted
+from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.speeds import twice_g
 from kane.model.bodies import Part, parts_of
 from kane.model.completed import constraint_rate
-from kane.numeric.sampling import values_of
+from kane.numeric.sampling import SEED, values_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -36,10 +38,9 @@ from kane.space.vector import Vector
 Exprs = tuple[Expr, ...]
 Partials = dict[Expr, Vector]
 
-_SEED = 20085
 
-
-class Held(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class LinearConstraints:
     """Constraints that do not follow from others, A q̇ + b = 0 (the `rates`) and A q̈ + `drift` = 0; `dependent` are given."""
 
     a: Matrix
@@ -47,6 +48,14 @@ class Held(NamedTuple):
     dependent: tuple[int, ...]
     names: tuple[str, ...]
     rates: Exprs
+
+    @cached_property
+    def embedding(self) -> Embedding:
+        """The dependent unknowns by the others, q̈_D = A_n q̈_I + c_D."""
+        m = len(self.drift)
+        nothing = Matrix([[]] * m, (m, 0))
+        rows = ConstraintRows((), self.a, nothing, (ZERO,) * m, lambda: self.drift)
+        return embedding(rows, Partition(tuple(range(m)), self.dependent, ()))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -156,7 +165,7 @@ class InRates(Immutable):
     # Constraints ---------------------------------------------------------------------------------------------------------
 
     @read
-    def held(self) -> Held | None:
+    def held(self) -> LinearConstraints | None:
         """The constraints, those of Euler parameters among them; None without any."""
         system, p = self.derived.system, self.partition
         every = self.derived.constraints.constraints
@@ -172,9 +181,11 @@ class InRates(Immutable):
         a = Matrix([[form.get(s, ZERO) for s in self.rates] for form, _ in forms])
         changes = affine_forms([self.own(time_derivative(e)) for _, e in given], self.accelerations)
         known = self.derived.compared.at.at(0) if every else {}
-        numbers = evaluate(a.entries, values_of(free_symbols(a.entries), _SEED, known))
+        numbers = evaluate(a.entries, values_of(free_symbols(a.entries), SEED, known))
         places = choose(np.array(numbers, dtype=float).reshape(a.shape)).dependent
-        return Held(a, tuple(rest for _, rest in changes), tuple(places), *map(tuple, zip(*given, strict=True)))
+        return LinearConstraints(
+            a, tuple(rest for _, rest in changes), tuple(places), *map(tuple, zip(*given, strict=True))
+        )
 
     # The state in q and u ------------------------------------------------------------------------------------------------
 

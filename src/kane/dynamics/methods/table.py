@@ -1,13 +1,37 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The methods by name."""
+"""The methods by name; Kane's equations, F̃_r + F̃*_r = 0, in the form in which the others are compared with them.
+
+(Kane & Levinson 1985, sec. 6.1.)
+"""
 
 from collections.abc import Callable, Mapping
 
-from kane.dynamics.methods import boltzmann_hamel, hamilton, kane, lagrange, newton_euler, virtual
+from kane.dynamics.methods import boltzmann_hamel, hamilton, lagrange, newton_euler, virtual
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError, cut, none_of
+from kane.expr.build import add
+from kane.expr.symbols import rate
+
+
+def kane(solved: Solved) -> Formulation:
+    """By the declared generalized speeds, the dependent ones from the start by the others."""
+    d = solved.derived
+    count = len(solved.dependent_speeds)
+    gone = (f"{count} dependent speed{'s' * (count > 1)}, by u_D = A_n u_I + b_n",) if count else ()
+    own = len(solved.independent_speeds)
+    return Formulation(
+        "Kane",
+        "Kane & Levinson 1985, sec. 6.1",
+        d.state,
+        tuple(map(rate, solved.independent_speeds)),
+        gone,
+        lambda: tuple(map(add, solved.Fr_nh[:own], solved.Fr_star_nh[:own])),
+        lambda: solved.right_hand_side,
+        lambda: solved.accelerations,
+    )
+
 
 OTHERS: Mapping[str, Callable[[InRates], Formulation]] = {
     "lagrange": lagrange.second_kind,
@@ -30,7 +54,7 @@ def formulation(solved: Solved, method: str) -> Formulation:
     if not isinstance(given, str) or given not in METHODS:
         raise ModelError(f"Expected a method, one of {none_of(METHODS, method)}")
     if method == "kane":
-        return kane.kane(solved)
+        return kane(solved)
     if solved.derived.states:
         raise ModelError(
             f"Expected a system of coordinates and speeds alone for {cut(method)!r}, got the further states "

@@ -9,9 +9,8 @@
 from collections.abc import Callable, Iterator
 from functools import cache
 
-from kane.dynamics.methods.formulation import Exprs, Formulation
+from kane.dynamics.methods.formulation import Exprs, Formulation, on_constraints, solved_for, told
 from kane.dynamics.methods.in_rates import InRates
-from kane.dynamics.methods.solving import on_constraints, solved_for, told
 from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import jacobian, time_derivative

@@ -3,18 +3,21 @@
 
     F_r = Σ v_r·F + Σ ω_r·T,   F*_r = Σ v_r·(−m a) + Σ ω_r·(−I·α − ω × I·ω),   M_rs = Σ m v_r·v_s + ω_r·I·ω_s
 
-Forces that enter no F_r are the noncontributing ones (Kane & Levinson 1985, sec. 4.5); they are named, not listed.
+Forces that enter no F_r are the noncontributing ones (Kane & Levinson 1985, sec. 4.5), each with its reason; under motion constraints
+generalized forces are the nonholonomic ones. With them the inertia force and torque of each body, R* = −m a, T* = −(I·α + ω × I·ω)
+(sec. 4.11).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
+from kane.dynamics.assembly import Term, met_by, sum_of
 from kane.dynamics.derivation import Derived
-from kane.dynamics.terms import Term, met, sum_of
-from kane.errors import SpeedsError, none_of
+from kane.dynamics.solved import Solved
+from kane.errors import Attributes, SpeedsError, none_of
 from kane.expr.build import add, mul
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.piecewise import Piecewise
@@ -22,8 +25,10 @@ from kane.expr.size import Sizes, size
 from kane.expr.symbols import Reaction
 from kane.kinematics.sample import Sample
 from kane.model.bodies import Body
+from kane.model.force_systems import ForceSystem
 from kane.model.loads import Load
 from kane.model.reactions import Cut, constraint_of, cut_of
+from kane.numeric.sampling import SEEDS
 from kane.numeric.scale import ROUNDED_SUM
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -31,7 +36,6 @@ from kane.space.vector import Vector
 
 Source = TypeVar("Source", Load, Body)
 
-_SEEDS = (20045, 20046, 20047)
 _SWITCHES = {"where", "less", "max", "min", "abs", "sign"}
 
 
@@ -123,7 +127,7 @@ def _contributing(
     kept: list[Contribution] = []
     idle: list[Source] = []
     for source, terms in table.items():
-        products = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met(terms, speed)]
+        products = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met_by(terms, speed)]
         if vanish([sum_of(c.term for c in products)], derived):
             idle.append(source)
         else:
@@ -146,4 +150,62 @@ def vanish(exprs: Sequence[Expr], derived: Derived) -> bool:
         values, sizes = np.split(numbers, 2)
         return bool((np.abs(values) <= ROUNDED_SUM * np.abs(sizes)).all())  # NaN is not zero
 
-    return all(map(zero, _SEEDS))
+    return all(map(zero, SEEDS))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Noncontributing(Attributes):
+    """A load that is in no generalized active force, and why."""
+
+    load: Load
+    reason: str
+
+    def __repr__(self) -> str:
+        return f"{self.load.name}: {self.reason}"
+
+
+def noncontributing(solved: Solved) -> tuple[Noncontributing, ...]:
+    """See Equations.noncontributing."""
+    derived, speeds = _in_independent_speeds(solved), solved.independent_speeds
+    found = []
+    for load, terms in derived.active_terms.items():
+        reason = _reason(derived, terms, speeds)
+        if reason:
+            found.append(Noncontributing(load, reason))
+    return tuple(found)
+
+
+def _in_independent_speeds(solved: Solved) -> Derived:
+    """The motions in the independent speeds, with all loads: also those along what constraints hold."""
+    shown, e = solved.derived.as_declared, solved.embedding
+    if e is None:
+        return shown
+    return replace(shown, kinematics=shown.kinematics.with_following(e.following(solved.derived.speeds), {}))
+
+
+def _reason(derived: Derived, terms: Sequence[Term], speeds: Sequence[Expr]) -> str:
+    """Why F_r is zero for every speed, "" where it is not."""
+    shares = [[_share(term, u) for u in speeds] for term in terms]
+    if not vanish([sum_of(column) for column in zip(*shares, strict=True)], derived):
+        return ""
+    places = ", ".join(dict.fromkeys(term.place.name for term in terms))
+    moving = [term for term in terms if any(not v.is_zero for u, v in term.motion.partials.items() if u in set(speeds))]
+    if not moving:
+        return f"no speed moves {places}: all partial velocities there are zero"
+    if vanish([x for row in shares for x in row], derived):
+        return f"perpendicular to the partial velocities of {places}"
+    return f"what is contributed at {places} adds up to zero: action and reaction, where nothing moves along them"
+
+
+def _share(term: Term, speed: Expr) -> Expr:
+    partial = term.motion.partials.get(speed)
+    return ZERO if partial is None else partial.dot(term.vector)
+
+
+def inertia_forces(derived: Derived, body: Body) -> ForceSystem:
+    """See Equations.inertia_forces."""
+    terms = derived.inertia_terms[body]
+    return ForceSystem(
+        tuple((t.place, t.vector) for t in terms if isinstance(t.place, Point)),
+        tuple(t.vector for t in terms if isinstance(t.place, Frame)),
+    )

@@ -1,24 +1,46 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Energies, power, mass centre and momenta."""
+"""Energies, power, mass centre, momenta and impulses; what the kinetic energy is made of, and the generalized inertia forces by it.
 
-from collections.abc import Iterable, Sequence
+    K = K₂ + K₁ + K₀, of degree 2, 1 and 0 in the speeds: with v = v̂ + v_t, v̂ = Σ v_r u_r, and ω likewise
 
+        K₂ = ½ Σ m v̂·v̂ + ω̂·I·ω̂,    K₁ = Σ m v̂·v_t + ω̂·I·ω_t,    K₀ = ½ Σ m v_t·v_t + ω_t·I·ω_t
+
+    G = ½ Σ m a·a + α·I·α + 2 α·(ω × I·ω),    F*_r = −∂G/∂u̇_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr
+
+    p_r = Σ m v_r·v + ω_r·I·ω,    I_r = Σ v_r·∫F dt + ω_r·∫T dt
+
+(Kane & Levinson 1985, sec. 5.5, 5.6 and 6.8; Gibbs 1879.) The momentum of a rate, p_s = ∂K/∂q̇_s, is constant where neither K nor a
+force depends on q_s or acts along it (sec. 7.4).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.bodies import Moving, Turning
-from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.values import time_derivative
+from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.lazy import LazyMapping
+from kane.dynamics.readings.rate_forces import by_rates, differs, places, quasi_rates, rows_in_rates
+from kane.dynamics.readings.values import time_derivative as derivative_along_motion
+from kane.dynamics.readings.values import without_rates
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
-from kane.dynamics.terms import sum_of
 from kane.dynamics.trees import energy as trees
+from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, neg, sub
+from kane.expr.differentiation import diff, gradient, time_derivative
 from kane.expr.evaluation import free_symbols
+from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import State, Time, input_of
+from kane.expr.symbols import Coordinate, StateVariable, Time, input_of, rate
+from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.motion import acceleration_form, velocity_form
+from kane.kinematics.motion import Motion, acceleration_form, velocity_form
+from kane.model.bodies import parts_of
 from kane.model.loads import Load
 from kane.model.survey import geometry
 from kane.model.system import total_mass
+from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
@@ -84,7 +106,7 @@ def power(solved: Solved) -> Expr:
         works = load.potential is None
         if load.potential is not None and depends_on_time(load.potential):
             works = True
-            total = add(total, time_derivative(derived, load.potential))
+            total = add(total, derivative_along_motion(derived, load.potential))
         for _, vector, motion in derived.active_terms[load] if works or not still else ():
             if works:
                 total = add(total, motion.total.dot(vector))
@@ -113,7 +135,7 @@ def _is_still(derived: Derived) -> bool:
 
 def depends_on_time(e: Expr) -> bool:
     """Whether the time, an input or a further state is in an expression."""
-    return any(isinstance(s, Time | State) or input_of(s) is not None for s in free_symbols([e]))
+    return any(isinstance(s, Time | StateVariable) or input_of(s) is not None for s in free_symbols([e]))
 
 
 def mass_center(bodies: Sequence[Moving], origin: Point) -> Vector:
@@ -136,3 +158,155 @@ def angular_momentum(bodies: Sequence[Moving], about: Point) -> Vector:
         if b.rotation is not None:
             total = total + b.rotation.inertia.times(b.rotation.motion.total)
     return total
+
+
+class KineticParts(NamedTuple):
+    """K = K₂ + K₁ + K₀, of degree 2, 1 and 0 in the speeds."""
+
+    K2: Expr
+    K1: Expr
+    K0: Expr
+
+
+def kinetic_energy_parts(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> KineticParts:
+    """K₂, K₁ and K₀."""
+    twice, once, none = ZERO, ZERO, ZERO
+    for b in bodies:
+        own, rest, rotation = _by_speeds(b.center, speeds), b.center.rest, b.rotation
+        for motion, mass in b.momenta:
+            v = own if motion is b.center else _by_speeds(motion, speeds)
+            twice = add(twice, mul(mass, own.dot(v)))
+            once = add(once, mul(mass, rest.dot(v)))
+            none = add(none, mul(mass, rest.dot(motion.rest)))
+        if rotation is not None:
+            turn, drift, times = _by_speeds(rotation.motion, speeds), rotation.motion.rest, rotation.inertia.times
+            twice = add(twice, turn.dot(times(turn)))
+            once = add(once, turn.dot(times(drift)))
+            none = add(none, drift.dot(times(drift)))
+    return KineticParts(twice / 2, once, none / 2)
+
+
+def _by_speeds(motion: Motion, speeds: Sequence[Expr]) -> Vector:
+    return sum((motion.partials[u] * u for u in speeds if u in motion.partials), start=Vector()).gathered()
+
+
+def gibbs_function(bodies: Sequence[Moving]) -> Expr:
+    """½ Σ m a·a + α·I·α + 2 α·(ω × I·ω), in u̇."""
+    twice = ZERO
+    for b in bodies:
+        a, rotation = acceleration_form(b.center).gathered(), b.rotation
+        for motion, mass in b.momenta:
+            twice = add(twice, mul(mass, a.dot(a if motion is b.center else acceleration_form(motion).gathered())))
+        if rotation is not None:
+            alpha = acceleration_form(rotation.motion).gathered()
+            torque = rotation.torque(alpha)
+            twice = add(twice, alpha.dot(torque * 2 - rotation.inertia.times(alpha)))
+    return twice / 2
+
+
+def energy_in_rates(derived: Derived) -> Expr:
+    """K in coordinates and their rates, straight from where bodies are declared to be; Euler parameters by theirs."""
+    system, twice = derived.system, ZERO
+    for part in parts_of(system.bodies):
+        v = part.mass_center.velocity(system.inertial)
+        for point, mass in part.momenta or ((part.mass_center, part.mass),):
+            twice = add(twice, mul(mass, v.dot(point.velocity(system.inertial))))
+        if part.frame is not None and part.inertia is not None:
+            w = part.frame.angular_velocity(system.inertial)
+            twice = add(twice, w.dot(part.inertia.dot(w)))
+    return substituted(twice / 2, quasi_rates(derived))
+
+
+def lagrange_terms(derived: Derived) -> Exprs:
+    """d/dt ∂K/∂q̇_s − ∂K/∂q_s by coordinate, in q̇ and q̈."""
+    k, q = energy_in_rates(derived), derived.system.coordinates
+    momenta, slopes = gradient(k, tuple(map(rate, q))), gradient(k, q)
+    return tuple(sub(time_derivative(p), s) for p, s in zip(momenta, slopes, strict=True))
+
+
+def inertia_forces_by_energy(derived: Derived) -> Exprs:
+    """F*_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr, in speeds and u̇."""
+    terms = [without_rates(derived, e) for e in lagrange_terms(derived)]
+    columns = zip(*(row[: len(derived.speeds)] for row in derived.W.rows), strict=True)
+    return tuple(neg(dot(terms, column)) for column in columns)
+
+
+def load_powers(derived: Derived, stands_for: Mapping[object, Load]) -> Mapping[Load, Expr]:
+    """Σ F·v + Σ T·ω of each load."""
+    return LazyMapping(
+        derived.loads,
+        lambda load: sum_of(motion.total.dot(vector) for _, vector, motion in derived.active_terms[load]),
+        stands_for,
+    )
+
+
+Impulse = tuple[Point | Frame, Vector]
+
+
+def generalized_momenta(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> Exprs:
+    """p_r = Σ m v_r·v + ω_r·I·ω, one a speed."""
+    found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
+    for b in bodies:
+        momentum = sum((motion.total * mass for motion, mass in b.momenta), start=Vector())
+        for u, v in b.center.partials.items():
+            if u in found:
+                found[u] = add(found[u], v.dot(momentum))
+        rotation = b.rotation
+        if rotation is None:
+            continue
+        h = rotation.inertia.times(rotation.motion.total)
+        for u, w in rotation.motion.partials.items():
+            if u in found:
+                found[u] = add(found[u], w.dot(h))
+    return tuple(found.values())
+
+
+def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequence[Expr]) -> Exprs:
+    """I_r = Σ v_r·J over points with impulses J, and Σ ω_r·L over frames with impulses of torques L."""
+    found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
+    given: object = impulses
+    for item in given if isinstance(given, Sequence) else (given,):
+        if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[1], Vector)):
+            raise ArgumentError(f"Expected (point, impulse) or (frame, impulse of a torque), got {cut(repr(item))}.")
+        place, vector = item
+        kinematics = derived.kinematics
+        motion = kinematics.point(place) if isinstance(place, Point) else kinematics.frame(place)
+        for u, v in motion.partials.items():
+            if u in found:
+                found[u] = add(found[u], v.dot(vector))
+    return tuple(found.values())
+
+
+def conjugate_momenta(derived: Derived) -> Exprs:
+    """p_s = ∂K/∂q̇_s, one a coordinate, in speeds."""
+    q_dot = tuple(map(rate, derived.system.coordinates))
+    return tuple(without_rates(derived, p) for p in gradient(energy_in_rates(derived), q_dot))
+
+
+def central_angular_momentum(bodies: Sequence[Moving]) -> Vector:
+    """Σ I·ω + r × m v about the mass centre, r from there."""
+    total, origin = Vector(), bodies[0].part.mass_center
+    moment = sum((b.part.mass_center.position(origin) * b.part.mass for b in bodies), start=Vector())
+    center, drift = moment / total_mass(b.part for b in bodies), linear_momentum(bodies)
+    for b in bodies:
+        if b.rotation is not None:
+            total = total + b.rotation.inertia.times(b.rotation.motion.total)
+        for motion, mass in b.momenta:
+            total = total + b.part.mass_center.position(origin).cross(motion.total * mass)
+    return total - center.cross(drift)
+
+
+def cyclic_coordinates(derived: Derived) -> tuple[Coordinate, ...]:
+    """Coordinates on which neither K depends nor forces and constraints, and along which no force acts and no constraint holds."""
+    q = derived.system.coordinates
+    turned = {e for s in derived.system.euler_parameters for e in s.coordinates}
+    k = energy_in_rates(derived)
+    forces = by_rates(derived, derived.system.all_loads())
+    rows = rows_in_rates(derived)
+    found = []
+    for i, s in enumerate(q):
+        held = [forces[i], *(row[i] for row in rows)]
+        at = places([k, *held])
+        if s not in turned and not differs([[e] for e in (diff(k, s), *held)], at)[1].any():
+            found.append(s)
+    return tuple(found)

@@ -14,9 +14,8 @@ import numpy as np
 from kane import show
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings import energy
-from kane.dynamics.readings.kinetic import energy_in_rates
-from kane.dynamics.readings.momenta import central_angular_momentum, conjugate_momenta
-from kane.dynamics.readings.potential_found import find_potential
+from kane.dynamics.readings.energy import central_angular_momentum, conjugate_momenta, energy_in_rates
+from kane.dynamics.readings.potential import find_potential
 from kane.dynamics.readings.rate_forces import Place, differs, measured, places
 from kane.dynamics.readings.values import without_rates
 from kane.dynamics.solved import Solved

@@ -18,7 +18,7 @@ from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Sym
 from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.sampling import draw
+from kane.numeric.sampling import SEED, draw
 from kane.numeric.scale import UNRELATED
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -28,7 +28,7 @@ from kane.space.vector import Vector
 Exprs = tuple[Expr, ...]
 Place = dict[Expr, float]
 
-_SEED, _PLACES, _WIDE = 20111, 8, 1.2
+_PLACES, _WIDE = 8, 1.2
 _ABOUT = (0.7, 1.3)
 """Multiples of their defaults between which parameters are drawn."""
 _NEIGHBOURS, _STEP, _SPREAD = 4, 1e-11, 0.1
@@ -117,8 +117,8 @@ def places(
     found: list[Place] = [{s: _value(s, k, start, varied) for s in symbols} for k, start in enumerate(starts)]
     for place in found:
         for group in unit:
-            length = np.linalg.norm([place.get(e, draw(_SEED, e)) for e in group])
-            place.update((e, place.get(e, draw(_SEED, e)) / float(length)) for e in group)
+            length = np.linalg.norm([place.get(e, draw(SEED, e)) for e in group])
+            place.update((e, place.get(e, draw(SEED, e)) / float(length)) for e in group)
     return found
 
 
@@ -126,10 +126,10 @@ def _value(s: Symbol, k: int, known: Mapping[Symbol, float], varied: bool) -> fl
     if s in known:
         return float(known[s])
     if isinstance(s, Parameter) and s.default:
-        return float(s.default) * (draw(_SEED + k, s, *_ABOUT) if varied else 1.0)
+        return float(s.default) * (draw(SEED + k, s, *_ABOUT) if varied else 1.0)
     k = k if varied or not isinstance(s, Parameter) else 0
     wide = isinstance(s, Coordinate | QuasiRate | Rate | Speed) and k % 2
-    return draw(_SEED + k, s, -_WIDE if wide else 0.3, _WIDE)
+    return draw(SEED + k, s, -_WIDE if wide else 0.3, _WIDE)
 
 
 def measured(exprs: Sequence[Expr], at: Sequence[Place]) -> Array:
@@ -166,4 +166,4 @@ def differs(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Arra
 
 
 def _near(place: Place, k: int) -> Place:
-    return {s: x * (1 + _STEP * draw(_SEED + k, s, -1.0, 1.0)) for s, x in place.items()}
+    return {s: x * (1 + _STEP * draw(SEED + k, s, -1.0, 1.0)) for s, x in place.items()}

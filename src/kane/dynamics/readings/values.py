@@ -1,22 +1,33 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Expressions along a motion: rates, accelerations and reactions replaced by what the equations say of them; numbers at a state."""
+"""What may be asked of equations and motions, written in q, u, t, parameters and inputs, and its numbers at a state.
 
-from collections.abc import Mapping, Sequence
+Rates, accelerations and reactions are replaced by what the equations say of them.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass
+from numbers import Number
 from typing import Any
 
+import numpy as np
+
 from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.asked import asked
-from kane.dynamics.readings.held import check_held, reading
-from kane.dynamics.readings.left_out import check_left_out, concerned
-from kane.dynamics.readings.pivots import check_pivots
-from kane.dynamics.readings.singular import check_rates, with_regular_rates
+from kane.dynamics.readings.regularity import (
+    check_held,
+    check_left_out,
+    check_pivots,
+    check_rates,
+    concerned,
+    reading,
+    with_regular_rates,
+)
 from kane.dynamics.solved import Reading, Solved
-from kane.errors import ExpressionError, ValueMissingError
+from kane.errors import ExpressionError, ValueMissingError, cut
 from kane.expr.differentiation import tangent
-from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape
+from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape, stacked
 from kane.expr.linear_parts import Affine
-from kane.expr.matrix import dot
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -25,7 +36,8 @@ from kane.expr.symbols import (
     Rate,
     Reaction,
     Speed,
-    State,
+    StateVariable,
+    Symbol,
     Time,
     input_of,
     rate,
@@ -33,9 +45,73 @@ from kane.expr.symbols import (
 )
 from kane.expr.visit import substituted
 from kane.model.system import System
-from kane.numeric.named import finite_number, named_values
+from kane.numeric.named import finite_number, named_values, symbol_named
+from kane.space.vector import Dyadic, Vector
 
-_PLAIN = Coordinate | Speed | State | Parameter | Time
+Exprs = tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """The expressions that something asked for is made of, its shape, None where the parts of a list differ, and these parts."""
+
+    roots: Exprs
+    shape: tuple[int, ...] | None
+    parts: tuple["Asked", ...] | None = None
+
+    def filled(self, numbers: Sequence[Any]) -> Any:
+        """Numbers of the roots as what was asked for: a vector as its last axis, a matrix as its last two, a list as a list."""
+        if self.parts is not None:
+            rest = iter(numbers)
+            return [part.filled([next(rest) for _ in part.roots]) for part in self.parts]
+        if not self.shape:
+            return numbers[0]
+        return np.stack(numbers, axis=-1) if len(self.shape) == 1 else stacked(numbers, (self.shape[0], self.shape[1]))
+
+
+def asked(derived: Derived, what: Any) -> Asked:
+    """What the user asks for; measure numbers of vectors and dyadics are along the inertial frame.
+
+    Raises
+    ------
+    ExpressionError
+        if it is none of these
+    ValueMissingError
+        if a name is none of the system's
+    """
+    frame = derived.system.inertial
+    if isinstance(what, str):
+        return Asked((_named(derived, what),), ())
+    if isinstance(what, Vector):
+        return Asked(tuple(what.components(frame)), (3,))
+    if isinstance(what, Dyadic):
+        what = what.components(frame)
+    if isinstance(what, Matrix):
+        return Asked(tuple(what.entries), what.shape)
+    if isinstance(what, Expr | Number | np.generic) or (isinstance(what, np.ndarray) and what.ndim == 0):
+        return Asked((as_expr(what),), ())
+    if not isinstance(what, Iterable) or isinstance(what, Set | Mapping | bytes):
+        raise ExpressionError(
+            f"Expected an expression, vector, name, dyadic or matrix, or a list of these, got {type(what).__name__}: "
+            f"{cut(repr(what))}."
+        )
+    parts = tuple(asked(derived, x) for x in what)
+    shapes = {part.shape for part in parts}
+    (inner,) = shapes if len(shapes) == 1 else (None,)
+    shape = (len(parts), *inner) if inner is not None else None if parts else (0,)
+    return Asked(tuple(root for part in parts for root in part.roots), shape, parts)
+
+
+def _named(derived: Derived, name: str) -> Symbol:
+    """The symbol of that name: the system's own, or a rate of one, or the time."""
+    system = derived.system
+    moving: tuple[Any, ...] = derived.state
+    own: tuple[Symbol, ...] = (*moving, *derived.reactions, *system.parameters, *system.inputs)
+    rates = {r.name: r for r in map(rate, moving)} | {time.name: time}
+    return symbol_named(own, name) if name in {s.name for s in own} or name not in rates else rates[name]
+
+
+_PLAIN = Coordinate | Speed | StateVariable | Parameter | Time
 
 
 def without_rates(derived: Derived, root: Expr) -> Expr:
@@ -47,7 +123,7 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
     second: dict[Expr, Expr] = {
         s: derived.system.states[s.place]
         for s in free_symbols(roots)
-        if isinstance(s, Rate) and isinstance(s.place, State) and s.place in derived.system.states
+        if isinstance(s, Rate) and isinstance(s.place, StateVariable) and s.place in derived.system.states
     }
     second |= {
         s: time_derivative(derived, s.place)
@@ -55,7 +131,11 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
         if isinstance(s, Rate)
         and (
             isinstance(s.place, QuasiRate)
-            or (isinstance(s.place, Rate) and not isinstance(s.place.place, Speed | State) and input_of(s) is None)
+            or (
+                isinstance(s.place, Rate)
+                and not isinstance(s.place.place, Speed | StateVariable)
+                and input_of(s) is None
+            )
         )
     }
     if second:

@@ -14,7 +14,7 @@ a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an a
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from kane.dynamics.blocks import Blocks, primitive
+from kane.dynamics.assembly import Blocks, primitive
 from kane.dynamics.routes.order import sparse_order
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub

@@ -10,11 +10,10 @@ rows of the w_k, and the acceleration of C* along n_k is ẇ_k. Loads are writte
 
 from collections.abc import Mapping
 
-from kane.dynamics.blocks import blocks, mass_rows
+from kane.dynamics.assembly import blocks, generalized_by_motion, mass_rows
 from kane.dynamics.derivation import Derived, Exprs, by_other_speeds
 from kane.dynamics.routes.block_solution import block_solution
 from kane.dynamics.solved import Solved
-from kane.dynamics.terms import generalized_by_motion
 from kane.expr.build import sub
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Speed

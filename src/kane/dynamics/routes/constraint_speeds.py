@@ -15,7 +15,7 @@ from dataclasses import replace
 from kane.dynamics.constraints.embed import Embedding, Solution
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, by_other_speeds
-from kane.dynamics.routes.classical import all_accelerations, classical
+from kane.dynamics.routes.classical import classical
 from kane.dynamics.routes.rates import ConstraintRates, constraint_rates
 from kane.dynamics.solved import Solved
 from kane.expr.build import add
@@ -38,7 +38,7 @@ def constraint_speeds(derived: Derived, partition: Partition | None) -> Solved:
         route="constraint speeds",
         derived=derived,
         embedding=e,
-        accelerations=all_accelerations(e, own),
+        accelerations=e.every(own),
         twin=twin,
         vanishing=w.vanishing,
     )

@@ -12,14 +12,13 @@ M and f of all speeds are not assembled. Loads that hold reactions are left to t
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kane.dynamics import terms
-from kane.dynamics.blocks import blocks, mass_rows
+from kane.dynamics import assembly
+from kane.dynamics.assembly import blocks, mass_rows
 from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived, free_fall
 from kane.dynamics.routes.block_solution import block_solution
-from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, sub
 from kane.expr.evaluation import free_symbols
@@ -66,14 +65,14 @@ def embedded(
     own = moving.speeds
     inertial, forced = bodies or (moving.bodies, moving.bodies)
     left = derived.left_by(moving.kinematics, () if carried else forced)
-    right = [terms.generalized_by_motion(left, s) for s in own]
+    right = [assembly.generalized_by_motion(left, s) for s in own]
     if carried:
         right = [add(x, _by_momenta(derived, forced, s)) for x, s in zip(right, own, strict=True)]
     equations = blocks(mass_rows(inertial, own, ()), right, (), (), {})
     check_mass(derived.system, own, equations.mass)
     inner = block_solution(equations)
     matrix = evident(derived)
-    u_dot = all_accelerations(e, inner.accelerations)
+    u_dot = e.every(inner.accelerations)
     return Solved("embedded", derived, e, u_dot, (), inner.pivots, matrix, matrix)
 
 

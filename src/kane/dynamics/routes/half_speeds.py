@@ -3,8 +3,8 @@
 
 from dataclasses import replace
 
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.solved import Solved
-from kane.dynamics.terms import sum_of
 from kane.expr.build import div, mul
 from kane.expr.count import price
 from kane.expr.linear_parts import affine_forms

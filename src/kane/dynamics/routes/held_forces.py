@@ -8,11 +8,11 @@ A force X e on a particle whose velocity along e is given, or X e and −X e on 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.solved import Solved
-from kane.dynamics.terms import sum_of
 from kane.expr.build import mul, neg, sub
 from kane.expr.collect import collected
 from kane.expr.count import price

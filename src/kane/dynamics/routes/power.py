@@ -12,13 +12,12 @@ B_s u_r, each pair of entries of Ṁ counts once.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from kane.dynamics import terms
-from kane.dynamics.blocks import blocks
+from kane.dynamics import assembly
+from kane.dynamics.assembly import blocks
 from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import block_solution
-from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.routes.embedded import evident
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, mul, sub
@@ -45,12 +44,12 @@ def power(derived: Derived, e: Embedding) -> Solved:
     spread = derived.mass_matrix @ every
     resting = [still(m) for m in derived.bodies]
     left = derived.left_by(derived.kinematics, resting)
-    active = [terms.generalized_by_motion(left, s) for s in derived.speeds]
+    active = [assembly.generalized_by_motion(left, s) for s in derived.speeds]
     held = [spread[d] for d in e.partition.dependent]
     right = sub(sub(dot(every, active), dot(held, e.c)), _gained(derived, e, every))
     inner = block_solution(blocks([[dot(every, spread)]], [right], (), (), {}))
     matrix = evident(derived)
-    return Solved("power", derived, e, all_accelerations(e, inner.accelerations), (), inner.pivots, matrix, matrix)
+    return Solved("power", derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
 
 
 def still(m: Moving) -> Moving:

@@ -10,13 +10,13 @@ many as entries of M_a. Where no load holds a reaction.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from kane.dynamics.assembly import Term, generalized_by_motion
 from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.embedded import Motions
 from kane.dynamics.routes.pivoted import about_points_at_rest
-from kane.dynamics.terms import Term, generalized_by_motion
 from kane.expr.build import neg
 from kane.expr.collect import collected
 from kane.expr.count import Prices, price

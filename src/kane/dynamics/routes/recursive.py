@@ -35,13 +35,12 @@ from kane.kinematics.tree import Tree, repeated
 from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
 from kane.numeric.bounds import bounded
-from kane.numeric.sampling import draws, unit, value_of
+from kane.numeric.sampling import SEEDS, draws, unit, value_of
 from kane.space.rotation import Triple
 from kane.space.spatial import Rigid
 
 Exprs = tuple[Expr, ...]
 
-_SEEDS = (20042, 20043, 20044)
 _BRANCH = 5
 """Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones."""
 BENT = 16
@@ -177,11 +176,11 @@ def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> 
     """
     walk = Walk(pivots)
     symbols, groups = walk.symbols, [s.coordinates for s in sets]
-    at = unit({s: value_of(s, _SEEDS[0]) for s in symbols}, groups)
+    at = unit({s: value_of(s, SEEDS[0]) for s in symbols}, groups)
     if all(abs(x) > error for x, error in bounded(pivots, at)):
         return True
     others = draws(_TIMES, symbols)
-    for seed in _SEEDS:
+    for seed in SEEDS:
         beside = {s: value_of(s, seed) * (1 + _BESIDE * drawn) for s, drawn in zip(symbols, others, strict=True)}
         with np.errstate(all="ignore"):
             values = np.array([np.broadcast_to(x, _TIMES) for x in walk(unit(beside, groups))])

@@ -11,13 +11,12 @@ the points that constraints guide.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from kane.dynamics import terms
-from kane.dynamics.blocks import blocks
+from kane.dynamics import assembly
+from kane.dynamics.assembly import blocks
 from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import block_solution
-from kane.dynamics.routes.classical import all_accelerations
 from kane.dynamics.routes.embedded import evident
 from kane.dynamics.routes.power import still
 from kane.dynamics.solved import Solved
@@ -55,7 +54,7 @@ def squares(derived: Derived, e: Embedding) -> Solved:
     by_speed: dict[Expr, Expr] = dict(zip(derived.speeds, every, strict=True))
     known = derived.kinematics.with_following(e.following(derived.speeds), {})
     left = derived.left_by(derived.kinematics, [still(m) for m in derived.bodies])
-    right = dot(every, [terms.generalized_by_motion(left, s) for s in derived.speeds])
+    right = dot(every, [assembly.generalized_by_motion(left, s) for s in derived.speeds])
     mass = ZERO
     for w, x, y in _merged(_squares(derived, e)):
         share, other = _value(x, by_speed), _value(y, by_speed)
@@ -65,7 +64,7 @@ def squares(derived: Derived, e: Embedding) -> Solved:
         right = sub(right, mul(carried, collected(d) if len(x) > 1 else d))
     inner = block_solution(blocks([[mass]], [right], (), (), {}))
     matrix = evident(derived)
-    return Solved("squares", derived, e, all_accelerations(e, inner.accelerations), (), inner.pivots, matrix, matrix)
+    return Solved("squares", derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
 
 
 def _value(x: Form, by: Mapping[Expr, Expr]) -> Expr:

@@ -13,7 +13,7 @@ from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.touches import Touch, contacts, touches
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.centre import by_mass_centre
-from kane.dynamics.routes.classical import all_accelerations, unguarded_classical
+from kane.dynamics.routes.classical import unguarded_classical
 from kane.dynamics.routes.contacts import by_definitions, twins
 from kane.dynamics.routes.dependent import dependent_accelerations
 from kane.dynamics.routes.divisors import Poles, divisors
@@ -121,7 +121,7 @@ def dependent_ways(derived: Derived, e: Embedding, way: Found, large: bool) -> I
     solution, w = way.solution, way.w
     own = [solution.accelerations[i] for i in e.independent]
     if w is None or not large or way.moving is None:
-        yield all_accelerations(e, own)
+        yield e.every(own)
     if w is not None:
         yield by_definitions(derived, solution.derived, solution.accelerations, w)
     if not large:

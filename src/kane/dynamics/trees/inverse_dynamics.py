@@ -8,11 +8,11 @@ equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w
 from collections.abc import Sequence
 from dataclasses import replace
 
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import parts
 from kane.dynamics.routes.composite import freedom_mass
 from kane.dynamics.routes.places import Place, composites, working
-from kane.dynamics.terms import sum_of
 from kane.dynamics.trees.bent_line import bent_line, by_speeds
 from kane.dynamics.trees.line import Line, Vectors, line_at, motions, passed_on, pressing
 from kane.expr.build import neg

@@ -4,6 +4,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import Wrenches, parts
 from kane.dynamics.routes.carried import falling, regrouped
@@ -11,7 +12,6 @@ from kane.dynamics.routes.embedded import holds_reactions
 from kane.dynamics.routes.flexible import RIGID
 from kane.dynamics.routes.places import Place, Way, way_along
 from kane.dynamics.routes.recursive import WAYS, carrying
-from kane.dynamics.terms import sum_of
 from kane.expr.build import add, mul
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, Expr

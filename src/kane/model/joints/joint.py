@@ -17,7 +17,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.expr.symbols import names as _names
 from kane.model.directions import check_unit
-from kane.numeric.sampling import sample
+from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -231,7 +231,7 @@ def is_along(v: Vector, w: Vector) -> bool:
 
 def numbers(exprs: Sequence[Expr]) -> list[float]:
     """Values at a random configuration, parameters at their defaults."""
-    return sample(exprs, 20061)
+    return sample(exprs, SEED)
 
 
 def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vector]:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.assembly import assemble
-from kane.analysis.state import guess, start_state
+from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.values import evaluate_along, time_derivative
 from kane.equations.equations import Equations
+from kane.equations.state import guess
 from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Symbol, input_of

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.energy import depends_on_time
 from kane.dynamics.readings.integrals import Integral
+from kane.dynamics.readings.values import asked
 from kane.errors import ArgumentError, KaneWarning, cut
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr

@@ -11,9 +11,8 @@ import numpy as np
 from kane import show
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.lazy import LazyMapping
-from kane.dynamics.readings.asked import asked
 from kane.dynamics.readings.joint_reactions import Place, unsolved
-from kane.dynamics.readings.values import evaluate_along
+from kane.dynamics.readings.values import asked, evaluate_along
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, Attributes

@@ -5,16 +5,14 @@ Imported when a notebook first asks. No representation raises: `show` sees to th
 """
 
 from kane import show
+from kane.analysis.comparison import MethodComparison, SpeedComparison
 from kane.analysis.linear import Linear
-from kane.analysis.method_comparison import MethodComparison
-from kane.analysis.speed_comparison import SpeedComparison
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.integrals import Integral
-from kane.dynamics.readings.potential_found import FoundPotential
-from kane.equations.compiled import Compiled
+from kane.dynamics.readings.potential import FoundPotential
+from kane.equations.compiled import Compiled, Handle
 from kane.equations.equations import Equations
-from kane.equations.handle import Handle
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.model.force_systems import ForceSystem, Wrench

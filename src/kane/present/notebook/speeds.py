@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Sets of speeds, or methods, side by side in a notebook."""
 
-from kane.analysis.method_comparison import MethodComparison
-from kane.analysis.speed_comparison import SpeedComparison
+from kane.analysis.comparison import MethodComparison, SpeedComparison
 from kane.present.notebook.pieces import escaped, table
 
 

@@ -7,18 +7,18 @@ is linear in (u̇, λ, R, r): the columns of what is given go to the right. The 
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.admissible import check_branch, check_configuration
 from kane.analysis.local import at_false_pole, independent_rows
-from kane.analysis.state import State, check_equations
+from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.dynamics.readings.values import parameter_values
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, check_equations
 from kane.equations.routines import ports
+from kane.equations.state import State, state_of
 from kane.errors import Attributes, NotAffineError, SimulationError, SingularError, ValueMissingError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.linear_parts import affine_forms
@@ -46,9 +46,10 @@ class Inverse(Attributes):
 
     def __call__(
         self,
+        state: State | None = None,
         *,
-        q: Any,
-        u: Any,
+        q: Any = None,
+        u: Any = None,
         given: Mapping[Any, Any] | None = None,
         inputs: Mapping[Any, Any] | None = None,
         parameters: Mapping[Any, float] | None = None,
@@ -59,6 +60,7 @@ class Inverse(Attributes):
 
         Parameters
         ----------
+        state : `kn.State`, in place of q, u, inputs, parameters, t and states
         q, u : the state, by symbol or name or in order; it must satisfy the constraints, dependent speeds may be left out
         given : the accelerations (`u1.dt` or "u1'"), inputs and reactions that are not unknown
         inputs : the inputs among them, if they come by themselves (`**point.arguments`); those that are unknown are left out
@@ -70,9 +72,10 @@ class Inverse(Attributes):
             if the unknowns are not determined; names the combination that is left open. If the constraints lose rank at a state
         """
         eom = self.eom
-        values = named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
-        values |= {a: a.default for a in eom.states} | named_values("states", eom.states, states)
-        own = named_values("inputs", eom.inputs, inputs)
+        at = state_of(state, q=q, u=u, inputs=inputs, parameters=parameters, t=t, states=states)
+        values = named_values("coordinates", eom.coordinates, at.q) | named_values("speeds", eom.speeds, at.u)
+        values |= {a: a.default for a in eom.states} | named_values("states", eom.states, at.states)
+        own = named_values("inputs", eom.inputs, at.inputs)
         values |= {s: v for s, v in own.items() if s in set(self.known)}
         values |= named_values("quantities that are given", self.known, given)
         missing = [s for s in (*eom.coordinates, *eom.independent_speeds, *self.known) if s not in values]
@@ -86,11 +89,11 @@ class Inverse(Attributes):
             )
         if eom.dependent_speeds:
             inputs = {s: v for s, v in values.items() if s in set(eom.inputs)}
-            speeds = eom.evaluate(list(eom.speeds), q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
+            speeds = eom.evaluate(list(eom.speeds), replace(at, inputs=inputs))
             values |= dict(zip(eom.speeds, speeds, strict=True))
-        constants = parameter_values(eom.system, parameters)
+        constants = parameter_values(eom.system, at.parameters)
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
-        times = np.asarray(t, dtype=float)
+        times = np.asarray(at.t, dtype=float)
         shape = np.broadcast_shapes(times.shape, *(a.shape for a in arrays.values()))
         full = {s: np.broadcast_to(a, shape) for s, a in arrays.items()}
         x = np.stack([full[s] for s in eom.state], axis=-1)
@@ -123,7 +126,7 @@ class Inverse(Attributes):
         solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
         if t.size:
             first = (0,) * t.ndim
-            given = State(float(t[first]), x[first], p, r[first]).given(eom)
+            given = StateArrays(float(t[first]), x[first], p, r[first]).given(eom)
             check_configuration(
                 eom, solution.configuration, solution.terms, given, "a state", "Assemble it with kn.assemble."
             )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A state: complete values, named and checked."""
+"""States as arrays: values named, complete, on the constraints, and on the branch that closures mean."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,28 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.constraints.closure import closure, usual_sizes
+from kane.dynamics.constraints.manifold import manifold, turned_closures
 from kane.equations.equations import Equations
-from kane.errors import Attributes, SimulationError, ValueMissingError, cut
+from kane.equations.state import Guess
+from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
+from kane.numeric.places import first_place
 from kane.numeric.scale import GIVEN
 
 _TINY = np.finfo(float).tiny
 
 
-def check_equations(eom: object) -> None:
-    """A SimulationError for what is no equations, such as the system itself."""
-    if not isinstance(eom, Equations):
-        raise SimulationError(
-            f"Expected equations of motion, got {cut(repr(eom))}. Derive them first: eom = kn.derive(system)."
-        )
-
-
 @dataclass(frozen=True, slots=True)
-class State:
+class StateArrays:
     """Where: t, x = (q, u, a), p, r."""
 
     t: float
@@ -43,18 +37,6 @@ class State:
     def numbers(self, eom: Equations) -> dict[Expr, Any]:
         """All of it by symbol."""
         return {**dict(zip(eom.state, self.x, strict=True)), **self.given(eom)}
-
-
-@dataclass(frozen=True, slots=True)
-class Guess(Attributes):
-    """A value near which one is solved for."""
-
-    value: float
-
-
-def guess(value: float) -> Guess:
-    """A start value that assembly may move: `q={q1: 1.2, q2: kn.guess(-1)}`. It also says which branch of the closure is meant."""
-    return Guess(finite_number("guess", "assembly", value))
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +109,7 @@ def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[E
     shares = np.asarray(np.abs(residual) / np.maximum(terms, _TINY))
     if not residual.shape[-1] or bool((shares <= GIVEN).all()):
         return shares
-    usual = usual_sizes(eom.system, closure(eom.system), values).f[: residual.shape[-1]]
+    usual = manifold(eom.system).at(values).usual.f[: residual.shape[-1]]
     return np.asarray(np.abs(residual) / np.maximum(terms, usual))
 
 
@@ -135,3 +117,32 @@ def misses(names: Iterable[str], residual: Array, size: Array | None = None, lim
     """Which constraints are missed, and by how much; those of a `size`, by default the residual's, of no more than `limit` hold."""
     sizes = np.abs(residual if size is None else size)
     return ", ".join(f"{n} by {v:.3g}" for n, v, s in zip(names, residual, sizes, strict=False) if not s <= limit)
+
+
+def check_configuration(
+    eom: Equations, residual: Array, terms: Array, values: Mapping[Expr, Any], what: str, cure: str
+) -> None:
+    """The configuration constraints hold: `residual` (… × m) is what is left of them; `terms` and `values` as for `open_shares`."""
+    count = residual.shape[-1]
+    if not count:
+        return
+    shares = open_shares(eom, residual, terms, values).reshape(-1, count)
+    worst = np.abs(residual).reshape(-1, count).max(axis=0, initial=0)
+    bad = misses([c.name for c in eom.system.holonomic], worst, shares.max(axis=0, initial=0))
+    if bad:
+        raise SimulationError(f"Expected {what} on the constraints, got coordinates that miss {bad}. {cure}")
+
+
+def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, cure: str) -> None:
+    """No closure is turned away from the branch that it means, at any of the coordinates q (… × n); `rest` holds all other values."""
+    conditions = manifold(eom.system)
+    angles = conditions.at(rest).turned(q)
+    away = angles.any(axis=-1)
+    if away.any():
+        first = first_place(away)
+        where = f" at index {first.written}" if first.place else ""
+        turned = turned_closures(conditions.branches, angles[first.place])
+        raise SimulationError(
+            f"Expected {what} on the branch that the closures mean, got {turned}{where}. kn.assemble finds one on it "
+            f"from guesses{cure}."
+        )

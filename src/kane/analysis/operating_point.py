@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Operating points: complete values on the constraints, as arrays and as a `State`; beams that spin too fast there."""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from kane.analysis.assembly import assemble
+from kane.analysis.local import Values, slopes_at, values_at
+from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, entries, start_state
+from kane.analysis.tangents import perturbations, spread
+from kane.dynamics.readings.values import parameter_values
+from kane.equations.equations import Equations
+from kane.equations.numeric import Numeric
+from kane.equations.state import State
+from kane.expr.node import Expr
+from kane.model.beams.beam import Beam
+from kane.model.beams.doubts import across, doubts
+from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number, named_values
+from kane.numeric.newton import improved
+from kane.numeric.projection import least_squares, of_unit_length, row_sizes
+from kane.numeric.scale import LAST_DIGIT
+
+_ROUNDS = 4
+"""Steps at most."""
+
+
+def state_from(eom: Equations, arrays: StateArrays) -> State:
+    """The values by symbol."""
+    q, u, a = np.split(arrays.x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+    pairs = (eom.coordinates, q), (eom.speeds, u), (eom.states, a), (eom.parameters, arrays.p), (eom.inputs, arrays.r)
+    groups = (dict(zip(symbols, values.tolist(), strict=True)) for symbols, values in pairs)
+    return State(**dict(zip(("q", "u", "states", "parameters", "inputs"), groups, strict=True)), t=arrays.t)
+
+
+def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
+    """The state on the constraints as arrays; what is left out is solved for."""
+    eom, q, u = numeric.equations, state.q, state.u
+    constants = parameter_values(eom.system, state.parameters)
+    p = np.array([constants[s] for s in eom.parameters])
+    values = named_values("inputs", eom.inputs, state.inputs)
+    r = np.array([finite_number("value", s.name, values.get(s, 0.0)) for s in eom.inputs])
+    if u is None and not eom.constraints.constraints:
+        u = np.zeros(len(eom.speeds))
+    if eom.constraints.constraints and (
+        entries("coordinates", eom.coordinates, q).free or entries("speeds", eom.speeds, u).free
+    ):
+        inputs = dict(zip(eom.inputs, r.tolist(), strict=True))
+        start = assemble(eom, State(q, u, None, state.parameters, inputs, state.t))
+        q, u = start.q, start.u
+    return closed(numeric, StateArrays(float(state.t), start_state(eom, q, u, state.states), p, r))
+
+
+def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
+    """The state moved onto the constraints by rounding's worth; further off is an error."""
+    eom, perturbed, values = numeric.equations, numeric.value(perturbations), values_at(numeric, state)
+    nq, n = len(eom.coordinates), len(eom.speeds)
+    check_configuration(
+        eom,
+        values.configuration,
+        values.configuration_terms,
+        state.given(eom),
+        "an operating point",
+        "Assemble one first, kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim.",
+    )
+    check_branch(eom, state.x[:nq], state.given(eom), "an operating point", "")
+    zero = np.zeros(values.right.shape)
+
+    def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
+        x, now = at
+        g = slopes_at(numeric, replace(state, x=x), zero).configuration[:, :nq]
+        t = spread(perturbed, x[:nq])
+        x = np.append(x[:nq] - t @ least_squares(g @ t, now.configuration), x[nq:])
+        return x, values_at(numeric, replace(state, x=x))
+
+    start = of_unit_length(state.x, perturbed.sets), values
+    size = row_sizes(values.matrix[:n, :n], values.constraints(n)[: len(values.configuration)])
+    limit = LAST_DIGIT * (values.configuration_terms / size).max(initial=0)
+    x, values = improved(start, lambda at: np.abs(at[1].configuration / size).max(initial=0), closer, limit, _ROUNDS)
+    if values.motion.any():
+        eom.evaluate(list(eom.speeds), state_from(eom, replace(state, x=x)))  # says which constraints they miss
+    if len(values.motion):
+        x = x.copy()
+        x[nq : nq + n] -= least_squares(values.constraints(n), values.motion)
+    return replace(state, x=x)
+
+
+def warn_of_beams(eom: Equations, points: Sequence[State], stacklevel: int) -> None:
+    """Warn once of each beam that spins faster, in some of these states, than what it is declared with has it."""
+    for beam in eom.system.bodies:
+        square = across(beam) if isinstance(beam, Beam) else None
+        if square is None or not isinstance(beam, Beam):
+            continue
+        spins = [float(np.sqrt(max(float(eom.evaluate(square, p)), 0.0))) for p in points]
+        fastest = int(np.argmax(spins))
+        values = dict[Expr, float](points[fastest].parameters.items())
+        for said, category in doubts(beam, spins[fastest], values):
+            warnings.warn(said, category, stacklevel=stacklevel + 1)

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The configuration constraints of a system, f(q, t) = 0 and eᵀe = 1, the branches that its closures mean, and both in numbers.
+
+Products of axes that hold an orientation vanish at others too: where an axis is reversed, where a frame is turned by half a turn
+or by a third. Each closure says the cosine of the angle by which it is turned, which is 1 on the branch that is meant.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from kane.expr.build import sub
+from kane.expr.differentiation import jacobian
+from kane.expr.evaluation import Reference, compile_reference, free_symbols
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, Expr
+from kane.expr.symbols import Symbol
+from kane.model.constraints import Branch
+from kane.model.system import System
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.bounds import bounded
+from kane.numeric.many import ClosedMany, Indices, Sizes, close_many, close_most, sizes
+from kane.numeric.newton import Closed, close
+from kane.numeric.sampling import SEED
+from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT
+
+ROWS = 16
+"""How many configurations are looked at one by one."""
+_PARALLEL = 1e-4
+"""Up to which a product of unit vectors vanishes at a configuration that was closed: a root of what it may leave open, and more."""
+_DRAWN = 11
+_EVERY = slice(None)
+
+
+@dataclass(frozen=True, eq=False)
+class Manifold:
+    """Configurations of a system that satisfy f = 0, its constraints by `names`, and those of its Euler parameters last."""
+
+    system: System
+    names: tuple[str, ...]
+    f: tuple[Expr, ...]
+
+    @cached_property
+    def gradient(self) -> Matrix:
+        """∂f/∂q (m × n)."""
+        q = self.system.coordinates
+        return jacobian(self.f, q) if self.f else Matrix([], (0, len(q)))
+
+    @cached_property
+    def branches(self) -> tuple[Branch, ...]:
+        """The branches that closures mean, each once."""
+        return branches(self.system)
+
+    @cached_property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """What the constraints depend on."""
+        return tuple(free_symbols(self.f))
+
+    def at(self, values: Mapping[Any, Any]) -> "LevelSet":
+        """The manifold where all symbols but the coordinates have `values`: numbers, or arrays with one for each start."""
+        n = len(self.system.coordinates)
+        return LevelSet(self, values, np.zeros(n), tuple(range(n)))
+
+
+def manifold(system: System) -> Manifold:
+    """The configuration constraints of a system."""
+    f = [c.expr for c in system.holonomic]
+    names = [c.name for c in system.holonomic]
+    for s in system.euler_parameters:
+        f.append(sub(dot(s.coordinates, s.coordinates), ONE))
+        names.append(f"unit length of ({', '.join(e.name for e in s.coordinates)})")
+    return Manifold(system, tuple(names), tuple(f))
+
+
+@dataclass(frozen=True, eq=False)
+class LevelSet:
+    """The manifold at `values` of all other symbols; coordinates that are `free` (indices) move, the others are at `base`."""
+
+    manifold: Manifold
+    values: Mapping[Any, Any]
+    base: Array
+    free: tuple[int, ...]
+
+    def of(self, base: Array, free: Sequence[int]) -> "LevelSet":
+        """The same with some coordinates held."""
+        return replace(self, base=base, free=tuple(free))
+
+    @cached_property
+    def _run(self) -> Callable[[Array, Indices | slice], Array]:
+        m = self.manifold
+        return self._evaluated([*m.f, *m.gradient.entries], set(m.symbols))
+
+    @cached_property
+    def _cosines(self) -> Callable[[Array, Indices | slice], Array]:
+        scalars = branch_scalars(self.manifold.branches)
+        return self._evaluated(scalars, set(free_symbols(scalars)))
+
+    def _evaluated(self, exprs: Sequence[Expr], read: set[Any]) -> Callable[[Array, Indices | slice], Array]:
+        """Expressions (k × …) at q (k × n) of starts by number."""
+        q = self.manifold.system.coordinates
+        rest = [s for s in self.values if s in read and s not in set(q)]
+        run = compile_reference(exprs, [*q, *rest])
+        given = [self.values[s] for s in rest]
+        return lambda x, starts: in_rows(run, x, [v if np.ndim(v) == 0 else v[starts] for v in given])
+
+    def numbers(self, q: Array, starts: Indices | slice = _EVERY) -> tuple[Array, Array]:
+        """f (k × m) and ∂f/∂q (k × m × n) at q (k × n)."""
+        values, m = self._run(q, starts), len(self.manifold.f)
+        return values[:, :m], values[:, m:].reshape(len(q), m, len(self.base))
+
+    def one(self, q: Array) -> tuple[Array, Array]:
+        """f (m) and ∂f/∂q (m × n) at q (n)."""
+        f, g = self.numbers(q[None])
+        return f[0], g[0]
+
+    def whole(self, x: Array) -> Array:
+        """q (k × n) from what is free in it (k × free)."""
+        if len(self.free) == len(self.base):
+            return x
+        q = np.tile(self.base, (len(x), 1))
+        q[:, list(self.free)] = x
+        return q
+
+    def of_free(self, x: Array, starts: Indices) -> tuple[Array, Array]:
+        """f (k × m) and its derivatives by what is free (k × m × free), there (k × free)."""
+        f, g = self.numbers(self.whole(x), starts)
+        return f, g if len(self.free) == len(self.base) else g[:, :, list(self.free)]
+
+    def rounding(self, x: Array, starts: Indices) -> Array:
+        """How far rounding may carry f (k × m) there."""
+        own = {s: v if np.ndim(v) == 0 else np.asarray(v)[starts] for s, v in self.values.items()}
+        own |= zip(self.manifold.system.coordinates, self.whole(x).T, strict=True)
+        return np.stack([np.broadcast_to(e, len(x)) for _, e in bounded(self.manifold.f, own)], axis=1)
+
+    def sizes(self, x: Array) -> Sizes:
+        """How large what is free, and the terms of f, are by their nature, from places drawn (k × free)."""
+        q = self.manifold.system.coordinates
+        unit = {e for s in self.manifold.system.euler_parameters for e in s.coordinates}
+        return sizes(self.of_free, x, [k for k, i in enumerate(self.free) if q[i] in unit], self.rounding)
+
+    @cached_property
+    def usual(self) -> Sizes:
+        """The same from zero and places drawn at random."""
+        n = len(self.free)
+        return self.sizes(np.vstack([np.zeros(n), np.random.default_rng(SEED).uniform(-np.pi, np.pi, (_DRAWN, n))]))
+
+    @cached_property
+    def wide(self) -> Array:
+        """Sizes of all coordinates (n), 1 of those that are held."""
+        wide = np.ones(len(self.base))
+        wide[list(self.free)] = self.usual.x
+        return wide
+
+    def closest(self, q: Array, limit: float = LAST_DIGIT, steps: int = 60) -> Closed:
+        """Newton's steps from q (n) on, of what is free, until no more than `limit` of the sizes of f is left."""
+        return close(self.one, q, self.free, limit, steps, (self.usual.f, self.wide))
+
+    def reached(self, x: Array, size: Sizes, quickly: bool = False) -> "Reached":
+        """Where steps from many starts x (k × free) end, in few whole steps where that is enough."""
+
+        def meant(x: Array, starts: Indices) -> Mask:
+            return np.asarray(~self.turned(self.whole(x), starts).any(axis=1))
+
+        found = (close_most if quickly else close_many)(self.of_free, x, size, meant)
+        q = self.whole(found.x)
+        return Reached(q, found, self.turned(q))
+
+    def shares(self, residual: Array) -> Array:
+        """What is left of f (… × m), over the usual size of its terms."""
+        return np.asarray(np.abs(residual) / self.usual.f)
+
+    def turned(self, q: Array, starts: Indices | slice = _EVERY) -> Array:
+        """By what angle (rad) each closure is turned away from the branch that it means where q (… × n) is closed: … × closures."""
+        meant = self.manifold.branches
+        if not meant:
+            return np.zeros((*q.shape[:-1], 0))
+        scalars = self._cosines(q.reshape(-1, q.shape[-1]), starts)
+        return turned(meant, scalars.reshape(*q.shape[:-1], -1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reached:
+    """Where steps from many starts ended: `q` (k × n), what is left of f there, and by what angles closures are `turned`."""
+
+    q: Array
+    found: ClosedMany
+    turned: Array
+
+    @property
+    def closed(self) -> Mask:
+        """Which are configurations (k)."""
+        firmly = self.found.left <= CLOSED
+        return np.asarray(firmly if firmly.any() else self.found.left <= CLOSED_NEARLY)
+
+    @property
+    def meant(self) -> Mask:
+        """Which are configurations on the branches that are meant (k)."""
+        return np.asarray(self.closed & ~self.turned.any(axis=1))
+
+    @property
+    def best(self) -> int:
+        """The one of which least is left."""
+        return int(np.argmin(np.where(np.isfinite(self.found.left), self.found.left, np.inf)))
+
+
+def branches(system: System) -> tuple[Branch, ...]:
+    """The branches that the configuration constraints of a system mean, each once."""
+    return tuple(dict.fromkeys(c.branch for c in system.holonomic if c.branch is not None))
+
+
+def branch_scalars(meant: tuple[Branch, ...]) -> list[Expr]:
+    """What `turned` takes the numbers of."""
+    return [x for b in meant for x in (b.cosine, *b.rows)]
+
+
+def turned(meant: tuple[Branch, ...], scalars: Array) -> Array:
+    """By what angle (rad) each closure is turned away from the branch that is meant, 0 where it is on it.
+
+    `scalars` (…, k) are numbers of `branch_scalars` at a closed configuration, the angles (…, b). Where a system lists only some of
+    a closure's rows and others do not vanish, nothing was said of its orientation, and it counts as 0.
+    """
+    angles = np.zeros((*scalars.shape[:-1], len(meant)))
+    at = 0
+    for k, b in enumerate(meant):
+        cosine, rows = scalars[..., at], scalars[..., at + 1 : at + 1 + len(b.rows)]
+        away = (cosine <= 0) & (np.abs(rows).max(axis=-1) <= _PARALLEL)
+        angles[..., k] = np.where(away, np.arccos(np.clip(cosine, -1, 1)), 0.0)
+        at += 1 + len(b.rows)
+    return angles
+
+
+def turned_closures(meant: tuple[Branch, ...], angles: Array) -> str:
+    """Which closures are turned, and by how much, in words; "" where none is."""
+    return ", ".join(
+        f"{b.name!r} with its {b.what} turned by {np.degrees(x):.0f}°" for b, x in zip(meant, angles, strict=True) if x
+    )
+
+
+def in_rows(run: Reference, x: Array, others: Sequence[Any]) -> Array:
+    """What `run` gives at each row of x (k × n) and of the others, which are numbers or arrays (k): k × results.
+
+    A few rows go one by one, in Python's floats, which take a twentieth of the time of arrays of a few.
+    """
+    if 0 < len(x) <= ROWS:
+        columns = [np.broadcast_to(v, len(x)).tolist() if np.ndim(v) else [float(v)] * len(x) for v in others]
+        return np.array(run.rows([[*row, *rest] for row, *rest in zip(x.tolist(), *columns, strict=True)]), dtype=float)
+    values = run([*x.T, *others])
+    numbers = np.empty((len(x), len(values)))
+    for k, value in enumerate(values):
+        numbers[:, k] = value
+    return numbers

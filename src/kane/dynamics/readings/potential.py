@@ -1,0 +1,488 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A potential energy from the forces: V with F_r = −Σ_s ∂V/∂q_s W_sr, or why there is none; a declared one against its forces.
+
+(Kane & Levinson 1985, sec. 5.1.) Whatever the speeds are, the forces Q_s of the rates decide: V exists where ∂Q_s/∂q_t = ∂Q_t/∂q_s. It
+is integrated along lines, one a coordinate,
+
+    V = −Σ_k ∫ Q_k(q₁, …, q_{k−1}, s, b, …, b) ds        from the base b to q_k
+
+in closed form or by Gauss's rule, and differentiated back. Constraints C q̇ + c = 0 let forces be changed: Q + Cᵀλ does the same work.
+Along motions that they allow dQ + Σ λ_k dC_k must vanish. Where no λ does that, at some configuration, there is no V. Else λ is
+such that some coordinates have no force, or solved for from that condition.
+
+A declared potential is compared at random states, Σ F·∂v/∂q̇ + Σ T·∂ω/∂q̇ = −∂V/∂q; where there are constraints, at configurations that
+satisfy them, but for what is along a constraint's force.
+"""
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, islice
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane import show
+from kane.dynamics.assembly import sum_of
+from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
+from kane.errors import KaneError, KaneWarning, PotentialError, cut
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.collect import factored
+from kane.expr.count import price
+from kane.expr.differentiation import diff, time_derivative
+from kane.expr.evaluation import free_symbols
+from kane.expr.expand import expanded
+from kane.expr.immutable import Immutable
+from kane.expr.integration import antiderivative
+from kane.expr.node import ONE, ZERO, Expr, constant
+from kane.expr.size import size
+from kane.expr.solve import invert
+from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
+from kane.expr.visit import substituted
+from kane.kinematics.sample import Sample
+from kane.model.loads import Load
+from kane.numeric.arrays import Array
+from kane.numeric.bounds import ROUNDING, bounded
+from kane.numeric.legendre import gauss
+from kane.numeric.sampling import SEED, draw
+from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+NODES = 20
+"""Of Gauss's rule."""
+
+
+class LineIntegral(NamedTuple):
+    """A potential, and the symbols along which Gauss's rule was taken."""
+
+    value: Expr
+    by_rule: tuple[Symbol, ...]
+
+
+def line_integral(slopes: Sequence[Expr], symbols: Sequence[Symbol], base: Expr = ZERO) -> LineIntegral:
+    """V from its `slopes` in the `symbols`, zero where these are the base, but for a constant of the first part."""
+    total, by_rule = ZERO, []
+    for k, (p, x) in enumerate(zip(slopes, symbols, strict=True)):
+        own = substituted(p, dict.fromkeys(symbols[k + 1 :], base))
+        part = antiderivative(own, x)
+        if part is None:
+            part = _by_gauss(own, x, base)
+            by_rule.append(x)
+        elif any(s in set(symbols[:k]) for s in free_symbols([part])):
+            part = sub(part, substituted(part, {x: base}))
+        total = add(total, part)
+    return LineIntegral(_short(total), tuple(by_rule))
+
+
+def _by_gauss(e: Expr, x: Symbol, base: Expr) -> Expr:
+    """∫ e dx from the base by Gauss's rule."""
+    reach, total = sub(x, base), ZERO
+    for place, weight in zip(*gauss(NODES), strict=True):
+        at = add(base, mul(constant(float(place)), reach))
+        total = add(total, mul(constant(float(weight)), substituted(e, {x: at})))
+    return mul(reach, total)
+
+
+def _short(e: Expr) -> Expr:
+    """What cancels between the parts left out, where that is shorter."""
+    terms = expanded(e)
+    if terms is None:
+        return e
+    forms = [e, factored(terms)]
+    return min(forms, key=lambda form: price([form]))
+
+
+Rows = list[list[Expr]]
+Held = tuple[tuple[Coordinate, ...], Exprs]
+
+_SETS, _FEW = 24, 4
+"""Sets of coordinates that are tried as those that V does without, and as those that the others give."""
+_CONFIGURATIONS = 8
+"""Configurations at which constraints are looked at."""
+
+
+def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> None:
+    """Raise where no λ makes dQ + Σ λ_k dC_k vanish along the motions that the constraints allow, at some configuration.
+
+    Where λ = 0 is the only one, at all of them, Q itself would have to do, and does not.
+    """
+    q = derived.system.coordinates
+    n, whole = len(q), [*forces, *(x for row in rows for x in row), *q]
+    own = places(whole, unit=[s.coordinates for s in derived.system.euler_parameters])
+    if derived.constraints.constraints:
+        at = derived.compared.at
+        own = places(whole, [at.at(k) for k in range(min(at.count, _CONFIGURATIONS))])
+    c = measured([x for row in rows for x in row], own).reshape(len(own), len(rows), n)
+    tables = [measured([diff(f[i], x) for i in range(n) for x in q], own) for f in (forces, *rows)]
+    alone: list[int] = []
+    for k in range(len(own)):
+        turns = [t[k].reshape(n, n) - t[k].reshape(n, n).T for t in tables]
+        if not np.isfinite(turns).all() or not np.isfinite(c[k]).all():
+            continue
+        free = _null(c[k])
+        inside = np.triu_indices(free.shape[1], 1)
+        within = [(free.T @ t @ free)[inside] for t in turns]
+        bound = ROUNDED_ROOT * np.linalg.norm(
+            (np.abs(free).T @ (2 * np.abs(tables[0][k].reshape(n, n))) @ np.abs(free))[inside]
+        )
+        others = np.array(within[1:]).reshape(len(rows), -1).T
+        weights, _, rank, _ = np.linalg.lstsq(others, within[0], rcond=None)
+        if np.linalg.norm(within[0] - others @ weights) > bound:
+            raise PotentialError(_not_allowed(names, q, own[k]))
+        alone.append(k if rank == len(rows) and np.linalg.norm(others @ weights) <= bound else -1)
+    if alone and min(alone) >= 0:
+        raise PotentialError(_not_allowed(names, q, own[0]))
+
+
+def _not_allowed(names: str, q: Sequence[Coordinate], at: Place) -> str:
+    where = ", ".join(f"{s} = {at[s]:.4g}" for s in q)
+    return (
+        f"Expected forces with a potential energy, got {names}, which have none along the motions that the constraints allow: "
+        f"about {where} their work depends on the way, whatever forces of constraints are added. Name the other loads, "
+        "eom.find_potential([…]); what these do is power."
+    )
+
+
+def _null(c: Array) -> Array:
+    _, s, v = np.linalg.svd(c)
+    rank = int((s > STATE_RANK * s.max(initial=0)).sum())
+    return np.asarray(v[rank:].T)
+
+
+def held(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
+    """Forces Q + Cᵀλ that may have a potential energy, and the coordinates of which they are."""
+    for way in (_without_some, _by_multipliers):
+        yield from way(forces, rows, q, at)
+
+
+def _inverses(rows: Rows, n: int) -> Iterator[tuple[tuple[int, ...], list[int], list[list[Expr]]]]:
+    """Sets of coordinates that the others give, the others, and the inverse of their columns of C, transposed."""
+    for gone in islice(combinations(reversed(range(n)), len(rows)), _SETS):
+        try:
+            inverse = invert([[row[i] for row in rows] for i in gone]).rows
+        except KaneError:
+            continue
+        yield gone, [i for i in range(n) if i not in gone], inverse
+
+
+def _without_some(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
+    """With λ such that some coordinates have no force, and the other coordinates with theirs."""
+    for gone, kept, inverse in _inverses(rows, len(q)):
+        weights = [sum_of(mul(x, forces[i]) for x, i in zip(line, gone, strict=True)) for line in inverse]
+        yield tuple(q[i] for i in kept), _added(forces, rows, weights, kept)
+
+
+def _by_multipliers(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
+    """With the λ that dQ + Σ λ_k dC_k = 0 gives along as many pairs of allowed directions as there are λ."""
+    n = len(q)
+    for gone, kept, inverse in islice(_inverses(rows, n), _FEW):
+        allowed = [_direction(i, gone, inverse, rows, n) for i in kept]
+        pairs = list(combinations(allowed, 2))
+        table = [[_turn(row, x, y, q) for row in rows] for x, y in pairs]
+        numbers = measured([x for line in table for x in line], [at]).reshape(len(pairs), len(rows))
+        chosen = _independent(numbers, len(rows))
+        if chosen is None:
+            continue
+        try:
+            solved = invert([table[k] for k in chosen]).rows
+        except KaneError:
+            continue
+        right = [_turn(forces, *pairs[k], q) for k in chosen]
+        weights = [sum_of(mul(x, r) for x, r in zip(line, right, strict=True)) for line in solved]
+        yield tuple(q), _added(forces, rows, weights, range(n))
+
+
+def _added(forces: Exprs, rows: Rows, weights: Sequence[Expr], kept: Sequence[int]) -> Exprs:
+    """Q − Cᵀ w of some coordinates."""
+    return tuple(sub(forces[i], sum_of(mul(row[i], w) for row, w in zip(rows, weights, strict=True))) for i in kept)
+
+
+def _direction(i: int, gone: Sequence[int], inverse: Rows, rows: Rows, n: int) -> list[Expr]:
+    """The rates of all coordinates, where that of one is 1 and the others that are not given are 0."""
+    found = [ONE if k == i else ZERO for k in range(n)]
+    for j, g in enumerate(gone):
+        found[g] = neg(sum_of(mul(line[j], row[i]) for line, row in zip(inverse, rows, strict=True)))
+    return found
+
+
+def _turn(form: Sequence[Expr], x: Sequence[Expr], y: Sequence[Expr], q: Sequence[Coordinate]) -> Expr:
+    """Σ (∂w_t/∂q_s − ∂w_s/∂q_t) x_s y_t."""
+    return sum_of(
+        mul(sub(diff(form[t], q[s]), diff(form[s], q[t])), sub(mul(x[s], y[t]), mul(x[t], y[s])))
+        for s, t in combinations(range(len(q)), 2)
+        if not (x[s] is y[t] is x[t] is y[s] is ZERO)
+    )
+
+
+def _independent(table: Array, count: int) -> list[int] | None:
+    """As many independent rows as there are columns, the largest first."""
+    left, chosen = table.copy(), list[int]()
+    for _ in range(count):
+        sizes = np.linalg.norm(left, axis=1) if len(left) else np.zeros(0)
+        k = int(np.argmax(sizes)) if len(sizes) else -1
+        if k < 0 or not sizes[k] > ROUNDED_ROOT * np.abs(table).max():
+            return None
+        chosen.append(k)
+        along = left[k] / sizes[k]
+        left = left - np.outer(left @ along, along)
+    return chosen
+
+
+_LEAST = 2
+"""Places at which numbers must be finite."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundPotential(Immutable):
+    """V of some loads, an expression of coordinates, and `how` it was integrated.
+
+    Attributes
+    ----------
+    value : V, with F_r = −Σ_s ∂V/∂q_s W_sr, or F̃_r likewise
+    how : "closed form", or by which rule and along which coordinates
+    loads : whose forces it is that of
+    """
+
+    value: Expr
+    how: str
+    loads: tuple[Load, ...]
+
+    _repr_latex_ = show.latex
+
+    def __repr__(self) -> str:
+        return f"FoundPotential({cut(self.value)}; {self.how})"
+
+
+def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> FoundPotential:
+    """See Equations.find_potential."""
+    if loads is not None and (isinstance(loads, str) or not isinstance(loads, Iterable)):
+        loads = (loads,)
+    own = derived.system.all_loads() if loads is None else tuple(_own(derived, x) for x in loads)
+    q = derived.system.coordinates
+    forces = _of_coordinates(by_rates(derived, own), own)
+    sets = [s.coordinates for s in derived.system.euler_parameters]
+    at = places([*forces, *q], unit=sets)
+    gap = _gap(forces, q, at)
+    if gap is None:
+        return _integrated(forces, q, own, at)
+    if not derived.constraints.constraints and not sets:
+        raise PotentialError(_reason(forces, q, own, *gap))
+    rows = rows_in_rates(derived)
+    check_allowed(derived, forces, rows, _names(own))
+    for kept, changed in held(forces, rows, q, at[0]):
+        try:
+            if not _moved_by(changed, [s for s in q if s not in set(kept)], at) and _gap(changed, kept, at) is None:
+                return _integrated(changed, kept, own, at)
+        except KaneError:
+            continue
+    raise PotentialError(
+        f"Expected a potential energy under the constraints, got none for {_names(own)}: they may let one exist, but no forces of "
+        "constraints were found that leave it over. Declare it: Load(…, potential=V) is compared with the forces."
+    )
+
+
+def _own(derived: Derived, load: Any) -> Load:
+    system = derived.system
+    listed, written = (*system.gravities, *system.loads), system.all_loads()
+    name = load.name if isinstance(load, Load) else load if isinstance(load, str) else None
+    for x, meant in zip(listed, written, strict=True):
+        if load is x or name == meant.name:
+            return meant
+    names = ", ".join(x.name for x in written) or "none"
+    raise PotentialError(f"Expected some of the loads of the system ({names}), got {cut(repr(load))}.")
+
+
+def _names(loads: Sequence[Load]) -> str:
+    return " and ".join(repr(x.name) for x in loads) or "no loads"
+
+
+def _of_coordinates(forces: Exprs, loads: Sequence[Load]) -> Exprs:
+    """The forces without rates and speeds, on which they must not depend."""
+    moving = [
+        s for s in free_symbols(forces) if isinstance(s, Rate | QuasiRate | Speed | Reaction) and input_of(s) is None
+    ]
+    at = places([*forces, *moving])
+    for s in moving:
+        if differs([[diff(f, s)] for f in forces], at)[1].any():
+            kind = "the reaction" if isinstance(s, Reaction) else "the speed" if isinstance(s, Speed) else "the rate"
+            raise PotentialError(
+                f"Expected forces that follow from the coordinates, got {_names(loads)}, which depend on {kind} {s}: they have no "
+                "potential energy. Name the other loads, eom.find_potential([…]); what these do is power."
+            )
+    still: dict[Expr, Expr] = dict.fromkeys(moving, ZERO)
+    return tuple(substituted(f, still) for f in forces)
+
+
+def _gap(forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> tuple[int, int, int] | None:
+    """The pair of coordinates whose cross derivatives differ most, and the place; None where none do."""
+    pairs = list(combinations(range(len(q)), 2))
+    if not pairs:
+        return None
+    values, wrong = differs([[diff(forces[i], q[j]), neg(diff(forces[j], q[i]))] for i, j in pairs], at)
+    _check_finite(values)
+    if not wrong.any():
+        return None
+    share = np.where(wrong, np.abs(values), -1.0)
+    place, pair = np.unravel_index(int(np.argmax(share)), share.shape)
+    return int(place), *pairs[int(pair)]
+
+
+def _moved_by(forces: Exprs, others: Sequence[Symbol], at: Sequence[Place]) -> bool:
+    values, wrong = differs([[diff(f, s)] for f in forces for s in others], at)
+    _check_finite(values)
+    return bool(wrong.any())
+
+
+def _check_finite(values: Array) -> None:
+    if np.isfinite(values).all(axis=1).sum() < _LEAST:
+        raise PotentialError(
+            "Expected forces with finite derivatives, got infinity or NaN nearly everywhere that was looked at, with coordinates "
+            "between -1.2 and 1.2. Declare the potential: Load(…, potential=V)."
+        )
+
+
+def _reason(forces: Exprs, q: Sequence[Coordinate], loads: Sequence[Load], place: int, i: int, j: int) -> str:
+    a, b = diff(forces[i], q[j]), diff(forces[j], q[i])
+    at = places([*forces, *q])[place]
+    left, right = measured([a, b], [at])[0]
+    where = ", ".join(f"{s} = {at[s]:.4g}" for s in q if s in at)
+    return (
+        f"Expected forces with a potential energy, got {_names(loads)}, which have none: with Q the forces by rates, "
+        f"∂Q_{q[i]}/∂{q[j]} = {left:.6g} but ∂Q_{q[j]}/∂{q[i]} = {right:.6g} at {where}, so that their work depends on the way. Name "
+        "the other loads, eom.find_potential([…]); what these do is power."
+    )
+
+
+# Integrated --------------------------------------------------------------------------------------------------------------
+
+
+def _integrated(
+    forces: Sequence[Expr], q: Sequence[Coordinate], loads: tuple[Load, ...], at: Sequence[Place]
+) -> FoundPotential:
+    """V along lines, in a few orders of the coordinates and from two bases; the first that holds, in closed form if there is one."""
+    by_rule: FoundPotential | None = None
+    for base in (ZERO, ONE):
+        for order in (range(len(q)), range(len(q) - 1, -1, -1)):
+            try:
+                found = line_integral([neg(forces[i]) for i in order], [q[i] for i in order], base)
+            except KaneError:
+                continue
+            if not _holds(found.value, forces, q, at):
+                continue
+            if not found.by_rule:
+                return FoundPotential(found.value, "closed form", loads)
+            along = ", ".join(s.name for s in found.by_rule)
+            by_rule = by_rule or FoundPotential(found.value, f"Gauss's rule of {NODES} points along {along}", loads)
+    if by_rule is not None:
+        return by_rule
+    raise PotentialError(
+        f"Expected forces that can be integrated, got {_names(loads)}: they have a potential energy, but neither a closed form nor "
+        f"Gauss's rule of {NODES} points gives it. Declare it: Load(…, potential=V)."
+    )
+
+
+def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> bool:
+    """Whether −∂V/∂q are the forces; what Gauss's rule leaves is small beside all terms, not beside their sum."""
+    slopes, memo = [diff(v, s) for s in q], dict[Expr, tuple[Expr, ...]]()
+    values, wrong = differs(list(zip(slopes, forces, strict=True)), at)
+    sizes = measured([size(e, memo) for pair in zip(slopes, forces, strict=True) for e in pair], at)
+    finite = np.isfinite(values).all(axis=1)
+    whole = np.nan_to_num(sizes).reshape(len(at), len(q), 2).sum(axis=2)
+    return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > ROUNDED_CHAIN * whole))[finite].any()
+
+
+_STATES = 6
+_WIDE = 1.2
+
+
+def check_potentials(derived: Derived) -> None:
+    """Warn of each load whose potential is not that of its forces: its work would be wrong, and so the energy."""
+    loads = [load for load in derived.system.loads if load.potential is not None]
+    samples = list(_samples(derived)) if loads else []
+    for load in loads:
+        found = [at for sample, a in samples if (at := _differs(load, sample, a, derived.system.inertial)) is not None]
+        if any(found):
+            warnings.warn(
+                f"Expected the potential of {load.name!r} to be that of its forces, F·v + T·ω = −dV/dt, got another one: they differ "
+                "at random states. The motion is right, its energy and work are not. Correct the potential's sign or factor, or leave "
+                "it out: the work of the forces then counts as power.",
+                KaneWarning,
+                stacklevel=3,
+            )
+
+
+def _samples(derived: Derived) -> Iterable[tuple[Sample, Array | None]]:
+    """States at which loads are looked at, with A there, None without constraints."""
+    if derived.constraints.constraints:
+        places = derived.compared.at
+        for k in range(min(places.count, _STATES)):
+            yield Sample(derived.kinematical, SEED + k, _drawn(derived, k, places.at(k))), derived.compared.a[k]
+        return
+    for k in range(_STATES):
+        yield Sample(derived.kinematical, SEED + k, _drawn(derived, k, {})), None
+
+
+def _drawn(derived: Derived, k: int, known: Mapping[Symbol, float]) -> dict[Expr, Any]:
+    """Coordinates and speeds on both sides of zero in every other state: what is switched there is seen in both positions."""
+    low = -_WIDE if k % 2 else 0.3
+    moving: dict[Expr, Any] = {s: draw(SEED + k, s, low, _WIDE) for s in (*derived.system.coordinates, *derived.speeds)}
+    defaults: dict[Expr, Any] = {p: p.default for p in derived.system.parameters if p.default is not None}
+    return {**moving, **defaults, **dict(known.items())}
+
+
+def _differs(load: Load, sample: Sample, a: Array | None, inertial: Frame) -> bool | None:
+    """Whether the potential's generalized forces are others than the load's; None where a number is not finite."""
+    assert load.potential is not None
+    slope = time_derivative(load.potential)
+    width = len(sample.speeds.rates) + 1
+    steep, error = (np.broadcast_to(x, (width,)) for x in bounded([slope], _numbers(sample, [slope]))[0])
+    held = steep[:-1] - steep[-1]
+    pushed, size, left = np.zeros(width - 1), np.abs(held), error[:-1] + error[-1]
+    acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
+    for place, force in acting:
+        velocity = _motion(place, inertial)
+        motion, moved = _in_root(sample, velocity, _numbers(sample, velocity.scalars()), width)
+        pull, off = _in_root(sample, force, {s: _number(sample, s) for s in free_symbols(force.scalars())})
+        partial = motion[:, :-1] - motion[:, -1:]
+        pushed, size = pushed + pull[:, 0] @ partial, size + np.abs(pull[:, 0]) @ np.abs(partial)
+        left = left + np.abs(pull).sum() * (moved[:-1] + moved[-1]) + off[0] * np.abs(partial).sum(axis=0)
+    gap, left = pushed + held, np.nan_to_num(left, posinf=0.0)
+    if not (np.isfinite(gap).all() and np.isfinite(size).all()):
+        return None
+    if a is None or not len(a):
+        return bool((np.abs(gap) > SIX_DIGITS * size + left).any())
+    w = sample.inverse
+    own, whole = gap @ w, (size + left / SIX_DIGITS) @ np.abs(w)
+    left = own - np.linalg.lstsq(a.T, own, rcond=None)[0] @ a
+    return bool((np.abs(left) > SIX_DIGITS * whole.max(initial=0)).any())
+
+
+def _motion(place: Point | Frame, inertial: Frame) -> Vector:
+    return place.velocity(inertial) if isinstance(place, Point) else place.angular_velocity(inertial)
+
+
+def _numbers(sample: Sample, exprs: Iterable[Expr]) -> dict[Symbol, Any]:
+    """Values of the symbols, those of rates with an entry a rate and one for all at rest."""
+    symbols = free_symbols(exprs)
+    return dict(zip(symbols, sample.numbers(symbols), strict=True))
+
+
+def _in_root(sample: Sample, v: Vector, values: Mapping[Symbol, Any], width: int = 1) -> tuple[Array, Array]:
+    """Measure numbers along the root's axes (3 × width), and how far rounding may carry any of them (width)."""
+    total, error = np.zeros((3, width)), np.zeros(width)
+    for frame, triple in v.parts:
+        parts = [[np.broadcast_to(x, (width,)) for x in pair] for pair in bounded(triple, values)]
+        numbers, bounds = np.swapaxes(np.array(parts), 0, 1)
+        total = total + sample.turn(frame) @ numbers
+        error = error + (bounds + len(frame.lineage) * ROUNDING * np.abs(numbers)).sum(axis=0)
+    return total, error
+
+
+def _number(sample: Sample, s: Symbol) -> float:
+    if isinstance(s, Coordinate | Speed):
+        return float(sample.values[s])
+    (value,) = sample.numbers([s])
+    return float(value) if np.ndim(value) == 0 else draw(sample.seed, s)

@@ -1,0 +1,355 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""States at which numbers mean nothing: an error at one state, a warning and NaN among several.
+
+Speeds must satisfy A u + b = 0: a constraint is missed where |A u + b| is more than a share of the largest of its terms, and more than
+noise leaves of terms that vanish at the state. What W, or the solution for the dependent speeds, divides by must not vanish but for
+rounding: cos q = 6e-17 at q = π/2 would give a finite, meaningless number. Constraints that were left out as redundant must follow
+from the others, which on another branch they may not. A load along v/|v| has no value at rest.
+"""
+
+import warnings
+from collections.abc import Mapping, Sequence, Set
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.dynamics.constraints.left_out import Watch
+from kane.dynamics.constraints.partition import choose
+from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
+from kane.dynamics.solved import Pivot, Reading, Solved
+from kane.errors import KaneWarning, SimulationError, SingularError, ValueMissingError, cut
+from kane.expr.build import add, mul
+from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape
+from kane.expr.matrix import dot
+from kane.expr.node import Expr, constant, postorder
+from kane.expr.ops import DIV, GONE, WHERE
+from kane.expr.regular import factors, guarding, guards_below, unguarded
+from kane.expr.size import Sizes, largest, size
+from kane.expr.symbols import Parameter, Speed
+from kane.expr.visit import substituted
+from kane.numeric.arrays import Mask
+from kane.numeric.places import First, first_place
+from kane.numeric.rank import balanced
+from kane.numeric.scale import CLOSED, SIX_DIGITS, STATE_RANK
+
+
+def undirected(solved: Solved, values: Mapping[Expr, Any]) -> str:
+    """Which load has no value at `values`, what it divides by there, and the cure; "" where all have one.
+
+    Symbols without a value, reactions, count as 1.
+    """
+    for load in solved.regular.declared_loads:
+        scalars = [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]
+        order = postorder(scalars)
+        given = {s: values.get(s, 1.0) for s in free_symbols(order)}
+        numbers = np.array(evaluate(order, given), dtype=float) if order else np.zeros(0)
+        if np.isfinite(numbers).all():
+            continue
+        node = order[int(np.flatnonzero(~np.isfinite(numbers))[0])]
+        by = (
+            f"{cut(str(node), 80)} divides by {cut(str(node.args[1]))} = 0"
+            if node.op is DIV
+            else f"{cut(str(node), 80)}"
+        )
+        return (
+            f"{load.name} has no value here, {by}. A force along v/|v| has no direction at rest: declare friction, "
+            "kn.friction(…, smooth=…) or kn.dry_friction(…, smooth=…), and write a drag as c*v.magnitude()*v, or as "
+            "v/sqrt(v.dot(v) + eps^2) with a small eps"
+        )
+    return ""
+
+
+_NONE_FREE = "The constraints give all speeds: leave them out."
+
+
+def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
+    """Expressions of q, u, t, parameters and inputs with those dependent speeds filled in that are not `known`.
+
+    The constraints are read too where dependent speeds are given, and the expressions hold speeds: those of which all is known.
+    """
+    dependent, count = solved.dependent_speeds, len(walk.roots)
+    if not dependent or not any(isinstance(s, Speed) for s in walk.symbols):
+        return Reading(walk, count, ())
+    filled: dict[Expr, Expr] = {
+        u: value
+        for u, value in zip(solved.derived.speeds, solved.speeds_by_independent, strict=True)
+        if value is not u and u not in known
+    }
+    rows = _rows(solved, {*known, *filled}) if len(filled) < len(dependent) else ()
+    every = [*walk.roots, *(rate for _, rate, _ in rows), *(limit for _, _, limit in rows)]
+    if filled:
+        memo: dict[Expr, Expr] = {}
+        every = [substituted(e, filled, memo) for e in every]
+    return Reading(Walk(every) if rows or filled else walk, count, tuple(name for name, _, _ in rows))
+
+
+def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
+    """The constraints in which all is known: names, A u + b, and what it may be for rounding's sake."""
+    speeds, rows = solved.derived.speeds, []
+    memo: Sizes = {}
+    fastest = largest(speeds)
+    for constraint, a, b in zip(solved.held.constraints, solved.held.a, solved.held.b, strict=True):
+        rate = add(dot(a, speeds), b)
+        if all(s in known or _has_default(s) for s in free_symbols([rate])):
+            terms = largest([*map(mul, a, speeds), b])
+            left = add(size(rate, memo), mul(largest(size(x, memo) for x in a), fastest))
+            limit = add(mul(constant(SIX_DIGITS), terms), mul(constant(CLOSED), left))
+            rows.append((constraint.name, rate, limit))
+    return rows
+
+
+def _has_default(s: Expr) -> bool:
+    return isinstance(s, Parameter) and s.default is not None
+
+
+def check_held(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> None:
+    """Speeds that miss constraints: at one state an error, of arrays a warning that names the first place.
+
+    `numbers` are A u + b of the constraints `names`, then its limits; where they are not finite nothing can be said.
+    """
+    count, numbers = len(names), np.broadcast_arrays(*numbers)
+    with np.errstate(invalid="ignore"):
+        off = [np.abs(rate) > limit for rate, limit in zip(numbers[:count], numbers[count:], strict=True)]
+    anywhere = np.any(off, axis=0)
+    if not anywhere.any():
+        return
+    place, index, more = first_place(anywhere)
+    miss = ", ".join(f"{n!r} by {r[place]:.3g}" for n, r, x in zip(names, numbers, off, strict=False) if x[place])
+    own = ", ".join(u.name for u in solved.independent_speeds)
+    cure = f"Give the independent speeds alone, u= of {own}: the others follow." if own else _NONE_FREE
+    expected = "Expected speeds that satisfy the constraints A u + b = 0"
+    if not place:
+        raise SimulationError(f"{expected}, got some that miss {miss}. {cure}")
+    warnings.warn(
+        f"{expected} at every state, got some that miss {miss} at index {index}"
+        f"{f', and at {more} more' if more else ''}: the values there do not belong to one motion. {cure}",
+        KaneWarning,
+        stacklevel=4,
+    )
+
+
+_CURE = (
+    "It is on another branch of the mechanism than those that were compared: derive with kn.derive(system, near=…) of this "
+    "configuration."
+)
+
+
+def concerned(solved: Solved, roots: Sequence[Expr]) -> tuple[int, ...]:
+    """The places of expressions that hold something that the constraints were solved for, where rows were left out."""
+    if not solved.redundant:
+        return ()
+    return tuple(k for k, root in enumerate(roots) if not solved.by_constraints.isdisjoint(postorder([root])))
+
+
+def guarded(solved: Solved, roots: Sequence[Expr]) -> Sequence[Expr]:
+    """`roots` to be compiled: NaN where rows that were left out hold more; where none are, they as they are."""
+    return nan_where_more(solved, roots, roots)
+
+
+def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr]) -> Sequence[Expr]:
+    """What was `found` of `roots`, one of each: NaN where the root is."""
+    places = concerned(solved, roots)
+    if not places or solved.left_out is None:
+        return found
+    guard, _ = solved.left_out.guarding()
+    return [guard(x) if k in places else x for k, x in enumerate(found)]
+
+
+def notes(solved: Solved) -> dict[Expr, str]:
+    """What to say of each guard that `guarded` puts in."""
+    if solved.left_out is None:
+        return {}
+    _, guards = solved.left_out.guarding()
+    why = (
+        "which was left out as redundant and holds more at this state: it is on another branch of the mechanism than those that were "
+        "compared (derive with kn.derive(system, near=…) of it)"
+    )
+    return {guard: f"{c.name!r}, {why}" for guard, c in guards.items()}
+
+
+def check_left_out(
+    solved: Solved, places: Sequence[int], values: Mapping[Expr, Any], numbers: Sequence[Any]
+) -> list[Any]:
+    """`numbers` at `values`: those at `places`, solved with too few constraints, are a SingularError, of arrays NaN and a warning."""
+    kept, watch = list(numbers), solved.left_out
+    if not places or watch is None:
+        return kept
+    rows = _more(solved, watch, values)
+    wrong = rows.any(axis=-1)
+    if not wrong.any():
+        return kept
+    first = first_place(wrong)
+    names = ", ".join(repr(c.name) for c, x in zip(solved.redundant, rows[first.place], strict=True) if x)
+    told = f"got {names}, which were left out as redundant and hold more"
+    if not wrong.ndim:
+        raise SingularError(
+            f"Expected constraints that follow from the others at this state as where they were compared, {told}. {_CURE}"
+        )
+    warnings.warn(
+        f"Expected constraints that follow from the others at every state, {told} at {first}: the values there are NaN. "
+        f"{_CURE}",
+        KaneWarning,
+        stacklevel=4,
+    )
+    for k in places:
+        kept[k] = np.where(wrong, np.nan, kept[k])
+    return kept
+
+
+def _more(solved: Solved, watch: Watch, values: Mapping[Expr, Any]) -> Mask:
+    """Which rows hold more than the others (… × rows)."""
+    roots = (watch.open, *(x for r in watch.rows for x in (r.beyond, r.limit)))
+    try:
+        found = of_one_shape(at(solved.walks.get(roots, lambda: Walk(roots)), values))
+    except ValueMissingError:  # what was asked for holds less than the constraints do
+        return np.zeros(len(watch.rows), dtype=bool)
+    with np.errstate(invalid="ignore"):
+        rows = [(found[0] < 1) & (beyond > limit) for beyond, limit in zip(found[1::2], found[2::2], strict=True)]
+    return np.stack(rows, axis=-1)
+
+
+_OTHER_COORDINATES = (
+    "Take a state beside it, or choose coordinates that are regular here (another sequence of angles, Euler parameters) or speeds "
+    "that need no such division."
+)
+
+
+def with_regular_rates(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
+    """`roots` that are NaN where they divide by what W divides by, and it vanishes."""
+    return list(map(guarding(solved.rate_guards), roots))
+
+
+def of_rates(solved: Solved, guard: Expr) -> str:
+    """What to say of a guard that stands for a divisor of W; "" of another one."""
+    (divisor,) = unguarded(guard.args[:1])
+    return (
+        f"the rates, which W of q' = W u + X gives divided by {cut(divisor, 80)}"
+        if divisor in solved.rate_guards
+        else ""
+    )
+
+
+def _cure_of_rates(solved: Solved, values: Mapping[Expr, Any]) -> str:
+    """Other dependent speeds, where the rates follow with them at this state, else other coordinates or speeds."""
+    embedding = solved.embedding
+    if embedding is None or not moving_pivots(solved.derived):
+        return _OTHER_COORDINATES
+    try:
+        others = AdmittedSpeeds(solved.derived, values).cure(values, embedding.partition)
+    except ValueMissingError:  # what was asked for holds less than the rates do
+        return _OTHER_COORDINATES
+    if others is None:
+        return _OTHER_COORDINATES
+    names = ", ".join(solved.derived.speeds[k].name for k in others)
+    return (
+        f"Name other dependent speeds, here System(dependent_speeds=…) of {names}; kn.simulate changes them by itself."
+    )
+
+
+def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:
+    """Say where `numbers` at `values` are NaN for a divisor of W that vanishes: of one state a SingularError, of arrays a warning."""
+    by = solved.rate_guards
+    if not by or not any(np.isnan(x).any() for x in numbers):
+        return
+    lost = np.logical_or.reduce([np.isnan(x) for x in numbers])
+    known = [d for d in by if all(s in values for s in solved.rate_symbols[d])]
+    here = evaluate([*known, *(by[d] for d in known)], values)
+    for divisor, value, terms in zip(known, here, here[len(known) :], strict=False):
+        with np.errstate(invalid="ignore"):
+            gone = np.broadcast_to(np.abs(value) <= GONE * terms, lost.shape) & lost
+        if not gone.any():
+            continue
+        first = first_place(gone)
+        what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[first.place]) + 0.0:.3g}"
+        state = {s: np.broadcast_to(v, lost.shape)[first.place] for s, v in values.items()}
+        if not lost.ndim:
+            raise SingularError(
+                f"Expected speeds that give the rates at this state, got {what}. {_cure_of_rates(solved, state)}"
+            )
+        warnings.warn(
+            f"Expected speeds that give the rates at every state, got {what} at {first}: the values there are NaN. "
+            f"{_cure_of_rates(solved, state)}",
+            KaneWarning,
+            stacklevel=5,
+        )
+        return
+
+
+def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, Any], numbers: Sequence[Any]) -> None:
+    """Say where `numbers` of `roots` at `values` are NaN for what they are divided by vanishes.
+
+    At a single state that is a SingularError; of arrays a warning names the first place.
+    """
+    if not any(np.isnan(x).any() for x in numbers):
+        return
+    below = [g for g in guards_below(roots) if not of_rates(solved, g)]
+    lost = np.logical_or.reduce([np.isnan(x) for x in numbers])
+    for g, where in zip(below, _vanishing(below, values), strict=True):
+        where = where & lost
+        if where.any():
+            _tell(solved, pivot_of(solved, g), values, where.shape, first_place(where))
+
+
+def _vanishing(below: Sequence[Expr], values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
+    here, sizes = (evaluate([g.args[k] for g in below], values) for k in (0, 1))
+    with np.errstate(invalid="ignore"):
+        return [np.asarray(np.abs(x) <= GONE * size) for x, size in zip(here, sizes, strict=True)]
+
+
+def pivot_of(solved: Solved, guard: Expr) -> Pivot:
+    """The pivot that a guard belongs to; what is solved with A_Dᵀ has expressions of its own."""
+    (divisor,) = unguarded(guard.args[:1])
+    for p in solved.dependent_pivots:
+        if any(divisor is f for f in factors(p.value)):
+            return p
+    return Pivot(solved.dependent_speeds, divisor, guard.args[1])
+
+
+def divided_by(p: Pivot, who: str = "the constraints") -> str:
+    """The speeds of a pivot and what they are divided by, as far as that can be read."""
+    names = ", ".join(sorted(u.name for u in p.speeds))
+    chosen = any(node.op is WHERE for node in postorder([p.value]))
+    return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{cut(p.value, 80)}'}"
+
+
+def _tell(solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], first: First) -> None:
+    here = {s: np.broadcast_to(v, shape)[first.place] for s, v in values.items()}
+    undetermined = f"{divided_by(p, 'they')} = {float(evaluate(p.value, here)) + 0.0:.3g}"
+    if not first.place:
+        raise SingularError(
+            f"Expected dependent speeds that the constraints give at this state, got {undetermined}. {_cure_of_pivot(solved, here)}"
+        )
+    warnings.warn(
+        f"Expected dependent speeds that the constraints give at every state, got {undetermined} at {first}: the values there "
+        f"are NaN. {_cure_of_pivot(solved, here)}",
+        KaneWarning,
+        stacklevel=5,
+    )
+
+
+def _cure_of_pivot(solved: Solved, values: Mapping[Expr, Any]) -> str:
+    """The speeds that are dependent by choice of the numbers at this state, where there are as many."""
+    assert solved.embedding is not None
+    matrix = solved.embedding.rows.a
+    try:
+        a = np.asarray(evaluate(matrix, values), dtype=float)
+    except ValueMissingError:  # what was asked for holds less than A does
+        a = np.full(matrix.shape, np.nan)
+    rows = list(solved.embedding.partition.rows)
+    if not np.isfinite(a).all():
+        return "Name others, System(dependent_speeds=…)."
+    other = choose(a[rows])
+    block = balanced(a[rows])[np.ix_(other.rows, other.dependent)]
+    if len(other.rows) < len(rows) or not np.linalg.cond(block) * STATE_RANK < 1:
+        if len(choose(a).rows) < len(rows):
+            return (
+                "No others will do: the constraints hold fewer speeds here than elsewhere, it is a singular configuration. Take a "
+                "state beside it."
+            )
+        return "Here other constraints are redundant; kn.simulate changes them by itself, kn.linearize and kn.inverse do without."
+    names = ", ".join(solved.derived.speeds[k].name for k in sorted(other.dependent))
+    return (
+        f"Name others, here System(dependent_speeds=…) of {names}; kn.simulate changes them by itself, kn.linearize and kn.inverse "
+        "do without."
+    )

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`State`: the values at which equations are evaluated, solved, linearized and started."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
+from kane.expr.symbols import Symbol
+from kane.numeric.named import finite_number, named_values, symbol_named
+
+GROUPS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
+"""The groups of values, by what `Equations` call their symbols."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guess(Attributes):
+    """A value near which one is solved for."""
+
+    value: float
+
+    def __str__(self) -> str:
+        return f"guess({self.value:.6g})"
+
+
+def guess(value: float) -> Guess:
+    """A start value that assembly may move: `q={q1: 1.2, q2: kn.guess(-1)}`. It also says which branch of the closure is meant."""
+    return Guess(finite_number("guess", "assembly", value))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State(Attributes):
+    """Values of coordinates, speeds, further states, parameters and inputs, at a time.
+
+    Whatever takes `q=`, `u=`, `states=`, `parameters=`, `inputs=` and `t=` takes a State in their place: `kn.linearize(eom, state)`,
+    `eom.evaluate(e, state)`, `kn.simulate(eom, span, start=state)`. A group that is left out of it counts as a keyword that is left
+    out, and a function leaves aside what it has no use for. `kn.trim`, `kn.equilibrium` and `kn.analysis.continuation` give complete
+    States, by symbol.
+
+    Attributes
+    ----------
+    q, u, states : coordinates, speeds and further states, by symbol or name, or in the order of the equations; `kn.guess(value)` where
+        a value may move, arrays where many are evaluated
+    parameters, inputs : by symbol or name
+    t : the time, in s; a motion must begin there where it is not 0
+    """
+
+    q: Any = None
+    u: Any = None
+    states: Any = None
+    parameters: Any = None
+    inputs: Any = None
+    t: Any = 0.0
+
+    def __post_init__(self) -> None:
+        for kind in GROUPS:
+            group = getattr(self, kind)
+            if isinstance(group, str | set) or not (group is None or hasattr(group, "__len__")):
+                raise ArgumentError(
+                    f"Expected {kind}= of a state as a dict {{symbol or name: value}} or as a sequence, got {cut(repr(group))}."
+                )
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """The values as keyword arguments: q, u, parameters, inputs; t where it is not 0, states if any."""
+        rest = {"t": self.t} if _given(self.t) else {}
+        if _given(self.states):
+            rest["states"] = self.states
+        return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs, **rest}
+
+    @property
+    def in_order(self) -> tuple[Any, Any, Any, Any, Any, Any]:
+        """The values as evaluation takes them: q, u, parameters, inputs, t, states."""
+        return self.q, self.u, self.parameters, self.inputs, self.t, self.states
+
+    def replace(self, *, t: float | None = None, **groups: Mapping[Any, Any]) -> "State":
+        """The state with some values changed, by symbol or name: `state.replace(inputs={"T": 2}, parameters={m: 1.5})`.
+
+        A steady motion that is changed need not be one any more: what takes it checks it.
+        """
+        strange = groups.keys() - set(GROUPS)
+        if strange:
+            raise ValueMissingError(f"Expected some of {', '.join(GROUPS)}, t to replace, got {', '.join(strange)}.")
+        made = {kind: _replaced(kind, getattr(self, kind), groups.get(kind)) for kind in GROUPS}
+        return State(**made, t=self.t if t is None else finite_number("time", "the state", t))
+
+    def __getitem__(self, what: Any) -> Any:
+        groups = [group for kind in GROUPS if isinstance(group := getattr(self, kind), Mapping)]
+        values = {key: value for group in groups for key, value in group.items()}
+        keys = {key.name if isinstance(key, Symbol) else key: key for key in values}
+        key = keys.get(what.name if isinstance(what, Symbol) else what)
+        if key is None or not (key is what or isinstance(key, str) or isinstance(what, str)):
+            key = symbol_named([key for key in values if isinstance(key, Symbol)], what)
+        return values[key]
+
+    def __repr__(self) -> str:
+        parts = []
+        for kind in ("q", "u", "states", "inputs"):
+            group = getattr(self, kind)
+            if isinstance(group, Mapping):
+                parts += [f"{key} = {_shown(value)}" for key, value in group.items()]
+            elif group is not None:
+                parts.append(f"{kind} = [{', '.join(map(_shown, group))}]")
+        return f"State({', '.join(parts)}{f'; t = {_shown(self.t)}' if _given(self.t) else ''})"
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float | int) else cut(value)
+
+
+def _given(value: Any) -> bool:
+    """Whether a group of values, or a time, is more than left out."""
+    if isinstance(value, float | int):
+        return value != 0
+    return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
+
+
+def _replaced(kind: str, old: Any, new: Any) -> Any:
+    """A group with some of its values replaced."""
+    if new is None or not _given(old) or not isinstance(old, Mapping) or not isinstance(new, Mapping):
+        return old if new is None else new
+    if not all(isinstance(key, Symbol) for key in old):
+        names = {key.name if isinstance(key, Symbol) else key: key for key in old}
+        keys = {key: key.name if isinstance(key, Symbol) else key for key in new}
+        return {**old, **{names.get(name, key): new[key] for key, name in keys.items()}}
+    values = named_values(kind, tuple(old), new)
+    plain = {s: v if isinstance(v, Guess) else finite_number("value", str(s), v) for s, v in values.items()}
+    return {**old, **plain}
+
+
+def state_of(state: State | None, **values: Any) -> State:
+    """The state that a function is given, as one or by keywords.
+
+    Raises
+    ------
+    ArgumentError
+        if it is no State, or a group of values comes both ways
+    """
+    given: object = state
+    if given is None:
+        return State(**values)
+    if not isinstance(given, State):
+        raise ArgumentError(
+            f"Expected a kn.State, or values by keyword, got {cut(repr(given))}. Give kn.State(q={{…}}, u={{…}}), or q=, u=, …."
+        )
+    twice = [kind for kind, value in values.items() if _given(value) and _given(getattr(given, kind))]
+    if twice:
+        raise ArgumentError(
+            f"Expected values of {', '.join(twice)} in the state or by keyword, got both. Change those of the state: "
+            f"state.replace({twice[0]}={'…' if twice[0] == 't' else '{…}'})."
+        )
+    own = {kind: getattr(given, kind) for kind in (*GROUPS, "t")}
+    return State(**own | {kind: value for kind, value in values.items() if _given(value)})
+
+
+OperatingPoint = State
+"""The former name of `State`."""

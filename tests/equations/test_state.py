@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kn.State`: one record in place of q=, u=, states=, parameters=, inputs= and t=, with the same results."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kane as kn
+
+N = kn.Frame("N")
+O = kn.Point("O", fixed_in=N)
+q, u = kn.coordinate("q", "rad"), kn.speed("u", "rad/s")
+m, L, g = kn.parameter("m", 1.2, "kg"), kn.parameter("L", 0.5, "m"), kn.parameter("g", 9.81, "m/s^2")
+C, S = kn.parameter("C", 0.0, "N*m"), kn.parameter("S", 1.0, "s")
+T, act = kn.input("T", "N*m"), kn.state("act", 0.2)
+A = N.rotate("A", q, N.z)
+P = O.at("P", L * A.x)
+LOADS = [
+    kn.gravity(-g * N.y),
+    kn.Torque(A, (T + act + C * kn.sin(kn.time / S)) * N.z, name="motor"),
+]
+EOM = kn.derive(
+    kn.System(N, bodies=[kn.Particle("bob", P, m)], speeds={u: q.dt}, loads=LOADS, states={act: -2 * act + T})
+)
+GROUPS: dict[str, Any] = {
+    "q": {"q": 0.3}, "u": [0.7], "states": {act: 0.1}, "parameters": {"m": 2.0, C: 0.3}, "inputs": {T: 0.4}, "t": 0.5,
+}  # fmt: skip
+STATE = kn.State(**GROUPS)
+NEAR: dict[str, Any] = {"q": {q: kn.guess(-1.5)}, "u": {u: 0.0}, "inputs": {T: 0.1}, "parameters": {L: 0.7}}
+
+x, y, v, w = *kn.coordinates("x y", "m"), *kn.speeds("v w", "m/s")
+BEAD = O.at("B", x * N.x + y * N.y)
+ROD = kn.distance(BEAD, O, kn.parameter("R", 1.0, "m"), name="rod")
+WEIGHT = kn.gravity(-9.81 * N.y)
+CLOSED = kn.derive(
+    kn.System(N, bodies=[kn.Particle("bead", BEAD, 1.0)], speeds={v: x.dt, w: y.dt}, loads=[WEIGHT], holonomic=[ROD])
+)
+
+
+def same(one: Any, other: Any) -> None:
+    """Numbers alike, whatever record holds them."""
+    if isinstance(one, kn.State):
+        one, other = (s.arguments for s in (one, other))
+        assert one == other
+    else:
+        np.testing.assert_array_equal(np.asarray(one, dtype=float), np.asarray(other, dtype=float))
+
+
+def test_evaluation_and_derivatives():
+    wanted = [u.dt, kn.state("act", 0.2).dt, EOM.kinetic_energy]
+    same(EOM.evaluate(wanted, STATE), EOM.evaluate(wanted, **GROUPS))
+    jacobian = EOM.jacobian()
+    same(jacobian.at(STATE), jacobian.at(**GROUPS))
+    same(EOM.reaction_condition(STATE), EOM.reaction_condition(**GROUPS))
+    inverse = kn.inverse(EOM, [T])
+    values = {k: v for k, v in GROUPS.items() if k != "inputs"}
+    same(inverse(STATE, given={u.dt: 1.0})[T], inverse(**values, given={u.dt: 1.0})[T])
+
+
+def test_many_states_at_once():
+    angles = np.linspace(0, 1, 4)
+    state = kn.State(q=[angles], u=[0.0], inputs={"T": angles}, t=angles)
+    assert EOM.evaluate(u.dt, state).shape == (4,)
+    same(EOM.evaluate(u.dt, state), EOM.evaluate(u.dt, q=[angles], u=[0.0], inputs={T: angles}, t=angles))
+
+
+def test_steady_motions_and_linearization():
+    point = kn.trim(EOM, kn.State(**NEAR))
+    assert isinstance(point, kn.State)
+    same(point, kn.trim(EOM, **NEAR))
+    same(point, kn.equilibrium(EOM, kn.State(**NEAR | {"u": {u: 5.0}})))
+    for linear in (kn.linearize(EOM, point), kn.analysis.linearizer(EOM)(point)):
+        same(linear.A, kn.linearize(EOM, **point.arguments).A)
+        same(linear.point, point)
+    branch = kn.analysis.continuation(EOM, "L", [0.5, 1.0], kn.State(**NEAR))
+    again = kn.analysis.continuation(EOM, "L", [0.5, 1.0], **NEAR)
+    same(branch.eigenvalues.imag, again.eigenvalues.imag)
+    assert all(isinstance(p, kn.State) for p in branch.points)
+
+
+def test_constrained_states():
+    start = kn.State({x: 0.6, y: kn.guess(-1)}, {v: 0.2}, parameters={"R": 1.0})
+    found = kn.assemble(CLOSED, start)
+    by_keyword = kn.assemble(CLOSED, q=start.q, u=start.u, parameters=start.parameters)
+    same(found.state, by_keyword.state)
+    assert (found.q, found.u) == (found.state.q, found.state.u)
+    assert found.q[y] == pytest.approx(-0.8)
+    assert kn.assemble(CLOSED, start, all_branches=True)[0].q == found.q
+    forces = kn.analysis.constraint_forces
+    (one,), (other,) = (
+        f.by_multipliers.values()
+        for f in (forces(CLOSED, found.state), forces(CLOSED, q=found.q, u=found.u, parameters={"R": 1.0}))
+    )
+    assert one == other
+
+
+def test_impacts():
+    M = kn.Frame("M")
+    ground = kn.Point("ground", fixed_in=M)
+    h, fall = kn.coordinate("h", "m"), kn.speed("fall", "m/s")
+    body = M.rotate("ball", 0, M.z)
+    center = ground.at("center", h * M.y)
+    ball = kn.RigidBody("ball", frame=body, mass_center=center, mass=1.0, inertia=kn.inertia(body, 1, 1, 1))
+    eom = kn.derive(kn.System(M, bodies=[ball], speeds={fall: h.dt}))
+    low = center.fixed_in(body, "low", -0.1 * M.y)
+    blow = kn.analysis.impact(eom, low, M.y, kn.State([0.1], [-2.0]), restitution=0.5)
+    again = kn.analysis.impact(eom, low, M.y, restitution=0.5, q=[0.1], u=[-2.0])
+    assert blow.u[fall] == again.u[fall] == pytest.approx(1.0)
+    same(blow.impulse, again.impulse)
+
+
+def test_motions():
+    one, other = kn.simulate(EOM, (0.5, 1), start=STATE), kn.simulate(EOM, (0.5, 1), **GROUPS)
+    same(one.states, other.states)
+    found = kn.assemble(CLOSED, q={x: 0.6, y: kn.guess(-1)}, u={v: 0.2})
+    same(kn.simulate(CLOSED, (0, 1), start=found.state).q, kn.simulate(CLOSED, (0, 1), q=found.q, u=found.u).q)
+    with pytest.raises(kn.errors.ArgumentError, match="Expected values of q in the state or by keyword, got both"):
+        kn.simulate(EOM, (0.5, 1), start=STATE, q=[0.1])
+    with pytest.raises(kn.errors.SimulationError):
+        kn.simulate(EOM, (0, 1), start=STATE)
+
+
+def test_values_beside_a_state():
+    """Keywords complete a state, and may not contradict it."""
+    rest = {k: v for k, v in GROUPS.items() if k not in ("inputs", "t")}
+    same(EOM.evaluate(u.dt, kn.State(**rest), inputs={T: 0.4}, t=0.5), EOM.evaluate(u.dt, STATE))
+    with pytest.raises(
+        kn.errors.ArgumentError, match=r"inputs, t in the state or by keyword, got both.*state\.replace"
+    ):
+        kn.linearize(EOM, STATE, inputs={T: 1.0}, t=2.0)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda s: EOM.evaluate(u.dt, s),
+        lambda s: EOM.jacobian().at(s),
+        lambda s: kn.inverse(EOM, [T])(s, given={u.dt: 0.0}),
+        lambda s: kn.trim(EOM, s),
+        lambda s: kn.equilibrium(EOM, s),
+        lambda s: kn.assemble(EOM, s),
+        lambda s: kn.linearize(EOM, s),
+        lambda s: kn.analysis.linearizer(EOM)(s),
+        lambda s: kn.analysis.continuation(EOM, "L", [0.5, 1.0], s),
+        lambda s: kn.analysis.constraint_forces(CLOSED, s),
+        lambda s: kn.analysis.impact(EOM, P, N.y, s, restitution=0.5),
+    ],
+)
+@pytest.mark.parametrize("wrong", [{"q": 0.3}, [0.3], 0.3, "down", EOM])
+def test_wrong_kinds_are_named(call, wrong):
+    with pytest.raises(kn.errors.ArgumentError, match=r"Expected a kn\.State, or values by keyword, got"):
+        call(wrong)
+
+
+@pytest.mark.parametrize("wrong", [0.3, "q", {"q"}, STATE, q])
+def test_groups_of_wrong_kinds_are_named(wrong):
+    with pytest.raises(kn.errors.ArgumentError, match=r"Expected u= of a state as a dict .* or as a sequence, got"):
+        kn.State([0.3], wrong)
+
+
+def test_values_that_are_left_out_or_unknown():
+    with pytest.raises(kn.errors.ValueMissingError, match="q"):
+        EOM.evaluate(q, kn.State())
+    with pytest.raises(kn.errors.ValueMissingError, match="got one for 'q9'"):
+        EOM.evaluate(u.dt, kn.State({"q9": 1.0}, [0.0]))
+    with pytest.raises(kn.errors.ValueMissingError, match="Expected 1 coordinates"):
+        EOM.evaluate(u.dt, kn.State([0.3, 0.4], [0.0]))
+
+
+def test_reading_and_replacing():
+    assert (STATE["q"], STATE[q], STATE["act"], STATE[m], STATE["T"]) == (0.3, 0.3, 0.1, 2.0, 0.4)
+    with pytest.raises(kn.errors.ValueMissingError, match="got 'R'"):
+        _ = kn.State({q: 0.3})["R"]
+    changed = STATE.replace(q={q: 0.4}, inputs={"T": 1.0}, u={u: 0.1}, t=0.0)
+    assert (changed["q"], changed["T"], changed["u"], changed["m"], changed.t) == (0.4, 1.0, 0.1, 2.0, 0.0)
+    assert (STATE["q"], STATE.u, STATE.t) == (0.3, [0.7], 0.5)
+    whole = kn.equilibrium(EOM, q={q: kn.guess(-1.5)}, inputs={T: 0.0})
+    assert whole.replace(q={"q": kn.guess(0.2)}).q[q] == kn.guess(0.2)
+    with pytest.raises(kn.errors.SimulationError, match="Expected a number as the value for q, got None"):
+        whole.replace(q={q: None})
+    assert STATE.arguments == GROUPS
+    assert kn.State([0.3]).arguments == {"q": [0.3], "u": None, "parameters": None, "inputs": None}
+    assert pickle.loads(pickle.dumps(STATE)).arguments["u"] == [0.7]
+
+
+def test_how_it_prints():
+    assert repr(STATE) == "State(q = 0.3, u = [0.7], act = 0.1, T = 0.4; t = 0.5)"
+    assert repr(kn.State({q: kn.guess(0.25)})) == "State(q = guess(0.25))"
+
+
+def test_the_former_name():
+    assert kn.OperatingPoint is kn.State
