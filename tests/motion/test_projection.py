@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.motion import At, Holding, Manifold, manifold
+from kane.motion import Holding, Manifold, Slot, manifold
 from tests.dynamics.constraints.test_branches import EIGHT, closed
 from tests.numeric.kkt import kkt
 from tests.systems.four_bar import BAR, EOM, N, O, state
@@ -89,7 +89,7 @@ def test_a_step_onto_another_branch_is_halved_and_named_where_none_is_short_enou
         return "'G' with its frame turned by 120°" if len(seen) <= turned else ""
 
     monkeypatch.setattr(Manifold, "turned", told)
-    monkeypatch.setattr(Holding, "begin", lambda self, s: s.__setitem__(At.QUIET, 0.0))  # so that a kernel asks
+    monkeypatch.setattr(Holding, "begin", lambda self, s: s.__setitem__(Slot.QUIET, 0.0))  # so that a kernel asks
     start = kn.assemble(eom, q={q: kn.guess(v) for q, v in zip(eom.coordinates, (0, 0, 0, 1, 0, 0, 0), strict=True)})
     sol = kn.simulate(eom, (0, 1), q=start.q, u=start.u, method=method)
     assert sol.status == status

@@ -29,7 +29,7 @@ __getattr__ = offered(
         "steppers.dense": "decompose factor invert solve substitute",
         "steppers.dop853": "DOP853",
         "steppers.gauss": "along gauss_kernel",
-        "steppers.outline": "At Back SIZE",
+        "steppers.context": "ReturnCode SIZE Slot",
         "steppers.rk4": "RK4",
         "steppers.table": "EXPLICIT INTEGRATORS compiled",
         "steppers.tsit5": "TSIT5",

@@ -20,8 +20,8 @@ from kane.motion.hybrid.events import Inspection, Verdict
 from kane.motion.projection import Numbers
 from kane.motion.residuals import Tolerances
 from kane.motion.right_hand_side import Given
+from kane.motion.steppers.context import Slot
 from kane.motion.steppers.held import COUNTS, room
-from kane.motion.steppers.outline import At
 from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance
@@ -130,7 +130,7 @@ class Holding:
 
     def begin(self, s: Array) -> None:
         """What the kernel is told before its first step."""
-        s[At.QUIET] = 1 / POOR
+        s[Slot.QUIET] = 1 / POOR
 
     def look(
         self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
@@ -170,7 +170,7 @@ class Holding:
 
     def taken(self, s: Array) -> None:
         """A step that was looked at was taken: as long as speeds are hardly poorer, they are not looked at again."""
-        s[At.QUIET] = max(s[At.QUIET], 1.25 * s[At.SHARE])
+        s[Slot.QUIET] = max(s[Slot.QUIET], 1.25 * s[Slot.SHARE])
 
 
 def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> bool:

@@ -14,7 +14,7 @@ from kane.motion.inputs.expressions import Formula, driving
 from kane.motion.inputs.feedback import HeldInput, Law, LawInput
 from kane.motion.inputs.functions import asked, constant, following, follows, law_of
 from kane.motion.right_hand_side import Given, Routines, derivatives, exact
-from kane.motion.steppers.outline import At
+from kane.motion.steppers.context import Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.sign_changes import DEGREE as PARTS
@@ -164,7 +164,7 @@ class Arguments:
 
         def drive(t: float, x: int, out: int) -> None:
             try:  # rounding may lead beyond the end
-                fill(min(t, float(s[At.END])), doubles(x, width) if follow else here, own)
+                fill(min(t, float(s[Slot.END])), doubles(x, width) if follow else here, own)
             except BaseException:
                 own[:] = np.nan
                 raise
@@ -178,7 +178,7 @@ class Arguments:
         def slopes(t: float, x: int, out: int) -> None:
             found = doubles(out, (width + 1) * width)
             found[:] = 0.0
-            found[:] = j(min(t, float(s[At.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
+            found[:] = j(min(t, float(s[Slot.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
 
         return self._hooked(slopes)
 
